@@ -35,11 +35,12 @@ class DeviceSingularity(Result, ReadOnly):
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
         a singular configuration). Springs and loads have no part in it.
     smallest_singular_value : ndarray
-        Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
-        own motions at rest.
+        Shape (...), of the moments per unit of effort, over all efforts that leave the device's own motions at rest:
+        in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
     margin : ndarray
         Shape (...), from 0 to 1, of as many moments as the device can make in general; as of
-        :attr:`exo_pin.Reaction.margin`.
+        :attr:`exo_pin.Reaction.margin`. Where some drives have efforts in N and others in N m, moments of the former
+        count over the mean lever of their drives.
     freedom : ndarray
         Shape (...), from 0 to 1: turn of the arm about its worst axis over the motion of all joints that it needs,
         metres over the chain's characteristic length.
@@ -88,7 +89,7 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
     n = len(device.efforts)
-    moments = moments_of(found.state.moment_of_f[:, :, :n])
+    moments = moments_of(found.state.moment_of_f[:, :, :n] / np.array(device.structure.scales))
     U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
     there, margin = _filled(found), found.margin
     kind = np.full(len(found.q), "regular", dtype="<U15")

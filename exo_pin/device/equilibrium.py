@@ -246,11 +246,11 @@ def _fill(
     out.unheld[rows] = found.unheld[good]
 
 
-def margins(rows: FloatArray, general: int) -> tuple[FloatArray, FloatArray]:
-    """Margins of the rows M_f of N poses, of ``general`` moments, and the axes of the least ones, (N,) and (N, 3)."""
-    U, values, _ = np.linalg.svd(moments_of(rows))
+def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, and the axes of the least moments, shapes (N,) and (N, 3)."""
+    U, values, _ = np.linalg.svd(moments_of(rows / np.array(structure.scales)))
     values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
-    margin = margin_of_values(values[:, :general]) if general else np.ones(len(rows))
+    margin = margin_of_values(values[:, : structure.moments]) if structure.moments else np.ones(len(rows))
     return margin, U[:, :, 2].copy()
 
 
@@ -264,15 +264,14 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDA
     here, structure : Freedoms, Structure
         Motions of the device in these poses, and in general.
     """
-    general = structure.moments
-    margin, axis = margins(rows, general)
-    of_idle = np.linalg.svd(rows[:, 3:], compute_uv=False)
+    margin, axis = margins(rows, structure)
+    of_idle = np.linalg.svd(rows[:, 3:] / np.array(structure.scales), compute_uv=False)
     firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
     loaded = here.unheld.any(axis=1)
     # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.
     lost = (here.held > structure.held) | ((here.held + here.free > structure.idle) & loaded)
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    few = (margin < SINGULAR_MARGIN) & (general == 3)
+    few = (margin < SINGULAR_MARGIN) & (structure.moments == 3)
     near = (margin < NEAR_MARGIN) | ~firm
     kinds = [_SINGULAR, _NO_EQUILIBRIUM, _SINGULAR, _NEAR_SINGULAR]
     return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, axis

@@ -125,6 +125,17 @@ class DeviceValues(PoseValues):
         return np.where(placed.reached, self._signed(placed), placed.share - 1.0)
 
     @property
+    def stroke_unit(self) -> str:  # type: ignore[override]
+        """Of the distance to the ends of strokes; see :attr:`levers`."""
+        return "rad" if "N m" in {self._device.unit_of(drive) for drive in self._device.efforts} else "m"
+
+    @property
+    def levers(self) -> FloatArray:
+        """See :attr:`.PoseValues.levers`; the wearer's moments have no travel."""
+        scales = self._device.structure.scales
+        return np.array([*scales, *np.ones(self.lengths.shape[1] - len(scales))])
+
+    @property
     def data_margin(self) -> FloatArray:
         """See :attr:`.PoseValues.data_margin`; NaN out of reach."""
         placed, covered = self._placed, self._placed.data_margin

@@ -60,6 +60,8 @@ class PoseValues(Record):
         other way to hold the arm, negative beyond the singular surface as seen from rest.
     """
 
+    #: Unit of the distance to the ends of strokes.
+    stroke_unit = "m"
     #: Configurations of a device that has others than those of limbs.
     _placed: Any = None
     criteria: Criteria
@@ -86,6 +88,11 @@ class PoseValues(Record):
         self.side = rest_side(float(self._signed_at(np.eye(3)[None])[0]), signed)
         self.margin = self.side * signed
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
+
+    @property
+    def levers(self) -> FloatArray:
+        """What travels of each drive count over, shape (n,): 1, or m of slides where other drives are hinges."""
+        return np.ones(self.lengths.shape[1])
 
     @property
     def data_margin(self) -> FloatArray:

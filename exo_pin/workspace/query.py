@@ -114,6 +114,7 @@ def workspace(
         stacked(values.gaps),
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
         limits.wearers_of(device),
+        values.stroke_unit,
     )
 
 

@@ -43,12 +43,12 @@ class Workspace(Result, ReadOnly):
         Limits that were checked.
     margins : mapping of str to ndarray
         By criterion that was checked, shape (...): distance to its limit, zero or more where it is met, in
-        the unit of :data:`exo_pin.workspace.CRITERIA`. NaN where it is not known, or the pose is singular; such a pose
+        the unit of :attr:`units`. NaN where it is not known, or the pose is singular; such a pose
         does not count as inside. "shoulder_force" is NaN where no tensions within the limits hold the arm.
     not_checked : mapping of str to str
         Criteria that were not checked, and why.
     lengths : ndarray
-        l_i, shape (..., n), m.
+        l_i, or coordinates of the drives, shape (..., n), m or rad.
     margin : ndarray
         Shape (...): to a singular pose, as :attr:`exo_pin.Reaction.margin`. Where drives hold the arm in one way only
         (three, as three limbs), it is negative beyond the singular surface as seen from rest; where a device does not
@@ -64,6 +64,9 @@ class Workspace(Result, ReadOnly):
         Of the device's centre from the shoulder's, one a pose; None where the two are one.
     wearers : tuple of Wearer
         For all of whom the criteria hold; empty where it is not known who wears the design.
+    stroke_unit : str
+        Unit of the margin "stroke": "m", or "rad" where hinges are drives. Where slides are, too, their travel counts
+        over their mean lever.
 
     Examples
     --------
@@ -86,6 +89,7 @@ class Workspace(Result, ReadOnly):
     gaps: FloatArray
     centre_offset: CentreOffset | None = None
     wearers: tuple[Wearer, ...] = ()
+    stroke_unit: str = "m"
 
     def __post_init__(self) -> None:
         for values in self.margins.values():
@@ -158,6 +162,7 @@ class Workspace(Result, ReadOnly):
             "lost_to": self.lost_to,
             "one_by_one": dict(self.one_by_one()),
             "median_margins": self.median_margins,
+            "units": self.units,
             "unknown": float(self.unknown.mean()),
             "not_evaluated": float(self.not_evaluated.mean()),
             "force_inside": self.force_inside,
@@ -172,6 +177,11 @@ class Workspace(Result, ReadOnly):
             name: float(np.nanmedian(values)) if np.isfinite(values).any() else float("nan")
             for name, values in self.margins.items()
         }
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of the margin of each criterion."""
+        return {name: self.stroke_unit if name == "stroke" else CRITERIA[name].unit for name in self.margins}
 
     @property
     def force_inside(self) -> dict[str, float]:

@@ -48,6 +48,10 @@ class DeviceSingularity(Result, ReadOnly):
         Shape (..., 3), base frame: the axis about which the drives hold least.
     self_stresses : ndarray of int
         Shape (...): reactions that equilibrium does not determine.
+    determinant : ndarray
+        Shape (...): of the moments per unit of effort of three drives that hold the arm alone, in which joints have no
+        other motion, in the units of their efforts; its sign differs on the two sides of the singular surface. NaN of
+        other devices.
     """
 
     kind: NDArray[np.str_]
@@ -56,6 +60,7 @@ class DeviceSingularity(Result, ReadOnly):
     freedom: FloatArray
     lost_direction: FloatArray
     self_stresses: NDArray[np.int64]
+    determinant: FloatArray
 
 
 def _found(device: ChainDevice, poses: Rotation) -> tuple[tuple[int, ...], DeviceEquilibrium]:
@@ -109,7 +114,14 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         found.freedom.reshape(shape),
         np.where(there[:, None], U[:, :, 2], np.nan).reshape(*shape, 3),
         found.self_stresses.reshape(shape),
+        np.where(there, moment_volume(device, found), np.nan).reshape(shape),
     )
+
+
+def moment_volume(device: ChainDevice, found: DeviceEquilibrium) -> FloatArray:
+    """See :attr:`DeviceSingularity.determinant`, shape (N,): with idle motions, which have no axes, it has no sign."""
+    rows = found.state.moment_of_f[..., : len(device.efforts)]
+    return np.linalg.det(rows) if rows.shape[1:] == (3, 3) else np.full(len(rows), np.nan)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import device_mass, mass_text
 from ..device.chain_device import ChainDevice
+from ..device.device_singularity import moment_volume
 from ..device.equilibrium import DeviceEquilibrium
 from ..device.turns.given_postures import given_posture
 from ..device.wrist_device import as_device
@@ -110,13 +111,9 @@ class DeviceValues(PoseValues):
         return Case(Rotation.from_matrix(matrices), centre_offset=offset, **more)
 
     def _signed(self, placed: DeviceEquilibrium) -> FloatArray:
-        """Margins, zero out of reach; of three drives that hold the arm alone with the sign of their moments' volume.
-
-        Idle motions have no axes of their own, so that no volume with them has a sign.
-        """
-        margin = np.where(placed.reached, placed.margin, 0.0)
-        rows = placed.state.moment_of_f[..., : len(self._device.efforts)]
-        return np.copysign(margin, np.linalg.det(rows)) if rows.shape[1:] == (3, 3) else margin
+        """Margins, zero out of reach; with the sign of the moments' volume, where they have one."""
+        margin, volume = np.where(placed.reached, placed.margin, 0.0), moment_volume(self._device, placed)
+        return np.where(volume < 0.0, -margin, margin)
 
     def _signed_at(self, way: FloatArray) -> FloatArray:
         case = self._case(way, self.offsets.at(way, self._nearest))

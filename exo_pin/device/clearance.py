@@ -25,7 +25,7 @@ from ..wrist.clearance.clearance import LIMB_RADII, BodyShape, beyond, displaced
 from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
 from .device_model import DeviceModel, device_model
 from .parts.routes import PlacedRoute
-from .postures import placements, postures
+from .postures import placements, reached_postures
 
 if TYPE_CHECKING:
     from ..chain.structure.description import LimbRole
@@ -121,7 +121,7 @@ class LinkGaps(Gaps):
     def _configurations(self, model: DeviceModel, rows: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.bool_]]:
         if self._placed is not None:
             return self._placed.q[rows], self._placed.reached[rows]
-        found = postures(model, self._matrices[rows])
+        found = reached_postures(model, self._matrices[rows])
         return found.q, found.reached
 
     @cached_property

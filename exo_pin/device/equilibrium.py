@@ -17,12 +17,12 @@ cover has its kinematics and no loads: it is not evaluated.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import LoopNotClosed
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
@@ -34,7 +34,7 @@ from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
-from .postures import Postures, postures
+from .postures import reached_postures
 from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
@@ -187,12 +187,8 @@ def device_equilibrium(
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.entries, structure.held)
-    try:
-        found = postures(model, query.matrices, progress)
-        found = found if posture is None else posed(model, found, posture)
-    except LoopNotClosed:
-        q = np.tile(model.held.neutral(), (count, 1))
-        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
+    given = None if posture is None else partial(posed, given=posture)
+    found = reached_postures(model, query.matrices, progress, given)
     out = DeviceEquilibrium(
         state, found.q, np.full((count, p), np.nan), np.full(count, _NOT_SOLVED, dtype=np.int8), found.reached,
         found.share, np.full(count, np.nan), np.full((count, 3), np.nan),

@@ -330,10 +330,36 @@ def _of_model(
     linked, (pairs, cuts) = _link_pairs(device), _cable_pairs(pieces, shapes)
     pairs, cuts = np.concatenate([linked.pairs, pairs]), np.concatenate([linked.cuts, cuts])
     _fill_gaps(
-        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm),
-        pairs, cuts, out,
-    )  # fmt: skip
+        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm), out
+    )
+    if len(pairs):
+        _fill_beside(first, second, radii, owner, pairs, cuts, out[:, :, 2])
     return out
+
+
+def _fill_beside(
+    first: FloatArray,
+    second: FloatArray,
+    radii: FloatArray,
+    owner: NDArray[np.intp],
+    pairs: NDArray[np.intp],
+    cuts: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fill the least gaps of each part to others, shape (N, P); only pairs of pieces that may be nearest are asked."""
+    (i, j), both = pairs.T, radii[pairs].sum(axis=1)
+    kinds = np.unique(np.sort(owner[pairs], axis=1), axis=0, return_inverse=True)[1].ravel()
+    for k in range(len(first)):
+        # Fittings end at the middle at most, so that the distance of the middles bounds that of the pieces.
+        middle, half = 0.5 * (first[k] + second[k]), 0.5 * np.linalg.norm(second[k] - first[k], axis=1)
+        apart = np.linalg.norm(middle[i] - middle[j], axis=1) - both
+        most = np.full(kinds.max() + 1, np.inf)
+        np.minimum.at(most, kinds, apart)
+        near = np.flatnonzero(apart - half[i] - half[j] <= most[kinds])
+        gap, one, other = np.empty(len(near)), i[near], j[near]
+        _pair_distances(first[k, one], second[k, one], first[k, other], second[k, other], cuts[near], gap)
+        for own in (one, other):
+            np.minimum.at(out[k], owner[own], gap - both[near])
 
 
 def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -357,10 +383,9 @@ def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], F
 
 @kernel(stack=True)
 def _fill_gaps(
-    first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, pairs: Any, cuts: Any,
-    out: Any,
-) -> None:  # fmt: skip
-    """Fill the least gaps of each part to arm, torso and other cables."""
+    first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, out: Any
+) -> None:
+    """Fill the least gaps of each part to arm and torso."""
     for k in range(first.shape[0]):
         moved = vector(shift, k)
         for part in range(2):
@@ -383,10 +408,12 @@ def _fill_gaps(
                 for i in range(first.shape[1]):
                     gap = segment_distance(vector(first[k], i), vector(second[k], i), a, b) - radii[i] - rows[j, 6]
                     out[k, owner[i], part] = min(out[k, owner[i], part], gap)
-        for pair in range(pairs.shape[0]):
-            i, j = pairs[pair, 0], pairs[pair, 1]
-            p, q = beyond(vector(first[k], i), vector(second[k], i), cuts[pair, 0], cuts[pair, 1])
-            r, t = beyond(vector(first[k], j), vector(second[k], j), cuts[pair, 2], cuts[pair, 3])
-            gap = segment_distance(p, q, r, t) - radii[i] - radii[j]
-            out[k, owner[i], 2] = min(out[k, owner[i], 2], gap)
-            out[k, owner[j], 2] = min(out[k, owner[j], 2], gap)
+
+
+@kernel(stack=True)
+def _pair_distances(p: Any, q: Any, r: Any, t: Any, cuts: Any, out: Any) -> None:
+    """Fill the distances between segments pq and rt beyond their fittings, shape (M,), m."""
+    for k in range(p.shape[0]):
+        one = beyond(vector(p, k), vector(q, k), cuts[k, 0], cuts[k, 1])
+        other = beyond(vector(r, k), vector(t, k), cuts[k, 2], cuts[k, 3])
+        out[k] = segment_distance(one[0], one[1], other[0], other[1])

@@ -93,10 +93,10 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE))
     scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
-        Structure(*numbers, scales)
+        Structure(*numbers, scales=scales)
         for numbers in np.stack([independent, open_, motions.self_stresses, motions.idle_count, held], axis=1).tolist()
     )
-    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0, 0, scales))
+    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0, scales=scales))
 
 
 def _scales(rows: FloatArray, are_in_newton: list[bool]) -> tuple[float, ...]:

@@ -46,7 +46,7 @@ class Structure:
     self_stresses: int
     idle: int
     held: int = 0
-    scales: tuple[float, ...] = ()
+    scales: tuple[float, ...] = field(default=(), kw_only=True)
     #: Independent rows of equilibrium that drives and brakes can meet.
     rank: int = field(init=False)
 

@@ -164,7 +164,7 @@ def _masses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     ax.barh(at, np.nan_to_num(arm), 0.6, color=BLUE, label="on the arm")
     ax.barh(at, np.nan_to_num(links), 0.6, left=np.nan_to_num(arm), color=GREY, label="other links")
     for missing, words in ((np.isnan(arm) & np.isnan(links), "not known"), (np.isnan(links) & ~np.isnan(arm), "+ ?")):
-        for row in np.flatnonzero(missing):
+        for row in np.flatnonzero(missing).tolist():
             _at_end(ax, np.nan_to_num(arm[row]), row, words)
     ax.set(title="moving mass", xlabel="kg (?: limbs of unknown mass)")
 

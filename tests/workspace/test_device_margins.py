@@ -29,14 +29,14 @@ def of_places(serial, names, passive=None, reached=(True, True, True), **places)
     middle = [0.5 * (drive.least + drive.greatest) for drive in serial.device.drives]
     known = {
         "coordinates": np.tile(middle, (3, 1)), "share": np.array([1.0, 0.25, 0.75]),
-        "margin": np.array([0.5, NAN, 0.2]),
+        "margin": np.array([0.5, NAN, 0.2]), "state": SimpleNamespace(moment_of_f=np.tile(np.eye(3), (3, 1, 1))),
     }  # fmt: skip
     placed = SimpleNamespace(reached=np.array(reached), **(known | places))
     poses = SimpleNamespace(placed=placed, limits=SimpleNamespace(passive_error=passive))
     values = object.__new__(DeviceValues)
     # What the equilibrium of the poses would tell.
     values.__dict__["_plain"] = SimpleNamespace(source=SimpleNamespace(poses=poses))
-    values.__init__(serial.device, np.tile(np.eye(3), (3, 1, 1)), (3,), Criteria(independence=0.1), names)
+    values.__init__(serial.device, np.tile(np.eye(3), (3, 1, 1)), (3, 1, 1), Criteria(least_margin=0.1), names)
     return values
 
 
@@ -59,10 +59,14 @@ def test_joints_without_a_drive_count_by_what_they_are_beyond_their_ends(serial)
 def test_a_pose_that_is_not_reached_is_singular_and_not_connected(serial):
     """Where the drives' moments were not found nothing is known: such a pose is neither singular nor regular."""
     found = of_places(serial, ("singularity", "connected"), reached=(True, True, False))
-    np.testing.assert_allclose(found.independent, [0.5, NAN, 0.0])
-    np.testing.assert_allclose(found.margins["singularity"], [0.4, NAN, -0.1])
-    np.testing.assert_allclose(found.margins["connected"], [0.4, NAN, -0.25 - 0.1])
-    assert found.side == 1.0
+    np.testing.assert_allclose(found.margin, [0.5, NAN, -0.25])
+    np.testing.assert_allclose(found.margins["singularity"], [0.4, NAN, -0.35])
+    at_rest = min(0.5, float(serial.reaction(serial.pose(), limits="none").margin))
+    np.testing.assert_allclose(found.margins["connected"], [at_rest - 0.1, -np.inf, -np.inf])
+    beyond = SimpleNamespace(moment_of_f=np.stack([np.eye(3), -np.eye(3), -np.eye(3)]))
+    turned = of_places(serial, ("singularity",), state=beyond)
+    np.testing.assert_allclose(np.abs(turned.margin), [0.5, NAN, 0.2])
+    assert turned.margin[0] * turned.margin[2] < 0.0
     assert np.isposinf(found.bend).all()
     # Nothing asks for gaps or forces.
     for values in (found.gaps, found.tensions, found.shoulder):

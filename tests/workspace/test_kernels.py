@@ -48,26 +48,21 @@ def test_joint_margin_is_the_diamond_of_the_angles():
     geometry = ep.load("prototype").geometry
     poses = Rotation.random(20, rng=np.random.default_rng(0))
     _, matrices = pose_matrices(poses)
-    lengths, bend, independent = np.empty((20, 3)), np.empty(20), np.empty(20)
+    lengths, bend, margin = np.empty((20, 3)), np.empty(20), np.empty(20)
     kinematic_stack(
         matrices, geometry.base_points, geometry.platform_points, np.zeros((1, 3)), np.zeros((1, 3)),
         np.swapaxes(geometry.base_frames, 1, 2).copy(), np.swapaxes(geometry.platform_frames, 1, 2).copy(),
-        np.full(3, 1.5), lengths, bend, independent,
+        np.full(3, 1.5), lengths, bend, margin,
     )  # fmt: skip
     state = wrist.inverse_kinematics(geometry, poses)
     at_base = np.abs(state.base_theta_x) + np.abs(state.base_theta_y)
     at_arm = np.abs(state.platform_theta_x) + np.abs(state.platform_theta_y)
     np.testing.assert_allclose(bend, 1.5 - np.maximum(at_base, at_arm).max(axis=1), atol=1e-12)
     np.testing.assert_allclose(lengths, state.lengths, rtol=1e-12)
-    np.testing.assert_allclose(independent, np.linalg.det(state.normals), atol=1e-12)
-
-
-def test_independence_of_more_limbs_is_the_volume_of_their_normals():
-    exo = free_design(5)
-    found = exo.workspace(Rotation.random(8, rng=np.random.default_rng(4)), ["singularity"])
-    X = wrist.inverse_kinematics(exo.geometry, found.poses).normals
-    expected = np.sqrt(np.linalg.det(np.einsum("kni,knj->kij", X, X)))
-    np.testing.assert_allclose(found.independent, expected, rtol=1e-10)
+    rows = np.cross(state.platform_points, state.directions)
+    values = np.linalg.svd(rows, compute_uv=False)
+    expected = 3.0 / np.sqrt((values**2).sum(axis=1) * (values**-2.0).sum(axis=1))
+    np.testing.assert_allclose(margin, expected * np.sign(np.linalg.det(state.normals)), rtol=1e-9)
 
 
 def test_segment_distance_agrees_with_coal():

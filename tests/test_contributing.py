@@ -21,7 +21,7 @@ from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.reaction import SPLITS, Split, reaction_table
 from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
-from exo_pin.view import Scene, Sliders
+from exo_pin.view import Scene
 from exo_pin.view.picture.mechanism_picture import offsets
 from exo_pin.view.plots import force_history, rotation_ball, workspace_slices
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
@@ -72,7 +72,6 @@ DOORS = {
     "uncertainty": lambda exo, split: exo.uncertainty(exo.pose(30, 30), split=split),
     "Run.reaction": lambda exo, split: stood(exo).reaction(split),
     "offsets": lambda exo, split: offsets([0.01, 0.0, 0.0], exo.pose(30, 30), split),
-    "Sliders": lambda exo, split: Sliders(exo, live=False, split=split),
     "Assumptions": lambda exo, split: ep.solve(exo, ep.Case(exo.pose(30, 30)), ep.Assumptions(split)),
     "as_split": lambda exo, split: as_split(split),
     "report_on_pose": lambda exo, split: report_on_pose(exo, exo.reaction(exo.pose(30, 30), split=split)),
@@ -174,7 +173,7 @@ def test_an_added_split_stands_in_every_output(exo, capsys, tmp_path):
     followed = exo.follow(movement(exo), static=True, split=split)
     assert "preloaded" in single.plot().get_supxlabel()
     force_history(np.arange(5.0), stack)
-    for figure in (single.plot(), stack.plot(), followed.plot(), exo.reaction_map(exo.pose(LIFT), split=split).plot()):
+    for figure in (single.plot(), stack.plot(), followed.plot()):
         assert figure.axes
     pyplot.close("all")
     scene = Scene(exo, human=False)

@@ -180,8 +180,7 @@ def test_derivatives_of_a_shared_chain():
         v = size * given.v
         a = chain.project_acceleration(given.q, v, 0.0 * v)
         found = chain.inverse_dynamics_derivatives(given.q, v, a)
-        reaction = found.joint_reaction(joint, in_frame="local")
-        return found.tau_q, found.multipliers_q, reaction.q, reaction.v
+        return found.tau_q, found.multipliers_q, found.forces.joint_reaction(joint).wrench
 
     sizes = np.random.default_rng(6).normal(size=THREADS * 6)
     assert_same_as_alone([lambda s=s, k=k: job(s, joints[k % len(joints)]) for k, s in enumerate(sizes)])

@@ -22,17 +22,18 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import deliver
-from .options.option_values import numbers, refuse
 from .options.query_options import (
     caution,
     design,
     limits,
     movement,
+    numbers,
     offset,
     pose,
     pose_angles,
     pose_words,
     posture,
+    refuse,
     way_angles,
     wearer,
 )

@@ -17,7 +17,7 @@ from ..core.compiled import current_mode, mode
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
-from ..design.interface import PRESSURE_LIMITS
+from ..design.shoulder import PRESSURE_LIMITS
 from ..device.device_singularity import device_singularity
 from ..device.protocol import Device
 from ..device.wrist_device import as_device

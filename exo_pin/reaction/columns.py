@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.results import drawn
 from ..core.validation import FloatArray
-from ..design.interface import PRESSURE_LIMITS
+from ..design.shoulder import PRESSURE_LIMITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

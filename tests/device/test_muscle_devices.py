@@ -6,7 +6,7 @@ from arm_alone import arm_alone
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.muscle import muscle_model
+from exo_pin.muscle import Muscle, muscle_model
 
 LAW = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
 
@@ -29,6 +29,22 @@ def as_routes(exo):
         limb = exo.mechanism.limbs[k]
         drives.append(Drive(f"muscle_{k}", route=route, actuator=limb.actuator, stroke=limb.stroke))
     return ep.ShoulderExo.from_device(ChainDevice(arm_alone(), tuple(drives), arm=exo.arm))
+
+
+def test_muscles_along_routes_have_the_forces_of_a_wrists():
+    exo = with_muscles()
+    device, load = as_routes(exo), ep.Load((0.2, 0.1, -0.5), at=(0.0, 0.0, -0.3))
+    poses = exo.pose([30, 33], [30, 30])
+    law = muscle_model("best", 0.2)
+    muscles = [
+        Muscle(model=law, end_fitting=limb.stroke.end_fitting, supply_pressure=4e5, least_pressure=1.5e5)
+        for limb in exo.mechanism.limbs
+    ]
+    for limits in ("design", muscles):
+        one, other = (own.reaction(poses, load=load, split="minimal", limits=limits) for own in (exo, device))
+        assert one.held.any()
+        np.testing.assert_array_equal(one.held, other.held)
+        np.testing.assert_allclose(other.actuator_forces, one.actuator_forces, rtol=1e-6, atol=1e-8)
 
 
 def test_a_muscle_over_a_via_point_is_limited_by_pressure_and_contraction(tmp_path):

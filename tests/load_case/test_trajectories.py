@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mckibben import McKibben
 from scipy.spatial.transform import Rotation
 from wrists import map_of
 
@@ -148,6 +149,11 @@ def test_movement_files_that_are_wrong(tmp_path, text, message):
         read_movement(tmp_path / "none.csv")
 
 
-def test_only_a_movement_is_followed():
+def test_actuators_are_one_a_limb_and_a_movement_is_one():
+    exo = ep.load("prototype")
+    with pytest.raises(ep.InvalidInput, match="force_limits"):
+        exo.reaction(Rotation.identity(), limits=[object(), McKibben(), McKibben()])
+    with pytest.raises(ep.InvalidInput, match="3 actuators"):
+        exo.reaction(Rotation.identity(), limits=[McKibben()] * 2)
     with pytest.raises(ep.InvalidInput, match="Movement"):
         ep.load("prototype").follow(Rotation.identity())

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.progress import track
-from ...core.results import Result, drawn, frame_of
+from ...core.results import Result, frame_of
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count
 from ...design import Mechanism
 from ...device.wrist_device import as_device
@@ -38,7 +38,7 @@ from .map_limits import MapLimits
 from .map_three_limbs import map_three
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 #: The kernels' codes of the splits, whose children they do not know.
 _LAWS = {Spherical: map_kernels.SPHERICAL, Standalone: map_kernels.STANDALONE, Minimal: map_kernels.MINIMAL}
@@ -157,46 +157,6 @@ class ReactionMap(Result, ReadOnly):
         if self.status_codes is not None:
             columns["status"] = self.status.astype(object)
         return frame_of(columns)
-
-    def plot(
-        self,
-        along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
-        label: str | tuple[str, str] | None = None,
-    ) -> Figure:
-        """Draw |F_s| of a map of one dimension as a curve, of two dimensions as a picture.
-
-        Poses that cannot be held are left out where the map has a status.
-
-        Parameters
-        ----------
-        along : array_like, or a pair of them, optional
-            Values along the stack: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
-            and of the second. Numbers of the poses if left out.
-        label : str, or a pair of them, optional
-            Names of these values with the unit.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        InvalidInput
-            If the map has another number of dimensions or no |F_s|, or shapes do not fit.
-        MissingExtra
-            If matplotlib is not installed.
-
-        Examples
-        --------
-        >>> exo, angles = ep.load("four-cables"), np.array([0.0, 30.0, 60.0])
-        >>> figure = exo.reaction_map(exo.pose(angles)).plot(along=angles, label="flexion, °")
-        >>> figure.axes[0].get_xlabel()
-        'flexion, °'
-        """
-        shown = self._magnitude
-        if self.status_codes is not None:
-            shown = np.where(self.held, shown, np.nan)
-        return drawn("answer_plots:map_figure", shown, along, label)
 
     @property
     def _magnitude(self) -> FloatArray:

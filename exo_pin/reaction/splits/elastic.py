@@ -41,7 +41,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
-from ...design.interface import nothing_gives_way
+from ...design.shoulder import nothing_gives_way
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.forces.affine_state import BalancedTensions
 from ...wrist.forces.side_forces import guide_flexibility

@@ -15,7 +15,7 @@ from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.device.elastic.soft_equations import NotEvaluated, OutOfReach
 from exo_pin.device.parts.lacking_data import LackingData
 from exo_pin.muscle import ConstantFriction
-from exo_pin.muscle.simulation.phases import Phases
+from exo_pin.muscle.simulation.step_response import Phases
 from exo_pin.numerics.bounded.box_descent import scratch
 from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction import SPLITS

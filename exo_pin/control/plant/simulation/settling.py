@@ -7,10 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
-from ..equations.drive_kernels import AIR, FLOWS, MOTOR_COLUMNS
-from ..equations.integrator import DONE, advance
-from ..equations.muscle_kernels import COLUMNS
-from ..equations.plant_kernels import SHOULDER, Tables, rates, state_parts
+from ..equations.drive_kernels import AIR, COLUMNS, FLOWS, MOTOR_COLUMNS
+from ..equations.plant_kernels import DONE, SHOULDER, Tables, advance, rates, state_parts
 
 #: Viscous moment over angular velocity while it settles, N m s/rad: an arm of 1 kg then creeps.
 _DAMPING = 0.5

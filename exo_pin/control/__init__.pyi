@@ -1,7 +1,6 @@
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.motor_loop import LengthController as LengthController
-from .controllers.motor_loop import LengthGains as LengthGains
 from .controllers.tension_program import Tensions as Tensions
 from .controllers.tension_program import missing_moments as missing_moments
 from .controllers.tension_program import tensions_for_motion as tensions_for_motion

@@ -25,9 +25,8 @@ from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
-from .simulation.settling import settled
-from .simulation.simulation import SAME, Clock, DriveSchedule, PlantSimulation, RunInstant, as_tolerance, end_time
-from .state import FIRST_STEP, Controller, DriveStates, PlantState, Sensor, equations_state
+from .simulation import SAME, Clock, DriveSchedule, PlantSimulation, RunInstant, as_tolerance, end_time
+from .state import FIRST_STEP, Controller, DriveStates, PlantState, Sensor, equations_state, settled
 
 if TYPE_CHECKING:
     from ...design import Mechanism

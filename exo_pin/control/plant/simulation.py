@@ -15,21 +15,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ....core.errors import InvalidInput, SolverFailed
-from ....core.errors.base import shown
-from ....core.progress import track
-from ....core.records import Record
-from ....core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
-from ....muscle.valve.flow import ValveUnit
-from ..drives import MotorDrive
-from ..equations.drive_kernels import FLOWS
-from ..equations.plant_kernels import DONE, TOO_SMALL, advance, observe, tolerances
-from ..faults import Fault
-from ..run import Run
-from ..state import Controller, Measurement, PlantState, Sensor, Snapshot, equations_state, state_values
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.base import shown
+from ...core.progress import track
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
+from ...muscle.valve.flow import ValveUnit
+from .drives import MotorDrive
+from .equations.drive_kernels import FLOWS
+from .equations.plant_kernels import DONE, TOO_SMALL, advance, observe, tolerances
+from .faults import Fault
+from .run import Run
+from .state import Controller, Measurement, PlantState, Sensor, Snapshot, equations_state, state_values
 
 if TYPE_CHECKING:
-    from ..plant import Plant
+    from .plant import Plant
 
 #: Two instants nearer than this, s, are one.
 SAME = 1e-9

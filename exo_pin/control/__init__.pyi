@@ -12,7 +12,6 @@ from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import options_for as options_for
-from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
 from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
 from .experiments.catalogue import with_longer_muscles as with_longer_muscles

@@ -97,7 +97,7 @@ def muscle_examples():
     model = muscle.dynamic_model("tang-3-31")
     step = muscle.PressureStep(2e5, 3e5)
     times = np.linspace(0.0, 1.2, 31)
-    response = muscle.simulate(model, 1.3, step, times, outside="mark", estimate_error=False)
+    response = muscle.simulate(model, 1.3, step, times, outside="mark")
     recording = muscle.Recording(times, response.contraction, step, 1.3)
     return [
         *(muscle.muscle_model(name) for name in muscle.muscle_models()),

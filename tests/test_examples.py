@@ -23,7 +23,7 @@ EXAMPLES = {key: each for key, each in TOLD.items() if ">>>" in each[1]}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
 SLOW = {
-    "exo_pin.ClosedChain.inverse_dynamics_derivatives", "exo_pin.chain.ReactionDerivatives",
+    "exo_pin.ClosedChain.inverse_dynamics_derivatives",
     "exo_pin.chain.Derivatives", "exo_pin.chain.Derivatives.joint_reaction",
     "exo_pin.ShoulderExo.reaction_map", "exo_pin.ShoulderExo.uncertainty", "exo_pin.ShoulderExo.track",
     "exo_pin.SuspectMeasurements", "exo_pin.ContactRange", "exo_pin.Person.contact_range",

@@ -2,7 +2,7 @@ from .assumptions import Assumptions as Assumptions
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
-from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
+from .constraints.glenoid_cone import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import Limits as Limits
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
@@ -10,12 +10,10 @@ from .holding.force_range import ForceRange as ForceRange
 from .holding.posture_range import PostureRange as PostureRange
 from .holding.posture_range import posture_range as posture_range
 from .indeterminacy.certificate import Certificate as Certificate
-from .indeterminacy.certificate import Components as Components
 from .indeterminacy.certificate import Optimum as Optimum
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .movements.along import MovementReaction as MovementReaction
 from .movements.along import movement_reaction as movement_reaction
-from .movements.movement_files import write_movement_reaction as write_movement_reaction
 from .result import Reaction as Reaction
 from .solve_case import solve as solve
 from .splits.registry import SPLITS as SPLITS

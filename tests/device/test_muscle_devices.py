@@ -1,4 +1,4 @@
-"""Pneumatic muscles over via points as the drives of a device: their limits, pressures and stiffness."""
+"""Pneumatic muscles over via points as the drives of a device: their limits."""
 
 import numpy as np
 import pytest

@@ -243,7 +243,7 @@ def test_forces_are_chosen_once(monkeypatch):
     monkeypatch.setattr(module, "chosen_forces", lambda *arguments: count.append(1) or own(*arguments))
     exo = ep.load("four-cables")
     answer = exo.reaction(exo.pose([60, 110], [30, 96]))
-    str(answer), answer.to_json(), answer.can_hold, answer.certificate.components, answer.closest, answer.optimum
+    str(answer), answer.to_json(), answer.can_hold, answer.certificate, answer.closest, answer.optimum
     assert len(count) == 1
 
 

@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.core.errors.base import echo
 from exo_pin.load_case import Movement
 
@@ -222,13 +221,6 @@ def fields(rng):
     return EXO.replace(**{name: junk(rng)})
 
 
-def holding(rng):
-    exo = some_exo(rng)
-    n = exo.mechanism.limb_count
-    bounds = with_one_bad(rng, {"lower": np.zeros(n), "upper": np.full(n, 100.0)})
-    return wrist.holding(exo.mechanism, poses(rng), **bounds)
-
-
 def movement(rng):
     t, series = np.linspace(0, 1, 14), ep.shoulder_rotation(np.linspace(0, 1, 14), 0.2, 0)
     good = {"times": t, "sensor_noise": 0.01}
@@ -268,7 +260,6 @@ MAKERS = (
     options,
     limbs,
     fields,
-    holding,
     movement,
     follow,
     sweep,

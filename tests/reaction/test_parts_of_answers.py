@@ -12,7 +12,7 @@ from exo_pin.reaction import SPLITS, Certificate, Reaction
 from exo_pin.reaction.answer import BEYOND, QUERY_STATUS, _balance_residual, _mark_non_finite, answered, chosen_forces
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.indeterminacy.certificate import certificate_of
-from exo_pin.reaction.indeterminacy.closest_forces import closest_forces
+from exo_pin.reaction.indeterminacy.infeasibility import closest_forces
 from exo_pin.reaction.splits.split import Chosen
 
 NAN, INF = np.nan, np.inf

@@ -15,8 +15,7 @@ from ...core.results import plain
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
 from .. import deliver
-from ..options.option_values import numbers
-from ..options.query_options import person_size, wearer
+from ..options.query_options import numbers, person_size, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking

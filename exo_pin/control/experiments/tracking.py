@@ -286,4 +286,4 @@ class Tracking(Result, ReadOnly):
         >>> len(page.axes)
         6
         """
-        return drawn("tracking_plots:tracking_figure", self)
+        return drawn("muscle_plots:tracking_figure", self)

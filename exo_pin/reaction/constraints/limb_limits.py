@@ -123,13 +123,7 @@ def given_forces(tensions: FloatArray) -> list[ForceLimited]:
 
 
 def _each_limb(given: Any, limb_count: int) -> list[ForceLimited]:
-    """One actuator a limb, from one for all or a sequence of them.
-
-    Raises
-    ------
-    InvalidInput
-        If there are not as many as limbs, or one has no limits.
-    """
+    """One actuator a limb, from one for all or a sequence of them."""
     actuators = list(given) if isinstance(given, (list, tuple)) else [given] * limb_count
     if len(actuators) != limb_count:
         raise InvalidInput(f"expected {limb_count} actuators, one a limb, got {len(actuators)}")
@@ -151,20 +145,8 @@ def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> FloatArra
     return ends
 
 
-def _in_reach(call: Callable[[FloatArray], tuple[ArrayLike, ArrayLike]], lengths: FloatArray) -> FloatArray:
-    """Limits of an actuator for a stack, and pose by pose where it refuses the stack as a whole.
-
-    Parameters
-    ----------
-    call : callable
-        ``force_limits`` of the actuator.
-    lengths : ndarray
-        Shape (N,), m.
-
-    Returns
-    -------
-    ndarray
-        Shape (2, N); NaN where the actuator refused, by raising a child of ExoPinError.
+def _in_reach(limits: Callable[[FloatArray], Any], lengths: FloatArray) -> FloatArray:
+    """Limits of an actuator for a stack, shape (2, N), pose by pose where it refuses the stack; NaN where it refuses.
 
     Raises
     ------
@@ -173,32 +155,30 @@ def _in_reach(call: Callable[[FloatArray], tuple[ArrayLike, ArrayLike]], lengths
     InvalidInput
         If its results are not numbers of the expected shape.
     """
-    whole = _evaluated(call, lengths)
+    whole = _evaluated(limits, lengths)
     if whole is not None:
         return whole
-    nothing = np.full((2, 1), np.nan)
-    rows = [_evaluated(call, lengths[row : row + 1]) for row in range(len(lengths))]
-    return np.concatenate([np.zeros((2, 0)), *(nothing if row is None else row for row in rows)], axis=1)
+    out = np.full((2, len(lengths)), np.nan)
+    for row in range(len(lengths)):
+        single = _evaluated(limits, lengths[row : row + 1])
+        if single is not None:
+            out[:, row] = single[:, 0]
+    return out
 
 
-def _evaluated(call: Any, lengths: FloatArray) -> FloatArray | None:
-    """Limits of an actuator, shape (2, N); None if it refuses.
-
-    Raises
-    ------
-    MissingData
-        If it lacks what it needs.
-    InvalidInput
-        If its results are not numbers of the expected shape.
-    """
+def _evaluated(limits: Callable[[FloatArray], Any], lengths: FloatArray) -> FloatArray | None:
+    """Answer of an actuator, shape (2, N); None if it refuses, by raising a child of ExoPinError."""
     try:
-        raw = call(lengths)
+        raw = limits(lengths)
     except MissingData:
         raise
     except ExoPinError:
         return None
     try:
-        lower, upper = (np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in raw)
-        return np.stack([np.broadcast_to(part, lengths.shape) for part in (lower, upper)])
+        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in tuple(raw)]
+        spread = [np.broadcast_to(part, lengths.shape) for part in filled]
     except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidInput(f"expected two arrays of shape {lengths.shape} from force_limits: {error}") from error
+        raise InvalidInput(f"expected numbers of shape {lengths.shape} from an actuator: {error}") from error
+    if len(spread) != 2:
+        raise InvalidInput(f"expected 2 arrays from an actuator, got {len(spread)}")
+    return np.stack(spread)

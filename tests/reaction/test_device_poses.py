@@ -145,7 +145,8 @@ def test_speeds_are_limited_in_motion_where_limits_are_those_of_the_design(cable
     assert np.abs(rates).max() > 0.011
     for device, asked, limits, status in (
         (slow, motion, "design", "beyond_limits"), (slow, None, "design", "ok"), (slow, motion, "none", "ok"),
-        (free, motion, "design", "ok"), (slow, motion, (0.0, 400.0), "beyond_limits"), (slow, motion, pulls, "ok"), (slow, motion, "pull", "beyond_limits"),
+        (free, motion, "design", "ok"), (slow, motion, (0.0, 400.0), "beyond_limits"), (slow, motion, pulls, "ok"),
+        (slow, motion, "pull", "beyond_limits"),
     ):  # fmt: skip
         answer = device.reaction(pose, motion=asked, limits=limits)
         assert answer.status == status, (limits, answer.verdict)

@@ -7,17 +7,13 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import shoulder_rotation, wrist
-from exo_pin.workspace import starting_design
 from exo_pin.workspace.evaluation import _from_z, rest_side
 from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest, widest_path
-from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, independence, shoulder_stack
-from exo_pin.workspace.limb_table import limb_loss_words
+from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, shoulder_stack
 from exo_pin.workspace.pose_offsets import PoseOffsets
 
 pytestmark = pytest.mark.usefixtures("plain")
 
-ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-CABLE = ep.Actuator("cable", pull_limit=400.0)
 FACES = ndimage.generate_binary_structure(3, 1)
 
 
@@ -125,13 +121,6 @@ def test_the_shoulders_diamond_is_about_its_centre(side, outward):
     assert (second < first).any()
 
 
-@pytest.mark.parametrize("n", [3, 4, 6])
-def test_independence_is_the_root_of_the_determinant_of_the_gram_matrix(n):
-    X = np.random.default_rng(272).normal(size=(n, 3))
-    expected = np.linalg.det(X) if n == 3 else np.sqrt(np.linalg.det(X.T @ X))
-    assert independence(X) == pytest.approx(expected, rel=1e-10)
-
-
 @pytest.mark.parametrize(("degrees", "count"), [(0.0, 1), (0.4, 2), (24.5, 26), (25.5, 27)])
 def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
     matrices, seen = Rotation.from_rotvec([[0.0, np.radians(degrees), 0.0]]).as_matrix(), []
@@ -142,35 +131,6 @@ def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
 
     connection_margin(noted, matrices, (1, 1, 1), np.ones(1), 1.0)
     np.testing.assert_allclose(seen, np.linspace(0.0, degrees, count), atol=1e-9)
-
-
-def test_way_from_rest_to_the_grid_counts():
-    """A grid along a turn, from 12.5° on: what lies between it and rest is no node."""
-    angles = np.radians(np.arange(12.5, 60.0, 10.0))
-    matrices = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0]).as_matrix()
-
-    def independence(R, hole):
-        turn = np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
-        seen.append(turn)
-        return -np.where(np.abs(turn - hole) < 0.6, 0.05, 0.4)
-
-    seen, value = [], np.array([0.3, 0.5, 0.2, 0.6, np.nan])
-    for hole, expected in ((-40.0, [0.3, 0.3, 0.2, 0.2, -np.inf]), (7.0, [0.05, 0.05, 0.05, 0.05, -np.inf])):
-        seen.clear()
-        found = connection_margin(lambda R, at=hole: independence(R, at), matrices, (5, 1, 1), value, -1.0)
-        np.testing.assert_array_equal(found, expected)
-        (way,) = seen
-        assert way[0] == 0.0
-        assert way[-1] == pytest.approx(12.5)
-        assert 0.5 < np.diff(way).min() <= np.diff(way).max() <= 1.0 + 1e-9
-    unknown = connection_margin(lambda R: np.full(len(R), np.nan), matrices, (5, 1, 1), value, 1.0)
-    assert (unknown == -np.inf).all()
-
-
-def test_a_region_of_one_pose():
-    inside = np.zeros((2, 3, 2), dtype=bool)
-    inside[1, 2, 0] = True
-    np.testing.assert_array_equal(largest_region(inside), inside)
 
 
 def test_sign_at_rest():
@@ -190,14 +150,6 @@ def test_sign_at_rest():
         assert rest_side(flat, np.array(signs), none, 0) == side
 
 
-def test_the_side_of_a_singular_rest_is_that_of_more_poses_however_near():
-    angles = np.radians([0.0, 120.0, 240.0])
-    ring = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
-    flat = starting_design(CABLE, ARM, 3).replace(geometry=ep.WristGeometry(0.2 * ring, 0.1 * ring + [0.0, 0.0, -0.2]))
-    for values, side in (([0.5, 0.3, -0.4], 1.0), ([0.5, -0.3, -0.4], -1.0), ([0.5, -0.5], 1.0), ([0.0, -0.1], -1.0)):
-        assert rest_side(flat, np.array(values), PoseOffsets.none(), 0) == side
-
-
 def test_least_turn_from_the_straight_direction():
     rng = np.random.default_rng(1)
     for direction in (*rng.normal(size=(4, 3)), [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-14, 0.0, 1.0]):
@@ -211,26 +163,6 @@ def test_least_turn_from_the_straight_direction():
         assert Rotation.from_matrix(turn).magnitude() == pytest.approx(angle, abs=1e-7)
 
 
-@pytest.mark.parametrize("n", [3, 4, 6])
-def test_independence_is_the_volume(n):
-    X = np.random.default_rng(n).normal(size=(n, 3))
-    expected = np.linalg.det(X) if n == 3 else np.sqrt(np.linalg.det(X.T @ X))
-    assert independence(X) == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("outward", [1.0, -1.0])
-def test_shoulder_range_takes_the_better_of_both_triples(outward):
-    poses = Rotation.random(200, rng=np.random.default_rng(3))
-    margin, centre, half = np.empty(200), 0.4, 1.1
-    shoulder_stack(np.ascontiguousarray(poses.as_matrix()), centre, half, outward, margin)
-    _, x, z = poses.as_euler("YXZ").T
-    sizes = []
-    for abduction, axial in ((x, z), (np.pi * outward - x, z + np.pi)):
-        sizes.append(np.abs(outward * abduction - centre) + np.abs((axial + np.pi) % (2.0 * np.pi) - np.pi))
-    best = half - np.minimum(*sizes)
-    np.testing.assert_allclose(margin, best, atol=1e-9)
-
-
 @pytest.mark.parametrize("outward", [1.0, -1.0])
 def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outward):
     for last in (1.0, 1.0 + 2.0**-52):
@@ -239,15 +171,3 @@ def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outw
             margin = np.empty(1)
             shoulder_stack(R, 0.4, 2.5, outward, margin)
             assert margin[0] == pytest.approx(2.5 - abs(sign * np.pi / 2 - 0.4))
-
-
-@pytest.mark.parametrize(
-    ("shares", "words"),
-    [
-        ([0.0, 0.0], "Whichever limb fails, the others hold every pose inside."),
-        ([0.0, 0.25], "Where the others do not hold the arm, it sinks, with at most 25% of its free acceleration."),
-        ([0.1, 1.0], "Where the others do not hold the arm, it drops."),
-    ],
-)
-def test_words_of_a_lost_limb(shares, words):
-    assert limb_loss_words({"missing_share": np.array(shares)}) == words

@@ -17,7 +17,7 @@ from small_searches import GENERATION, RUN, searched
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.core.errors import StorageUnusable
+from exo_pin.core import errors
 from exo_pin.workspace import CRITERIA
 
 pytest.importorskip("optuna")
@@ -119,7 +119,7 @@ def test_the_file_that_is_named_is_written_and_no_other(tmp_path, monkeypatch, n
 def test_every_storage_that_cannot_be_used_is_one_error(tmp_path, monkeypatch, capsys, storage, reason):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text").write_text("no database, but long enough to be looked at\n" * 100)
-    with pytest.raises(StorageUnusable, match=reason) as caught:
+    with pytest.raises(errors.StorageUnusable, match=reason) as caught:
         searched(storage)
     assert "\n" not in str(caught.value)
     assert "secret" not in str(caught.value)
@@ -144,7 +144,7 @@ def test_a_storage_cannot_run_the_code_of_its_sender(tmp_path, ended, begun):
         (ended[0], "result", code), (ended[0], "description", code), (begun[0], "progress", code),
         (begun[0], "progress", taken_over(code)),
     ):  # fmt: skip
-        with pytest.raises(StorageUnusable):
+        with pytest.raises(errors.StorageUnusable):
             searched(put(tmp_path / "study.db", content, key, value))
     assert not harm.exists()
     pickle.loads(code.encode("latin-1"))  # it would have
@@ -175,7 +175,7 @@ def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, en
     file.close()
     description = json.loads(json.loads(text))
     for other in ({**description, "format": 2}, {k: v for k, v in description.items() if k != "format"}):
-        with pytest.raises(StorageUnusable, match="another version"):
+        with pytest.raises(errors.StorageUnusable, match="another version"):
             searched(put(path, ended[0], "description", other))
     with pytest.raises(ep.InvalidInput, match="searches something else: seed was 0 and is 1;"):
         searched(put(path, ended[0]), seed=1)
@@ -203,10 +203,10 @@ EVERY = pytest.mark.parametrize("step", [6, pytest.param(1, marks=full)])
 def test_records_of_runs_are_checked(tmp_path, ended, step):
     path = tmp_path / "study.db"
     for change in WRONG[::step]:
-        with pytest.raises(StorageUnusable, match="run 0"):
+        with pytest.raises(errors.StorageUnusable, match="run 0"):
             searched(put(path, ended[0], "result", {**GOOD, **change}))
     for text in ("[" * 100_000, "no JSON", "[]", '{"evaluations": ' + "9" * 5000 + "}")[::step]:
-        with pytest.raises(StorageUnusable):
+        with pytest.raises(errors.StorageUnusable):
             searched(put(path, ended[0], "result", text))
     for change in RIGHT[::step]:
         (run,) = searched(put(path, ended[0], "result", {**GOOD, **change}), budget=1).runs
@@ -253,7 +253,7 @@ def test_wrong_states_are_reported(tmp_path, begun, step):
             given = state[key]
             wrong.append({**state, key: [*given[:-1], beyond] if isinstance(given, list) else beyond})
     for each in wrong if step == 1 else wrong[:: 2 * step + 1]:
-        with pytest.raises(StorageUnusable):
+        with pytest.raises(errors.StorageUnusable):
             searched(put(path, content, "progress", taken_over(each)))
 
 
@@ -270,7 +270,7 @@ def test_any_state_that_is_accepted_can_be_searched(tmp_path, begun):
         with np.errstate(all="ignore"):
             try:
                 found = searched(path, budget=RUN)
-            except StorageUnusable:
+            except errors.StorageUnusable:
                 continue
         accepted += 1
         assert np.abs(np.array(found.runs[0].point) - 0.5).max() <= 0.5
@@ -303,7 +303,7 @@ def test_a_damaged_file_is_reported(tmp_path, ended):
     for content in damaged:
         try:
             searched(put(tmp_path / "study.db", content), budget=1)
-        except StorageUnusable:
+        except errors.StorageUnusable:
             refused += 1
     assert refused > 10
 
@@ -313,7 +313,7 @@ def test_a_full_disk_is_reported(tmp_path):
     if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tmp_path], capture_output=True).returncode:
         pytest.skip("a disk can be mounted by root only")
     try:
-        with pytest.raises(StorageUnusable, match="full"):
+        with pytest.raises(errors.StorageUnusable, match="full"):
             searched(tmp_path / "study.db")
     finally:
         subprocess.run(["umount", "--lazy", tmp_path], check=True)

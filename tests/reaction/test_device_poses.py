@@ -1,4 +1,4 @@
-"""Poses of devices that are not wrists: joints without drive, offsets, limits, and what is lacking."""
+"""Poses of devices that are not wrists: joints without drive, offsets, and limits."""
 
 import re
 import shutil
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from arm_alone import arm_alone
 from places import URDF
-from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
@@ -46,57 +45,6 @@ def test_joints_without_drive_are_as_far_beyond_their_ends_as_they_turn(tmp_path
     # One end alone: whichever way it turns, one of the two is passed.
     past = [with_ends(*ends).reaction(poses[1]).status == "out_of_stroke" for ends in ((-0.01, 3.0), (-3.0, 0.01))]
     assert sorted(past) == [False, True]
-
-
-def needed(exo, pose, split="spherical"):
-    return exo.reaction(pose, split=split, limits="none").certificate.components.needed
-
-
-def test_what_is_lacking_to_determine_the_efforts_of_a_device(cables):
-    exo, (four, three) = cables
-    known = (
-        'nothing more than is known: split="elastic" determines them',
-        "or the force and couple at the cuff, measured",
-    )
-    share = "1 of the 4 efforts of the drives, measured, or a law by which they share"
-    pose = exo.pose(60.0)
-    assert needed(four, pose) == (share,)
-    assert needed(four, pose, "elastic") == (share,)
-    assert needed(three, pose) == ()
-    serial = ep.load(URDF / "serial-y-x-z.urdf")
-    lacking = ("what gives way: stiffness of the cuff, the harness or links", known[1])
-    assert needed(serial, serial.pose(20.0, 30.0)) == lacking
-    cuff = ep.Interfaces(cuff=ep.Interface.of(2e4, 60.0))
-    for soft in (serial.replace(interfaces=cuff), serial.replace(shoulder=ep.Shoulder(stiffness=2e4))):
-        assert needed(soft, serial.pose(20.0, 30.0)) == known
-    assert needed(serial.replace(interfaces=cuff), serial.pose(20.0, 30.0), "elastic") == ()
-
-
-def test_what_is_lacking_to_determine_the_forces_of_limbs():
-    guide, bare, free = ep.Limb("UPU", guide=ep.LimbGuide(60.0, 50.0)), ep.Limb("UPU"), ep.Limb("SPS")
-
-    def asked(limbs, stiffness=None):
-        rng = np.random.default_rng(1)
-        mechanism = random_mechanism(rng, len(limbs))
-        exo = ep.ShoulderExo.from_mechanism(mechanism)
-        exo = exo.replace(limbs=tuple(limbs), shoulder=ep.Shoulder(stiffness=stiffness))
-        return needed(exo, regular_poses(mechanism, rng, 1, margin=0.05)[0])
-
-    share = "{} of the {} limb tensions, measured, or a law by which the actuators share them".format
-    assert asked([free] * 3) == ()
-    assert asked([free] * 5) == (share(2, 5),)
-    what = "(EI and GJ of a guide, or that there is none)"
-    assert asked([bare, free, bare, guide]) == (
-        share(1, 4), f"the stiffness of the shoulder and what resists sideways in limbs 1, 3 {what}",
-        "or the 3 side forces g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert asked([guide, bare, guide], 2e4) == (
-        f"what resists sideways in limb 2 {what}", "or the 3 side forces g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert asked([free] * 2 + [guide]) == (
-        "the stiffness of the shoulder", "or the side force g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert asked([guide] * 3, 2e4)[0] == 'nothing more than is known: split="elastic" determines them'
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,11 @@ from exo_pin.thesis import ledger
 
 FOLDER = Path(__file__).parent
 
+# Tests start many processes, and rewriting the asserts of all files takes a quarter of a minute: what Python compiles
+# is kept, as kernels are, also where the environment says otherwise.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 def pytest_collection_modifyitems(items):
     """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""

@@ -77,7 +77,7 @@ def differences(one, two, path=""):
 
 
 #: Questions that take seconds of a robot.
-SLOW = {"reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks"}
+SLOW = {"reaction", "reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks"}
 ASKED = [
     pytest.param(design, question, marks=pytest.mark.full if design == "robot" and question in SLOW else ())
     for design, question in itertools.product(DESIGNS, QUESTIONS)
@@ -98,7 +98,7 @@ def test_a_command_of_wrists_has_the_same_numbers_on_both_shoulders(command, cap
     assert differences(one, two) == []
 
 
-@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("design", ["preset", pytest.param("robot", marks=pytest.mark.full)])
 def test_what_is_written_on_the_right_is_the_mirror_image(design, tmp_path, capsys):
     name = DESIGNS[design]
     for side in ("left", "right"):

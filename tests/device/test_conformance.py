@@ -156,7 +156,7 @@ def test_closed_forms_answer_as_the_chain(name):
 
 
 #: An opaque device is asked for pictures and files, too, which takes seconds.
-SLOW = (*SHIPPED[1:], *WRISTS[1:], "idle-0", "motor-1")
+SLOW = (*SHIPPED[1:], *WRISTS, "idle-0", "motor-1")
 
 
 @every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=("handed-1", *ep.presets()))

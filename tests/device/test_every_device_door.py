@@ -29,7 +29,9 @@ def case(exo):
     return poses, ep.Load((2.0, -1.0, -5.0), (0.1, 0.0, -0.1), (0.0, 0.0, -0.2))
 
 
-@pytest.mark.parametrize("name", DEVICES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.full) if name == "3rps-passive-ball" else name for name in DEVICES]
+)
 @pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement")
 def test_every_door_gives_one_force_and_one_verdict(name):
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)

@@ -5,7 +5,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
+from exo_pin import InvalidInput
 from exo_pin.device import WristDevice
 
 OFFSET = ep.CentreOffset([0.002, 0.0, 0.001], [0.0, 0.001, 0.0])

@@ -143,7 +143,7 @@ def test_out_of_reach_beyond_limits_and_singular_are_told_apart():
     assert "beyond its range" in narrow.reaction(exo.pose(60, 0)).verdict
 
 
-@pytest.mark.parametrize("name", ["prototype", "four-linear-actuators"])
+@pytest.mark.parametrize("name", ["prototype", pytest.param("four-linear-actuators", marks=pytest.mark.full)])
 @pytest.mark.parametrize("offset", [None, [0.004, -0.003, 0.005]])
 def test_every_door_has_one_margin(name, offset):
     """That of the singular values of the moments; of a device that gives way, at its equilibrium."""

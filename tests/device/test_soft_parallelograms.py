@@ -39,7 +39,7 @@ def test_order_of_bodies_and_kind_of_closing_change_nothing(seed):
         np.testing.assert_allclose(other.interface_displacements, first.interface_displacements, atol=1e-11)
 
 
-@pytest.mark.parametrize("seed", [1, 6, *(pytest.param(seed, marks=pytest.mark.full) for seed in (3, 8))])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.full) for seed in (3, 6, 8))])
 @pytest.mark.parametrize("part", ["cuff", "all"])
 def test_stiffer_and_stiffer_it_is_the_rigid_device(seed, part):
     """The difference falls as 1/k, from 1e6 to 1e12 N/m; a link of the parallelogram gives way, too."""

@@ -1,83 +1,50 @@
-"""Poses of devices that are not wrists: joints without drive, offsets, limits, and what is lacking."""
+"""Poses of devices that are not wrists: joints without drive, offsets, and limits."""
 
+import re
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from arm_alone import arm_alone
+from places import URDF
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.device.device_model import DeviceModel
-from exo_pin.reaction import Assumptions, device_poses
-from exo_pin.reaction.answer import QUERY_STATUS
-from exo_pin.reaction.constraints.actuator_limits import LimbLimits
-from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
-from exo_pin.reaction.splits.elastic import DeviceElastic, Elastic
 
 
-@pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])
-def test_joints_without_drive_are_as_far_beyond_their_limits_as_the_farthest(turn, monkeypatch):
-    low = np.array([-1.0, 0.5, -1.0, -0.5 * turn, 2.0])
-    high = np.array([1.0, 0.75, 1.0, 0.5 * turn, 8.0])
-    given = SimpleNamespace(
-        lower=low, upper=high, joints=("a", "b", "driven", "round", "c"), q_index=np.array([1, 0, 2, 3, 5])
+def test_joints_without_drive_are_as_far_beyond_their_ends_as_they_turn(tmp_path):
+    """The verdict says so, and the workspace by how much; of a hinge that turns round no end counts."""
+    shutil.copy(URDF / "3rps-passive-ball.closures.toml", tmp_path / "own.closures.toml")
+    text = (URDF / "3rps-passive-ball.urdf").read_text()
+
+    def with_ends(low, high):
+        ends = rf'\1 lower="{low}" upper="{high}"'
+        own, count = re.subn(
+            r'(name="limb_1_hinge".*?<limit) lower="[^"]*" upper="[^"]*"', ends, text, count=1, flags=re.S
+        )
+        assert count == 1
+        (tmp_path / "own.urdf").write_text(own)
+        return ep.load(tmp_path / "own.urdf")
+
+    round_about = with_ends(-np.pi, np.pi)
+    poses = round_about.pose([0.0, 20.0, 30.0])
+    assert round_about.reaction(poses).can_hold.all()
+    room = round_about.workspace(poses, ["stroke"]).margins["stroke"]
+    narrow, narrower = (with_ends(-end, end) for end in (0.01, 0.004))
+    answer = narrow.reaction(poses)
+    assert answer.status.tolist() == ["ok", "out_of_stroke", "ok"]
+    assert narrow.reaction(poses[1]).verdict == (
+        "The device cannot hold this pose: a joint without drive would be beyond its range."
     )
-    monkeypatch.setattr("exo_pin.device.device_model.limits_of", lambda model: given)
-    device = SimpleNamespace(drives=(SimpleNamespace(joint="driven"), SimpleNamespace(joint=None)))
-    model = SimpleNamespace(held=SimpleNamespace(model="model"), device=device)
-    found = DeviceModel.passive_limits.func
-    monkeypatch.setattr(device_poses, "device_model", lambda _: SimpleNamespace(passive_limits=found(model)))
-    q = np.zeros((5, 6))
-    q[:, 0], q[:, 5] = 0.6, 3.0
-    q[1, 1], q[2, 0] = 1.25, 0.9
-    q[3, 2] = q[3, 3] = 100.0
-    q[4, 1], q[4, 0], q[4, 5] = -1.1, 0.0, 1.9
-    np.testing.assert_allclose(_passive_error(device, q), [0.0, 0.25, 0.15, 0.0, 0.5], atol=1e-12)
-    # A hinge with an end just short of a whole turn has one.
-    short = given.upper.copy()
-    short[3] = low[3] + 2.0 * np.pi * (1.0 - 1e-6)
-    given.upper = short
-    assert _passive_error(device, q)[3] > 90.0
-    # So has one that ends on one side alone.
-    given.lower, given.upper = low.copy(), short
-    given.lower[3], given.upper[3] = -np.inf, 5.0
-    assert _passive_error(device, q)[3] == 95.0
-    given.lower = low
-    given.upper[3] = np.inf
-    assert _passive_error(device, q)[3] == 0.0
-    given.upper[3] = low[3] + 2.0 * np.pi * (1.0 - 1e-6)
-    device.drives = tuple(SimpleNamespace(joint=name) for name in given.joints)
-    np.testing.assert_array_equal(_passive_error(device, q), 0.0)
-
-
-def test_what_a_split_means_for_a_device():
-    rigid = Assumptions("minimal")
-    assert law_of_device(rigid) is rigid
-    soft = law_of_device(Assumptions("elastic", limits="pull"))
-    assert isinstance(soft.law, DeviceElastic)
-    assert soft.limits == "pull"
-    locked = law_of_device(Assumptions("elastic_locked")).law
-    assert (locked.name, locked.chooses_tensions, soft.law.chooses_tensions) == ("elastic_locked", False, True)
-    assert QUERY_STATUS[OUT_OF_REACH] == "out_of_reach"
-
-
-def test_a_locked_device_chooses_nothing_and_a_held_one_its_tensions():
-    held, locked = Elastic(), Elastic("locked")
-    assert (held.name, held.chooses_tensions, held.locked) == ("elastic", True, False)
-    assert (locked.name, locked.chooses_tensions, locked.locked) == ("elastic_locked", False, True)
-    assert "cone" in held.options
-    assert not locked.options
-    assert Elastic.name == "elastic"
-    assert Elastic.chooses_tensions
-
-
-def test_displacements_of_a_device_that_gives_way():
-    law = DeviceElastic()
-    moved = SimpleNamespace(centre="centre", interfaces="interfaces", share="share")
-    found = law.extras(SimpleNamespace(placed=SimpleNamespace(moved=moved)), None)
-    assert found == {"interface_displacements": "interfaces", "load_share": "share", "centre_displacement": "centre"}
+    beyond, more = (exo.workspace(poses, ["stroke"]).margins["stroke"] for exo in (narrow, narrower))
+    np.testing.assert_allclose(beyond[[0, 2]], room[[0, 2]], atol=1e-12)
+    assert beyond[1] < -1e-4
+    np.testing.assert_allclose(more[1], beyond[1] - 0.006, atol=1e-12)
+    # One end alone: whichever way it turns, one of the two is passed.
+    past = [with_ends(*ends).reaction(poses[1]).status == "out_of_stroke" for ends in ((-0.01, 3.0), (-3.0, 0.01))]
+    assert sorted(past) == [False, True]
 
 
 @pytest.fixture(scope="module")
@@ -94,20 +61,6 @@ def cables():
         ep.ShoulderExo.from_device(ChainDevice(arm_alone(), tuple(drives[:n]), arm=exo.arm, shoulder=shoulder))
         for n in (4, 3)
     ]
-
-
-def test_efforts_of_a_soft_device_are_looked_for_where_there_is_a_choice(cables, monkeypatch):
-    exo, (four, three) = cables
-    called = []
-    monkeypatch.setattr(device_poses, "_within_limits", lambda *given: called.append(given[2]))
-    pose = exo.pose(60.0)
-    for device, split, limits, expected in (
-        (four, "elastic", "none", 0), (four, "spherical", "pull", 0), (four, "elastic", "pull", 1),
-        (three, "elastic", "pull", 0), (four, "elastic", "design", 1),
-    ):  # fmt: skip
-        called.clear()
-        device.reaction(pose, split=split, limits=limits)
-        assert len(called) == expected
 
 
 def test_a_soft_device_without_an_offset_is_one_with_an_offset_of_nothing(cables):
@@ -128,52 +81,25 @@ def test_a_soft_device_without_an_offset_is_one_with_an_offset_of_nothing(cables
     assert limited.residual.max() < 1e-9
 
 
-def test_limits_that_were_not_asked_are_not_looked_up(cables):
-    exo, (four, three) = cables
-    poses = exo.pose([60.0, 40.0])
-    unlimited = four.reaction(poses, limits="none")
-    assert unlimited.limits.asked is False
-    assert unlimited.source.poses.limits.passive_error is None
-    asked = four.reaction(poses)
-    np.testing.assert_array_equal(asked.source.poses.limits.passive_error, 0.0)
-    np.testing.assert_array_equal(asked.source.poses.stiffness, np.zeros((2, 4)))
-    assert three.reaction(poses, limits="none").has_answer.all()
-
-
-def test_poses_without_equilibrium_have_no_tensions_and_the_others_keep_theirs(cables, monkeypatch):
+def test_speeds_are_limited_in_motion_where_limits_are_those_of_the_design(cables):
     exo, (four, _) = cables
-    case, own = ep.Case(exo.pose([60.0, 50.0, 40.0, 55.0, 45.0])), Assumptions(limits="none")
-    whole, _ = device_poses.device_poses(four.device, case, own, False)
-    solved = device_poses.device_equilibrium
-    status, reached = np.array([0, 1, 2, 4, 0], dtype=np.int8), np.arange(5) < 4
-    monkeypatch.setattr(
-        device_poses, "device_equilibrium", lambda *a, **k: solved(*a, **k)._replace(status=status, reached=reached)
-    )
-    poses, _ = device_poses.device_poses(four.device, case, own, False)
-    assert poses.status.tolist() == [0, 1, 2, 4, OUT_OF_REACH]
-    for name in ("f", "shoulder", "singular_values"):
-        np.testing.assert_array_equal(getattr(poses.tensions, name)[:2], getattr(whole.tensions, name)[:2])
-        assert np.isnan(getattr(poses.tensions, name)[2:]).all()
-    np.testing.assert_array_equal(poses.tensions.self_stress[:2], whole.tensions.self_stress[:2])
-    np.testing.assert_array_equal(poses.tensions.self_stress[2:], 0.0)
-
-
-def test_speeds_are_limited_in_motion_where_limits_are_those_of_the_design(cables, monkeypatch):
-    exo, (four, _) = cables
-    called = []
-    plain = LimbLimits.in_motion
-    monkeypatch.setattr(LimbLimits, "in_motion", lambda *given: called.append(given[2]) or plain(*given))
     slow = four.replace(drives=[replace(drive, speed_limit=0.01) for drive in four.device.drives])
     free = four.replace(drives=[replace(drive, speed_limit=None, power_limit=None) for drive in four.device.drives])
     pose, motion = exo.pose(60.0), ep.Motion([0.2, -0.1, 0.1], np.zeros(3))
-    given = [SimpleNamespace(force_limits=lambda length: (0.0 * length, 400.0 + 0.0 * length))] * 4
-    for device, asked, limits, expected in (
-        (slow, motion, "design", 1), (slow, None, "design", 0), (slow, motion, "none", 0), (free, motion, "design", 0),
-        (slow, motion, given, 0), (slow, motion, "pull", 1),
+    # What is asked narrows the limits of the design; an actuator of the user's replaces them.
+    pulls = [SimpleNamespace(force_limits=lambda length: (0.0 * length, 400.0 + 0.0 * length))] * 4
+    state = exo.inverse_kinematics(pose)
+    rates = np.cross(state.platform_points, state.directions) @ motion.angular_velocity
+    assert np.abs(rates).max() > 0.011
+    for device, asked, limits, status in (
+        (slow, motion, "design", "beyond_limits"), (slow, None, "design", "ok"), (slow, motion, "none", "ok"),
+        (free, motion, "design", "ok"), (slow, motion, (0.0, 400.0), "beyond_limits"), (slow, motion, pulls, "ok"),
+        (slow, motion, "pull", "beyond_limits"),
     ):  # fmt: skip
-        called.clear()
-        device.reaction(pose, motion=asked, limits=limits)
-        assert len(called) == expected
+        answer = device.reaction(pose, motion=asked, limits=limits)
+        assert answer.status == status, (limits, answer.verdict)
+    excess = slow.reaction(pose, motion=motion).limits.excess_speed
+    np.testing.assert_allclose(excess, np.maximum(np.abs(rates) - 0.01, 0.0), atol=1e-9)
 
 
 def test_three_tensions_that_pull_bound_side_forces(cables):

@@ -1,7 +1,10 @@
 """What a query takes and refuses, and what its answers are like."""
 
 import dataclasses
+import importlib
+import inspect
 import json
+import pkgutil
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from wrists import (
 )
 
 import exo_pin as ep
+from exo_pin import reaction
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +108,22 @@ def test_questions_that_lack_data(prototype):
         exo_of(MECHANISMS["random-5"]()).reaction(Rotation.identity(), split="minimal", constraint_bounds="actuator")
     with pytest.raises(ep.InvalidInput, match="too few"):
         exo_of(MECHANISMS["random-3-mixed"]()).reaction(Rotation.identity(), split="standalone")
+
+
+def functions():
+    """Every function and method of the room, with its name."""
+    for info in pkgutil.walk_packages(reaction.__path__, "exo_pin.reaction."):
+        for owner in vars(importlib.import_module(info.name)).values():
+            for function in (owner, *vars(owner).values()) if inspect.isclass(owner) else (owner,):
+                if inspect.isfunction(function) and function.__module__.startswith(reaction.__name__):
+                    yield function.__qualname__, function
+
+
+def test_no_bar_is_shown_unless_it_is_asked_for():
+    defaults = {
+        name: shown.default
+        for name, function in functions()
+        if (shown := inspect.signature(function).parameters.get("progress")) and shown.default is not shown.empty
+    }
+    assert {"solve", "reaction_map", "movement_reaction", "remedy", "answer"} <= set(defaults)
+    assert set(defaults.values()) == {False}

@@ -153,6 +153,7 @@ def test_a_wrist_without_its_closed_forms_is_as_sure():
     assert found.greatest * 0.999 < sizes.max() <= found.greatest
 
 
+@pytest.mark.full
 def test_the_stiffness_of_a_cuff_counts_for_a_wrist_too():
     soft = ep.load("four-cables").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     asked = ONLY | {"A_mm": 0.0, "B_mm": 0.0}

@@ -180,3 +180,15 @@ def test_a_search_over_muscle_lengths_finds_the_length_that_fits():
 def test_a_search_needs_the_data_of_a_criterion_that_is_named():
     with pytest.raises(ep.MissingData, match=r"no limit given \(largest_shoulder_force"):
         searched(variables=free_joints(4), constraints=("shoulder_force",), refine=False)
+
+
+def test_what_the_contact_force_needs():
+    exo, person = ep.load("four-cables"), ep.Person(1.75, 75.0, "male")
+    with pytest.raises(ep.MissingData, match="person"):
+        ep.optimise(exo, free_joints(4), objectives=["contact_force"], budget=24)
+    rod = ep.LimbBody.rod(0.1, 0.1, 0.01)
+    heavy = exo.replace(limbs=[ep.Limb("SPS", rod, rod, actuator=limb.actuator) for limb in exo.limbs])
+    with pytest.raises(ep.InvalidInput, match="mass"):
+        ep.optimise(heavy, free_joints(4), objectives=["contact_force"], person=person, budget=24)
+    with pytest.raises(ep.InvalidInput):
+        ep.optimise(exo, free_joints(4), objectives=["contact_force"], person=person.arm, budget=24)

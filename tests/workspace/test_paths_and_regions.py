@@ -5,17 +5,13 @@ import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-import exo_pin as ep
 from exo_pin import shoulder_rotation
 from exo_pin.workspace.evaluation import _from_z, rest_side
 from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest, widest_path
 from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, shoulder_stack
-from exo_pin.workspace.limb_table import limb_loss_words
 
 pytestmark = pytest.mark.usefixtures("plain")
 
-ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-CABLE = ep.Actuator("cable", pull_limit=400.0)
 FACES = ndimage.generate_binary_structure(3, 1)
 
 
@@ -135,35 +131,6 @@ def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
     np.testing.assert_allclose(seen, np.linspace(0.0, degrees, count), atol=1e-9)
 
 
-def test_way_from_rest_to_the_grid_counts():
-    """A grid along a turn, from 12.5° on: what lies between it and rest is no node."""
-    angles = np.radians(np.arange(12.5, 60.0, 10.0))
-    matrices = Rotation.from_rotvec(angles[:, None] * [0.0, 0.0, 1.0]).as_matrix()
-
-    def margin_at(R, hole):
-        turn = np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
-        seen.append(turn)
-        return np.where(np.abs(turn - hole) < 0.6, 0.05, 0.4)
-
-    seen, value = [], np.array([0.3, 0.5, 0.2, 0.6, np.nan])
-    for hole, expected in ((-40.0, [0.3, 0.3, 0.2, 0.2, -np.inf]), (7.0, [0.05, 0.05, 0.05, 0.05, -np.inf])):
-        seen.clear()
-        found = connection_margin(lambda R, at=hole: margin_at(R, at), matrices, (5, 1, 1), value)
-        np.testing.assert_array_equal(found, expected)
-        (way,) = seen
-        assert way[0] == 0.0
-        assert way[-1] == pytest.approx(12.5)
-        assert 0.5 < np.diff(way).min() <= np.diff(way).max() <= 1.0 + 1e-9
-    unknown = connection_margin(lambda R: np.full(len(R), np.nan), matrices, (5, 1, 1), value)
-    assert (unknown == -np.inf).all()
-
-
-def test_a_region_of_one_pose():
-    inside = np.zeros((2, 3, 2), dtype=bool)
-    inside[1, 2, 0] = True
-    np.testing.assert_array_equal(largest_region(inside), inside)
-
-
 @pytest.mark.parametrize("rest", [0.3, -0.3, 1e-12, -1e-12])
 def test_sign_at_rest(rest):
     """Where rest itself is singular most poses decide, however near they are."""
@@ -188,19 +155,6 @@ def test_least_turn_from_the_straight_direction():
 
 
 @pytest.mark.parametrize("outward", [1.0, -1.0])
-def test_shoulder_range_takes_the_better_of_both_triples(outward):
-    poses = Rotation.random(200, rng=np.random.default_rng(3))
-    margin, centre, half = np.empty(200), 0.4, 1.1
-    shoulder_stack(np.ascontiguousarray(poses.as_matrix()), centre, half, outward, margin)
-    _, x, z = poses.as_euler("YXZ").T
-    sizes = []
-    for abduction, axial in ((x, z), (np.pi * outward - x, z + np.pi)):
-        sizes.append(np.abs(outward * abduction - centre) + np.abs((axial + np.pi) % (2.0 * np.pi) - np.pi))
-    best = half - np.minimum(*sizes)
-    np.testing.assert_allclose(margin, best, atol=1e-9)
-
-
-@pytest.mark.parametrize("outward", [1.0, -1.0])
 def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outward):
     for last in (1.0, 1.0 + 2.0**-52):
         for sign in (1.0, -1.0):
@@ -208,15 +162,3 @@ def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outw
             margin = np.empty(1)
             shoulder_stack(R, 0.4, 2.5, outward, margin)
             assert margin[0] == pytest.approx(2.5 - abs(sign * np.pi / 2 - 0.4))
-
-
-@pytest.mark.parametrize(
-    ("shares", "words"),
-    [
-        ([0.0, 0.0], "Whichever limb fails, the others hold every pose inside."),
-        ([0.0, 0.25], "Where the others do not hold the arm, it sinks, with at most 25% of its free acceleration."),
-        ([0.1, 1.0], "Where the others do not hold the arm, it drops."),
-    ],
-)
-def test_words_of_a_lost_limb(shares, words):
-    assert limb_loss_words({"missing_share": np.array(shares)}) == words

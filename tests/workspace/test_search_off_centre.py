@@ -24,7 +24,7 @@ def judged(exo, centres):
     """A design on the poses of a search, as the start of one of a single generation."""
     found = ep.optimise(
         exo, {"A[1].radius": (0.1, 0.6)}, lifting_poses(counts=(3, 3, 2)), constraints=LIMITS, centre_offset=centres,
-        refine=True, fit_strokes=False, budget=24, run_length=24, finer_step=45.0,
+        refine=True, fit_strokes=False, budget=24, run_length=24, step=45.0, finer_step=45.0,
     )  # fmt: skip
     return found.start.run
 

@@ -1,15 +1,11 @@
 """Which poses a stroke gives up: windows of lengths that the actuators of a design should take."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import study
 from exo_pin.workspace import starting_design
-from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows, window_margin
+from exo_pin.workspace.optimisation.stroke_fitting import _fitted, fitted_strokes, stroke_windows, window_margin
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LINEAR = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0)
@@ -34,31 +30,6 @@ def test_a_stroke_gives_up_poses_far_off_before_many_that_are_nearly_in():
     heavy = np.ones(50)
     heavy[-3:] = 5.0
     np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3], heavy), [0.349, 0.45])
-
-
-@pytest.mark.parametrize("grid_low", [True, False])
-def test_the_grid_and_the_poses_of_a_search_have_half_of_the_weight_each(monkeypatch, grid_low):
-    """Seven of ten on one side and four of ten on the other at 0.4 m: 55 % of the weight, so that 0.6 m is given up."""
-    module, poses = import_module("exo_pin.workspace.optimisation.stroke_fitting"), Rotation.identity(10)
-    seven, four = np.repeat([0.4, 0.6], [7, 3]), np.repeat([0.4, 0.6], [4, 6])
-    grid, search = (seven, four) if grid_low else (four, seven)
-    asked = []
-    monkeypatch.setattr(study, "adl_box", lambda step, side: asked.append((step, side)) or poses)
-    monkeypatch.setattr(module, "limb_lengths", lambda *_: np.repeat(grid[:, None], 3, axis=1))
-    motor = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0, travel_limit=0.05)
-    for centres in ((None,), (None, None)):
-        found = module.with_strokes(
-            starting_design(motor, ARM, 3), np.full(10, 0.1), np.repeat(search[:, None], 3, axis=1), centres, False
-        )
-        for limb in found.limbs:
-            assert limb.length_range[0] < 0.4 < limb.length_range[1] < 0.41
-    assert asked == [(4.0, "left")] * 2
-
-
-def test_margins_of_windows_are_distances_to_the_nearer_end():
-    windows = np.array([[0.2, 0.4], [0.3, 0.35]])
-    lengths = np.array([[0.3, 0.32], [0.25, 0.34], [0.39, 0.36], [0.1, 0.3]])
-    np.testing.assert_allclose(window_margin(windows, lengths), [0.02, 0.01, -0.01, -0.1])
 
 
 def windows_by_scan(family, travel, lengths, weights):
@@ -103,16 +74,32 @@ def test_windows_are_those_of_a_scan(family, travel):
         stroke_windows(bare, lengths, weights)
 
 
-def test_spare_length_costs_no_pose():
-    """A linear actuator that is at its family's limit is not made longer, for then its shortest length would rise."""
-    linear = starting_design(ep.Actuator("linear", pull_limit=400.0, push_limit=400.0), ARM, 3)
-    lengths = np.tile([[0.35], [0.45], [0.60]], (1, 3))  # 0.35 = 0.60/2 + 0.1/2
-    for spare in (0.0, 0.002):
-        stroke = fitted_strokes(linear, lengths, np.full(3, 1 / 3), spare).limbs[0].stroke
-        ends = [stroke.end_fitting + ratio * stroke.nominal_length for ratio in (stroke.shortest, stroke.longest)]
-        assert ends == pytest.approx([0.35, 0.60], abs=1e-9)
-    # Where there is room the spare is taken at both ends.
-    shorter = np.tile([[0.45], [0.50], [0.60]], (1, 3))
-    roomy = fitted_strokes(linear, shorter, np.full(3, 1 / 3), 0.002).limbs[0].stroke
-    ends = [roomy.end_fitting + ratio * roomy.nominal_length for ratio in (roomy.shortest, roomy.longest)]
-    assert ends == pytest.approx([0.448, 0.602], abs=1e-9)
+@pytest.mark.parametrize("spare", [0.0, 0.002, 0.05])
+@pytest.mark.parametrize("travel", [None, 0.1, 0.13])
+@pytest.mark.parametrize("family", ["pneumatic muscle", "linear", "cable"])
+def test_a_fitted_stroke_takes_its_window_and_what_is_spared_for_nothing(family, travel, spare):
+    """It holds the window, and is neither longer nor shorter than the spare and its family allow."""
+    share, dead = {"pneumatic muscle": (0.75, 0.04), "linear": (0.5, 0.1), "cable": (0.0, 0.03)}[family]
+    constant = (1.0 - share) * dead
+    push = 300.0 if family == "linear" else None
+    actuator = ep.Actuator(family, pull_limit=300.0, push_limit=push, travel_limit=travel)
+    for long in (0.4, 0.5, 0.7):
+        least = max(share * long + constant, long - (np.inf if travel is None else travel))
+        for short in {least, least + 0.001, 0.5 * (least + long), long - 0.005}:
+            limb = ep.Limb("SPS", actuator=actuator, stroke=_fitted(actuator, short, long, spare))
+            low, high = limb.length_range
+            assert low <= short + 1e-9
+            assert long - 1e-9 <= high <= long + spare + 1e-9
+            assert low >= share * high + constant - 1e-9
+            assert travel is None or high - low <= travel + 1e-9
+            # A longer one would lose the short end of the window.
+            more = high + 1e-6
+            room = short >= share * more + constant and (travel is None or more - short <= travel)
+            assert high >= long + spare - 1e-9 or not room
+            # Of a muscle or a cable the longest length sets the shortest; one of a linear actuator may be longer.
+            if family != "linear":
+                continue
+            assert low >= short - spare - 1e-9
+            less = low - 1e-6
+            room = less >= share * high + constant and (travel is None or high - less <= travel)
+            assert low <= short - spare + 1e-9 or not room

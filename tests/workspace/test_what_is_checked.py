@@ -1,6 +1,6 @@
-"""Which criteria are checked and why others are not, strokes that are fitted with a spare, and starts of a search."""
+"""Which criteria are checked and why others are not, starts of a search, and numbers of a workspace by hand."""
 
-from types import MappingProxyType, SimpleNamespace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -9,9 +9,6 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
 from exo_pin.workspace import CRITERIA, Criteria, Workspace, starting_design
-from exo_pin.workspace.optimisation.contact_objective import ContactObjective
-from exo_pin.workspace.optimisation.search_poses import SearchPoses, lifting_lines
-from exo_pin.workspace.optimisation.stroke_fitting import _fitted
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -73,37 +70,6 @@ def test_criteria_of_a_grid_are_left_out_of_other_poses():
             Criteria(names=wrong)
 
 
-@pytest.mark.parametrize("spare", [0.0, 0.002, 0.05])
-@pytest.mark.parametrize("travel", [None, 0.1, 0.13])
-@pytest.mark.parametrize("family", ["pneumatic muscle", "linear", "cable"])
-def test_a_fitted_stroke_takes_its_window_and_what_is_spared_for_nothing(family, travel, spare):
-    """It holds the window, and is neither longer nor shorter than the spare and its family allow."""
-    share, dead = {"pneumatic muscle": (0.75, 0.04), "linear": (0.5, 0.1), "cable": (0.0, 0.03)}[family]
-    constant = (1.0 - share) * dead
-    push = 300.0 if family == "linear" else None
-    actuator = ep.Actuator(family, pull_limit=300.0, push_limit=push, travel_limit=travel)
-    for long in (0.4, 0.5, 0.7):
-        least = max(share * long + constant, long - (np.inf if travel is None else travel))
-        for short in {least, least + 0.001, 0.5 * (least + long), long - 0.005}:
-            limb = ep.Limb("SPS", actuator=actuator, stroke=_fitted(actuator, short, long, spare))
-            low, high = limb.length_range
-            assert low <= short + 1e-9
-            assert long - 1e-9 <= high <= long + spare + 1e-9
-            assert low >= share * high + constant - 1e-9
-            assert travel is None or high - low <= travel + 1e-9
-            # A longer one would lose the short end of the window.
-            more = high + 1e-6
-            room = short >= share * more + constant and (travel is None or more - short <= travel)
-            assert high >= long + spare - 1e-9 or not room
-            # Of a muscle or a cable the longest length sets the shortest; one of a linear actuator may be longer.
-            if family != "linear":
-                continue
-            assert low >= short - spare - 1e-9
-            less = low - 1e-6
-            room = less >= share * high + constant and (travel is None or high - less <= travel)
-            assert low <= short - spare + 1e-9 or not room
-
-
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_start_carries_the_moving_part_of_a_device(side):
     """The device of the same side, whatever its own; its arm is that of the person who is asked."""
@@ -118,49 +84,6 @@ def test_a_start_carries_the_moving_part_of_a_device(side):
     for other in (device.replace(arm=None), device.replace(arm=ARM)):
         with pytest.raises(InvalidInput, match="has no moving part"):
             starting_design(cable, ARM, 4, side, device=other)
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_lifting_lines_turn_about_one_axis(side):
-    """Forward about the axis that points to the right, sideways about the one that points forward or back."""
-    out = 1.0 if side == "left" else -1.0
-    for line, axis in zip(lifting_lines(side, 30.0), ([0.0, -1.0, 0.0], [out, 0.0, 0.0]), strict=True):
-        angles = np.radians([0.0, 30.0, 60.0, 90.0])
-        np.testing.assert_allclose(line.as_rotvec(), angles[:, None] * axis, atol=1e-12)
-
-
-class Wearer:
-    """Can take poses up to 90° of elevation, and hold those below 60° with one newton a degree."""
-
-    def __init__(self, most=90.0):
-        self.most, self.asked = most, []
-
-    def allows(self, poses):
-        return np.degrees(poses.magnitude()) <= self.most
-
-    def joint_contact(self, poses):
-        angles = np.degrees(poses.magnitude())
-        self.asked.append(angles)
-        return SimpleNamespace(magnitude=np.where(angles < 60.0, angles, np.nan))
-
-
-def test_poses_of_the_contact_force_are_those_that_the_wearer_holds():
-    angles = np.array([10.0, 70.0, 20.0, 100.0, 50.0])
-    poses = SearchPoses(Rotation.from_rotvec(np.radians(angles)[:, None] * [0.0, -1.0, 0.0]), [1.0, 5.0, 1.0, 5.0, 0.0])
-    person = Wearer()
-    found = ContactObjective(person, poses, ep.ShoulderExo, Criteria(names=("stroke",), least_tension=3.0))
-    np.testing.assert_allclose(np.concatenate(person.asked), [10.0, 70.0, 20.0, 50.0])
-    # Of weight zero, beyond reach or not held: none of these.
-    np.testing.assert_allclose(found.bare, [10.0, 20.0])
-    np.testing.assert_allclose(np.degrees(found.poses.magnitude()), [10.0, 20.0])
-    assert found.description()["poses"] == 2
-    assert (found._criteria.names, found._criteria.least_tension) == (("forces",), 3.0)
-    for most in (65.0, 0.0):
-        far = Wearer(most)
-        only = SearchPoses(poses.poses, [0.0, 1.0, 0.0, 1.0, 0.0])
-        with pytest.raises(MissingData, match="poses that the person can hold"):
-            ContactObjective(far, only, ep.ShoulderExo, Criteria())
-        assert len(far.asked) == (most > 0.0)
 
 
 def test_extremes_and_means_of_a_workspace_by_hand():

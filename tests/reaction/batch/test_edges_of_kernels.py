@@ -1,4 +1,4 @@
-"""Tensions that the kernels take, leave or cannot decide, and maps of one quantity."""
+"""Tensions that the kernels take, leave or cannot decide."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import scipy
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction.batch import map_limits, tension_kernels
+from exo_pin.reaction.batch import tension_kernels
 from exo_pin.reaction.batch.tension_kernels import MET, NOT_HELD, UNDECIDED, _taken, _without, tensions_within
 
 INF = np.inf
@@ -100,30 +100,3 @@ def test_what_the_kernel_cannot_decide_the_program_does(plain, monkeypatch):
     np.testing.assert_array_equal(found.unknown, answer.unknown)
     np.testing.assert_allclose(found.actuator_forces[chosen], answer.actuator_forces[chosen], atol=1e-6)
     np.testing.assert_allclose(found.shoulder_force, answer.shoulder_force, atol=1e-6)
-
-
-@pytest.mark.parametrize("n", [4, 5, 7])
-def test_limits_that_are_the_same_everywhere_need_no_program(n, monkeypatch):
-    rng = np.random.default_rng(n)
-    mechanism = random_mechanism(rng, n, ["SPS"] * n)
-    poses = regular_poses(mechanism, rng, 5, margin=0.08)
-    exo = ep.ShoulderExo.from_mechanism(mechanism)
-    exo = exo.replace(limbs=[ep.Limb("SPS", actuator=ep.Actuator("linear", 300.0, 5.0))] * n)
-    answer = exo.reaction(poses)
-    assert answer.held.any()
-    monkeypatch.setattr(map_limits.MapLimits, "_choose", None)
-    found = exo.reaction_map(poses)
-    np.testing.assert_array_equal(found.status, answer.status)
-    np.testing.assert_allclose(found.actuator_forces, answer.actuator_forces, atol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["shoulder_force", "actuator_forces", "constraint_forces", "margin", "magnitude"])
-@pytest.mark.parametrize("limits", ["design", "none"])
-def test_one_quantity_of_a_map_alone(name, limits):
-    exo = ep.load("four-cables")
-    poses = exo.pose([0.0, 30.0, 60.0])
-    whole, one = exo.reaction_map(poses, limits=limits), exo.reaction_map(poses, limits=limits, keep=name)
-    np.testing.assert_array_equal(getattr(one, name), getattr(whole, name))
-    others = {"shoulder_force", "actuator_forces", "constraint_forces", "margin", "magnitude"} - {name}
-    assert all(getattr(one, other) is None for other in others)
-    assert one.status_codes is one.unknown is None

@@ -10,7 +10,6 @@ from wrists import map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.reaction import Weights
-from exo_pin.wrist import holding
 
 DEGREES = {"degrees": True}
 
@@ -23,7 +22,7 @@ def test_relief_is_what_one_limit_must_give(kind):
     rng, finite = np.random.default_rng(54), 0
     cone = following(muscle_compression=60.0, faces=8) if kind == "cone" else None
     question = {"split": "minimal", "constraint_bounds": 5.0, "cone": cone}
-    while finite < 12:
+    while finite < 5:
         exo = ep.ShoulderExo.from_mechanism(random_mechanism(rng, int(rng.integers(3, 7))))
         pose = regular_poses(exo.mechanism, rng, 1, margin=0.03)[0]
         low = rng.uniform(-20.0, 20.0, exo.mechanism.limb_count)
@@ -65,50 +64,6 @@ def test_three_limbs_pull_only_agree_with_the_closed_form():
     # Tension may be what is limited as well.
     tight = exo.reaction(poses, limits=(-50, 50))
     np.testing.assert_array_equal(tight.status == "beyond_limits", (np.abs(f) > 50).any(axis=1))
-
-
-@pytest.mark.parametrize("n", [3, 4, 6])
-def test_exact_moment_set_agrees_with_the_program(n):
-    mechanism = random_mechanism(np.random.default_rng(57 + n), n)
-    exo = ep.ShoulderExo.from_mechanism(mechanism)
-    poses = regular_poses(mechanism, np.random.default_rng(58), 150)
-    for lower, upper in ((0.0, np.inf), (2.0, 120.0), (-np.inf, 30.0)):
-        closed = holding(mechanism, poses, lower=lower, upper=upper)
-        answer = exo.reaction(poses, limits=(lower, upper))
-        np.testing.assert_array_equal(closed.holdable, answer.held)
-        if answer.infeasibility is None:
-            continue
-        bad = answer.infeasibility.infeasible
-        # The moment that is missing is at least the worst face's shortfall, and the reliefs are the same.
-        size = np.linalg.norm(answer.infeasibility.missing_wrench[bad][:, 3:], axis=1)
-        assert (size >= -closed.margin[bad] * (1 - 1e-9)).all()
-        for k in np.flatnonzero(bad):
-            f = answer.infeasibility.closest_actuator_forces[k]
-            J = exo.jacobian(poses[int(k)])
-            M = -J.T @ f  # on the arm
-            y = closed.direction[k]
-            # Tension's moment in the kernel's sense is b × s f, the opposite of what it puts on the arm.
-            reach = np.where(J @ y > 0, upper, lower)
-            gain = np.where(np.abs(J @ y) <= 1e-12, 0.0, J @ y)
-            assert np.isfinite(M).all()
-            assert (gain * np.where(gain == 0, 0.0, reach)).sum() < np.inf
-
-
-def test_margin_is_the_moment_that_is_held_besides():
-    mechanism = random_mechanism(np.random.default_rng(60), 6)
-    poses = regular_poses(mechanism, np.random.default_rng(61), 60)
-    closed = holding(mechanism, poses, lower=-30, upper=200)
-    rng = np.random.default_rng(62)
-    assert closed.holdable.sum() > 10
-    for k in np.flatnonzero(closed.holdable):
-        pose, margin = poses[int(k)], closed.margin[k]
-        axis = rng.normal(size=(50, 3))
-        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-        within = ep.Load(np.zeros((50, 3)), 0.999 * margin * axis)
-        same = Rotation.concatenate([pose] * 50)
-        assert holding(mechanism, same, load=within, lower=-30, upper=200).holdable.all()
-        beyond = ep.Load([0, 0, 0], 1.001 * margin * closed.direction[k])
-        assert not holding(mechanism, pose, load=beyond, lower=-30, upper=200).holdable
 
 
 def test_side_forces_within_chosen_tensions():

@@ -169,6 +169,21 @@ def test_stack_equals_single_poses(worn):
     np.testing.assert_array_equal(again.centre_displacement, stack.centre_displacement)
 
 
+def test_a_guide_bears_a_share_of_its_bending_moment_and_of_its_torque(worn):
+    """The larger share counts, and a guide of which one limit is known is judged by that."""
+
+    def load(**limits):
+        strong = guided(worn, ep.LimbGuide(60.0, 50.0, **limits), 2e4)
+        return strong.reaction(LIFTED, split="elastic", centre_offset=[0.015, 0.0, 0.01]).guide_load
+
+    bent, turned = load(largest_bending_moment=500.0), load(largest_torque=500.0)
+    np.testing.assert_allclose(load(largest_bending_moment=1000.0), bent / 2.0, rtol=1e-9)
+    assert (np.abs(bent - turned) > 1e-4).all()
+    for share in (1.0, 20.0):
+        both = load(largest_bending_moment=500.0, largest_torque=500.0 * share)
+        np.testing.assert_allclose(both, np.maximum(bent, turned / share), rtol=1e-9)
+
+
 def test_status_of_what_is_lost(worn):
     weak = guided(worn, ep.LimbGuide(60.0, 50.0, largest_bending_moment=1.0, largest_torque=0.5), 2e4)
     answer = weak.reaction(LIFTED, split="elastic", centre_offset=[0.015, 0.0, 0.01])

@@ -37,7 +37,13 @@ def legend(scene):
     return [item["text"] for item in panel(scene, "legend")["items"]]
 
 
-@pytest.mark.parametrize("name", ["serial-y-x-z", "nesm", "spherical-3rrr", "3rps-passive-ball", "spring-support"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("serial-y-x-z", "nesm", "spring-support"),
+        *(pytest.param(name, marks=pytest.mark.full) for name in ("spherical-3rrr", "3rps-passive-ball")),
+    ],
+)
 def test_a_device_is_drawn_on_its_wearer_with_the_forces_of_its_answer(name):
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
     scene = exo.view(metres_per_newton=SCALE)

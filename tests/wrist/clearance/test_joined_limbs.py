@@ -67,7 +67,8 @@ def six_with(pairs, ends="base_points", away=0.0):
     return exo.replace(geometry=exo.geometry.replace(**{ends: points}))
 
 
-@pytest.mark.parametrize("away", [0.0, pytest.param(1e-4, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("away", [0.0, 1e-4])
 def test_six_cables_with_two_equal_base_joints_keep_their_share(away):
     before = ep.load("six-cables").workspace(10.0)
     after = six_with([(0, 1)], away=away).workspace(10.0)

@@ -44,6 +44,7 @@ def measure(kind, size):
     """Measure one size and print its row."""
     import pinocchio as pin
     from large_chains import cassies, ladder, state_of
+    from pinocchio_constraints import constrained_dynamics
 
     warm = cassies(1)
     q, v, tau = state_of(warm)
@@ -51,7 +52,7 @@ def measure(kind, size):
     before = peak()
     chain = {"ladder": ladder, "cassies": cassies}[kind](size)
     q, v, tau = state_of(chain)
-    problem, model = chain._state.proximal_problem, chain.model
+    (theirs, _), model = constrained_dynamics(chain), chain.model
     off = pin.integrate(model, q, 0.01 * tau)
 
     def forces():
@@ -59,11 +60,7 @@ def measure(kind, size):
 
     cells = [
         median(lambda: chain.close(off)),
-        median(
-            lambda: pin.constraintDynamics(
-                model, problem.data, q, v, tau, problem.models, problem.datas, problem.settings
-            )
-        ),
+        median(lambda: theirs(q, v, tau)),
         median(lambda: chain.forward_dynamics(q, v, tau)),
         median(forces),
     ]

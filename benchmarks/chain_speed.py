@@ -44,10 +44,10 @@ import numpy as np
 import pinocchio as pin
 from large_chains import cassie, cassies, state_of
 from mechanisms import five_bar, four_bar
+from pinocchio_constraints import constrained_dynamics
 from spatial_mechanisms import delta
 
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
 #: Turns of each solver, and how long one takes, s.
 TURNS, SECONDS = 101, 0.002
@@ -76,14 +76,8 @@ def medians(solvers):
 def raw(chain, q, v, tau):
     """Pinocchio's constrained dynamics with nothing around it; springs and dampers are among the efforts."""
     tau = tau + chain._state.passive.force(q, v)
-    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-    for constraint in proximal_constraints(chain.model, chain.closures, chain._state.topology):
-        models.append(constraint)
-        datas.append(constraint.createData())
-    model, data = chain.model, pin.Data(chain.model)
-    pin.initConstraintDynamics(model, data, models, datas)
-    settings = pin.ProximalSettings(1e-14, 1e-10, 40)
-    return lambda: pin.constraintDynamics(model, data, q, v, tau, models, datas, settings)
+    solve, _ = constrained_dynamics(chain)
+    return lambda: solve(q, v, tau)
 
 
 def simulated(chain, q):
@@ -114,13 +108,8 @@ def without_mass(chain, joint):
 
 def pinocchio_derivatives(chain, q, v, tau):
     """Pinocchio's constrained dynamics and its derivatives, which are read, with nothing around them."""
-    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-    for constraint in proximal_constraints(chain.model, chain.closures, chain._state.topology):
-        models.append(constraint)
-        datas.append(constraint.createData())
-    model, data = chain.model, pin.Data(chain.model)
-    pin.initConstraintDynamics(model, data, models, datas)
-    settings = pin.ProximalSettings(1e-14, 1e-10, 40)
+    _, (data, models, datas, settings) = constrained_dynamics(chain)
+    model = chain.model
 
     def solve():
         pin.constraintDynamics(model, data, q, v, tau, models, datas, settings)

@@ -49,14 +49,14 @@ from .core.errors import UnknownName as UnknownName
 from .design.actuator import Actuator as Actuator
 from .design.arm import Arm as Arm
 from .design.geometry import WristGeometry as WristGeometry
-from .design.interface import Interface as Interface
-from .design.interface import Interfaces as Interfaces
 from .design.io.mechanism_files import presets as presets
 from .design.limb import Limb as Limb
 from .design.limb import LimbBody as LimbBody
 from .design.limb import LimbGuide as LimbGuide
 from .design.limb import Stroke as Stroke
 from .design.mechanism import Mechanism as Mechanism
+from .design.shoulder import Interface as Interface
+from .design.shoulder import Interfaces as Interfaces
 from .design.shoulder import Shoulder as Shoulder
 from .design.wearer import Wearer as Wearer
 from .exo.loading import load as load
@@ -81,7 +81,7 @@ from .person.wearer import Person as Person
 from .reaction.assumptions import Assumptions as Assumptions
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone
-from .reaction.constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
+from .reaction.constraints.glenoid_cone import glenoid_orientation as glenoid_orientation
 from .reaction.indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .reaction.result import Reaction as Reaction
 from .reaction.solve_case import solve as solve

@@ -14,7 +14,6 @@ import numpy as np
 from picture_options import picture_options
 
 import exo_pin as ep
-from exo_pin import wrist
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
@@ -32,11 +31,17 @@ def with_fourth(exo, base_deg, platform_deg):
     return exo.replace(geometry=geometry, limbs=(*exo.limbs, ep.Limb("UPU")))
 
 
+def held_by_pulls(exo, poses):
+    """Whether limbs hold the arm that only pull, however hard."""
+    bare = exo.replace(limbs=[ep.Limb()] * len(exo.limbs))
+    return bare.reaction_map(poses, limits="pull", keep="status").held
+
+
 def best_fourth(exo, step):
     """Fraction held for every pair of holes, and the best pair."""
     poses, holes = ep.adl_box(step), np.arange(0, 360, 10)
     held = np.array(
-        [[wrist.holding(with_fourth(exo, a, b).mechanism, poses).holdable.mean() for b in holes] for a in holes]
+        [[held_by_pulls(with_fourth(exo, a, b), poses).mean() for b in holes] for a in holes]
     )
     row, column = np.unravel_index(held.argmax(), held.shape)
     return held, (int(holes[row]), int(holes[column]))
@@ -54,7 +59,7 @@ def study(step=2.0, search_step=10.0):
         "4 muscles, with a person's arm": with_fourth(worn, *holes),
     }
     poses = ep.adl_box(step)
-    maps = {name: wrist.holding(exo.mechanism, poses).holdable for name, exo in designs.items()}
+    maps = {name: held_by_pulls(exo, poses) for name, exo in designs.items()}
     fractions = {name: float(held.mean()) for name, held in maps.items()}
     values = list(fractions.values())
     assert values[2] > 10 * values[0]

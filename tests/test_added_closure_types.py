@@ -104,13 +104,6 @@ def test_a_closure_that_a_format_cannot_write_is_never_written_as_another(tmp_pa
             ClosureType("new", *rules)
 
 
-def test_a_closure_on_axes_of_one_body_alone_is_not_turned_around(monkeypatch):
-    monkeypatch.setitem(TYPES, "planar", ClosureType("planar", "xy", ""))
-    (closure,) = random_loop("planar").closures.closures
-    with pytest.raises(ep.InvalidInput, match="'loop' cannot be reversed"):
-        closure.reversed()
-
-
 def test_an_added_closure_type_in_pictures_and_commands(loop, tmp_path, capsys):
     named, chain = loop
     scene = ChainScene(chain, q=named.q)

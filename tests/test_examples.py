@@ -23,14 +23,14 @@ EXAMPLES = {key: each for key, each in TOLD.items() if ">>>" in each[1]}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
 SLOW = {
-    "exo_pin.ClosedChain.inverse_dynamics_derivatives", "exo_pin.chain.ReactionDerivatives",
+    "exo_pin.ClosedChain.inverse_dynamics_derivatives",
     "exo_pin.chain.Derivatives", "exo_pin.chain.Derivatives.joint_reaction",
     "exo_pin.ShoulderExo.reaction_map", "exo_pin.ShoulderExo.uncertainty", "exo_pin.ShoulderExo.track",
     "exo_pin.SuspectMeasurements", "exo_pin.ContactRange", "exo_pin.Person.contact_range",
     "exo_pin.optimise", "exo_pin.workspace.recheck",
     "exo_pin.Plant", "exo_pin.ShoulderExo.joint_contact", "exo_pin.experiment",
     "exo_pin.ShoulderExo.contact_range", "exo_pin.ShoulderExo.joint_contact_of_run",
-    "exo_pin.Tracking.plot", "exo_pin.control.fault_band", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
+    "exo_pin.Tracking.plot", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
     "exo_pin.muscle.DynamicIdentification", "exo_pin.muscle.identify_dynamic", "exo_pin.muscle.Recording.residual",
     "exo_pin.muscle.settling_against_lag", "exo_pin.muscle.StepResponse", "exo_pin.muscle.StepResponse.settling_time",
 }  # fmt: skip

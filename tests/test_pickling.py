@@ -28,7 +28,7 @@ WAYS = {
     "deepcopy": copy.deepcopy,
 }
 #: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
-PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "PressureActuator", "Reference", "PartCacheImpl"}
+PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "Reference", "PartCacheImpl"}
 
 
 #: Classes of other rooms whose examples need the extra person.

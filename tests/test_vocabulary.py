@@ -9,7 +9,7 @@ import exo_pin as ep
 #: A sensor's reading and a plant's state at one instant, and the glenoid's axes, are no poses that are asked for.
 OTHER = {"GlenoidCone", "GlenoidCone.circular", "ImuReading", "Measurement", "ReferenceState"}
 #: They hand on what a scene takes, of a wrist or of a chain, which have other arguments.
-HANDED_ON = {"ShoulderExo.view", "Sliders"}
+HANDED_ON = {"ShoulderExo.view"}
 #: Other words for poses and limits.
 OTHER_WORDS = {"orientation", "orientations", "actuator_bounds"}
 ROOMS = ["exo_pin", *(f"exo_pin.{each.name}" for each in pkgutil.iter_modules(ep.__path__) if each.ispkg)]

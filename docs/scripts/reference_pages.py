@@ -12,8 +12,7 @@ from pathlib import Path
 from public_names import HIDDEN, ROOMS, public_names
 
 from exo_pin.chain.structure.closures import TYPES
-from exo_pin.cli import _parser
-from exo_pin.cli.options.command_list import COMMANDS
+from exo_pin.cli import COMMANDS, _parser
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.design.io.mechanism_reading import _KEYS
 

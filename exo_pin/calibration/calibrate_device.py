@@ -14,7 +14,6 @@ from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.validation import (
     FloatArray,
-    as_choice,
     as_count,
     as_mapping,
     as_positive,
@@ -22,7 +21,7 @@ from ..core.validation import (
     frozen,
     require_method,
 )
-from .estimation import LOSSES, CalibrationProblem, MeasurementErrors, estimate, inflation
+from .estimation import CalibrationProblem, MeasurementErrors, estimate
 from .information import Information, whitening
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
@@ -52,7 +51,6 @@ def calibrate(
     tolerances: Mapping[str, float] | None = None,
     torso_mounting: Rotation | None = None,
     arm_mounting: Rotation | None = None,
-    loss: str = "linear",
 ) -> Calibration:
     """Find joint centres, length offsets, the device's centre and sensor mountings from measured poses.
 
@@ -91,8 +89,6 @@ def calibrate(
     torso_mounting, arm_mounting : Rotation, optional
         Q_T and Q_S, or the values to start from if they are unknown. None is the identity, or any mounting if it is
         unknown.
-    loss : {"linear", "cauchy"}
-        "cauchy" is robust: outliers have next to no weight.
 
     Returns
     -------
@@ -102,8 +98,7 @@ def calibrate(
     Raises
     ------
     InvalidInput
-        If shapes do not fit, lengths are in another unit, there is nothing to estimate the noise from, or a robust loss
-        takes most lengths for outliers of the stated noise.
+        If shapes do not fit, lengths are in another unit, or there is nothing to estimate the noise from.
     SolverFailed
         If least squares does not converge.
 
@@ -128,7 +123,7 @@ def calibrate(
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     poses = as_poses(poses)
-    errors = _errors(length_noise, orientation_noise, loss)
+    errors = _errors(length_noise, orientation_noise)
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
     measured = poses.as_matrix()
     start = model.lengths(np.zeros(model.size), measured)
@@ -155,9 +150,7 @@ def calibrate(
             f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "
             "more poses, or give length_noise"
         )
-    rank = int(np.linalg.matrix_rank(found.jacobian * model.scales))
-    variance = found.scale**2 * inflation(found, loss, rank)
-    information = Information(model, found.values, measured, found.jacobian, variance, prior)
+    information = Information(model, found.values, measured, found.jacobian, found.scale**2, prior)
     devices[0] = FittedDevice(nominal, model, frozen(found.values.copy()))
     return Calibration(
         *(nominal, model, devices[0].values, found, information, poses, frozen(values), errors),
@@ -196,8 +189,7 @@ def prior_of(model: LengthModel, tolerances: Any, length_noise: float | None) ->
     return frozen(prior)
 
 
-def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> MeasurementErrors:
-    as_choice("loss", loss, LOSSES)
+def _errors(length_noise: float | None, orientation_noise: float) -> MeasurementErrors:
     turn = as_positive("orientation_noise", orientation_noise, zero=True)
     if turn > _WORST_ORIENTATION:
         raise InvalidInput(
@@ -208,11 +200,11 @@ def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> 
             raise InvalidInput(
                 "expected length_noise together with orientation_noise: the fit weights one against the other"
             )
-        return MeasurementErrors(None, 0.0, loss)
+        return MeasurementErrors(None, 0.0)
     length = as_positive("length_noise", length_noise)
     if length > _WORST_LENGTH:
         raise InvalidInput(f"expected length_noise in m, at most {_WORST_LENGTH:g}, got {length:g} (millimetres?)")
-    return MeasurementErrors(length, turn, loss)
+    return MeasurementErrors(length, turn)
 
 
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.

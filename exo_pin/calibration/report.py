@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .estimation import CalibrationProblem, Estimate, robust_scale
+from .estimation import CalibrationProblem, Estimate
 from .information import whitening
 from .length_model import labels
 
@@ -114,9 +114,9 @@ def _numbers(values: FloatArray, digits: int) -> str:
 OUTLIER = 4.0
 #: Residuals that are less probable than this contradict the stated noise.
 _IMPROBABLE = 1e-3
-#: A limb with more outliers than this share, and than this number, is not one of the model with some outliers.
-_SHARE, _FEW = 0.2, 3
-#: Standard deviation of the logarithm of a robust scale of N normal residuals, times √N.
+#: Standard deviation of a normal distribution over the median of its absolute values.
+_MEDIAN = 1.4826
+#: Standard deviation of the logarithm of that median of N normal residuals, times √N.
 _SPREAD = 1.17
 #: Scales may differ by chance by this many standard deviations.
 _CHANCE = 5.0
@@ -139,31 +139,16 @@ def contradiction(problem: CalibrationProblem, found: Estimate, z: FloatArray, p
         Of the chi-square test, where it applies; else NaN.
     """
     errors = problem.errors
-    size, middle = float(np.sqrt((z**2).mean())), float(robust_scale(z.ravel()))
+    size, middle = float(np.sqrt((z**2).mean())), _MEDIAN * float(np.median(np.abs(z)))
     chance = np.exp(_CHANCE * _SPREAD / np.sqrt(z.size))
     stated = errors.length_noise is not None
     if probability < _IMPROBABLE:
         return f"The residuals contradict the stated noise: they are {size:.2g} times as large."
-    outliers = np.abs(z) > OUTLIER
-    if not errors.is_robust:
-        if not stated and middle > 0.0 and size > chance * middle:
-            return (
-                "The residuals are not those of one normally distributed noise: their root of the mean square is "
-                f"{size / middle:.2g} times what their median says (outliers, a slack muscle?)."
-            )
-    else:
-        # The median of absolute values, if so many are outliers.
-        share = min(float(outliers.mean()), 0.4)
-        shifted = float(scipy.stats.norm.ppf(0.5 + 0.25 / (1.0 - share)) / scipy.stats.norm.ppf(0.75))
-        if stated and middle > shifted * chance:
-            return f"The residuals contradict the stated noise: most are {middle:.2g} times as large."
-        counts = outliers.sum(axis=0)
-        worst = int(counts.argmax())
-        if counts[worst] > max(_SHARE * len(z), _FEW):
-            return (
-                f"Of limb {worst + 1}, {counts[worst]} of {len(z)} lengths are outliers, too many to be left out "
-                "(a slack muscle, a wrong column?)."
-            )
+    if not stated and middle > 0.0 and size > chance * middle:
+        return (
+            "The residuals are not those of one normally distributed noise: their root of the mean square is "
+            f"{size / middle:.2g} times what their median says (outliers, a slack muscle?)."
+        )
     if _lack_of_fit(problem, found) < _IMPROBABLE:
         return (
             "The residuals change with the pose as no noise does: something that was taken as known is wrong, a muscle "
@@ -188,17 +173,16 @@ def _lack_of_fit(problem: CalibrationProblem, found: Estimate) -> float:
         spans = here.values[:, i] + model.length_offsets(found.values)[i]
         smooth[:, i, i] = np.column_stack([columns / spans[:, None], np.ones(count)])
     smooth = whitening(here, noise, problem.errors.orientation_noise) @ smooth.reshape(count, n, -1)
-    root = np.sqrt(found.weights)
-    small = root[:, None] * found.jacobian * model.scales
-    large = np.concatenate([small, root[:, None] * smooth.reshape(count * n, -1) * noise], axis=1)
+    small = found.jacobian * model.scales
+    large = np.concatenate([small, smooth.reshape(count * n, -1) * noise], axis=1)
     left, ranks = list[float](), list[int]()
     for matrix in (small, large):
         u, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
         u = u[:, sizes > _RANK * sizes[0]]
-        r = root * found.residuals
+        r = found.residuals
         left.append(float(((r - u @ (u.T @ r)) ** 2).sum()))
         ranks.append(u.shape[1])
-    freedom, more = len(root) - ranks[1], ranks[1] - ranks[0]
+    freedom, more = count * n - ranks[1], ranks[1] - ranks[0]
     if freedom < _LEAST_FREEDOM or more == 0 or left[1] <= 0.0:
         return float("nan")
     return float(scipy.stats.f.sf((left[0] - left[1]) / more / (left[1] / freedom), more, freedom))

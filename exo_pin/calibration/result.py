@@ -250,9 +250,9 @@ class Calibration(FittedDevice):
     def probability(self) -> float:
         """Of residuals as large as these or larger, if the stated noise is right (chi-square test).
 
-        NaN if the noise was estimated from them, if nothing is left, or for a robust loss.
+        NaN if the noise was estimated from them, or if nothing is left.
         """
-        if self.errors.length_noise is None or self.errors.is_robust or self.degrees_of_freedom <= 0:
+        if self.errors.length_noise is None or self.degrees_of_freedom <= 0:
             return float("nan")
         return float(scipy.stats.chi2.sf((self.estimate.residuals**2).sum(), self.degrees_of_freedom))
 

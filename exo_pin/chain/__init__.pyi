@@ -1,6 +1,5 @@
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
-from .derivatives.dynamics_derivatives import ReactionDerivatives as ReactionDerivatives
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL
 from .dynamics.inverse_dynamics import PUSH as PUSH
@@ -11,14 +10,9 @@ from .dynamics.simulation import Simulation as Simulation
 from .dynamics.stacks.force_stacks import ClosedForcesStack as ClosedForcesStack
 from .formats.closures_file import read_closures as read_closures
 from .formats.closures_file import write_closures as write_closures
-from .kinematics.margins import Margins as Margins
+from .kinematics.mobility import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
-from .postures.equilibrium import Equilibrium as Equilibrium
-from .postures.inverse_kinematics import TaskSolution as TaskSolution
-from .postures.tasks import ComTask as ComTask
-from .postures.tasks import FrameTask as FrameTask
-from .postures.tasks import PostureTask as PostureTask
 from .structure.chain_state import CLOSED as CLOSED
 from .structure.closures import TYPES as TYPES
 from .structure.closures import Closure as Closure

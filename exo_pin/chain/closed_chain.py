@@ -29,12 +29,9 @@ from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
 from .kinematics import closing, loops, reduced_kinematics
 from .kinematics import mobility as freedoms
-from .postures import equilibrium as statics
-from .postures import inverse_kinematics as tasks
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
 from .structure.description import Closures
-from .structure.memory.chain_buffers import PINOCCHIO, proximal_constraints
 from .structure.passive import frictionless
 
 _Given = ParamSpec("_Given")
@@ -277,8 +274,7 @@ class ClosedChain:
     placement = _method_of_state(loops.placement)
     placements = _method_of_state(loops.placements)
     forward_kinematics = _method_of_state(closing.forward_kinematics)
-    inverse_kinematics = _method_of_state(tasks.inverse_kinematics)
-    equilibrium = _method_of_state(statics.equilibrium)
+    inverse_kinematics = _method_of_state(closing.inverse_kinematics)
 
     # Velocities, accelerations and mobility
 
@@ -303,10 +299,14 @@ class ClosedChain:
     @property
     def constraint_models(self) -> list[pin.RigidConstraintModel]:
         """New Pinocchio constraint models of the closures, in the axes of frame a: rigid and spherical ones alone."""
-        single = {rules: form for rules, form in PINOCCHIO.items() if form != "two 3D"}
-        for closure in self.closures:
-            closure.form_in(single, "Pinocchio has no constraint")
-        return proximal_constraints(self.model, self.closures, self._state.topology)
+        kinds = {("xyz", "xyz"): pin.ContactType.CONTACT_6D, ("xyz", ""): pin.ContactType.CONTACT_3D}
+        top, axes, found = self._state.topology, pin.ReferenceFrame.LOCAL, []
+        for c, closure in enumerate(self.closures):
+            kind, (one, other) = closure.form_in(kinds, "Pinocchio has no constraint"), top.joints[c].tolist()
+            places = top.frame(c, 0), top.frame(c, 1)
+            found.append(pin.RigidConstraintModel(kind, self.model, one, places[0], other, places[1], axes))
+            found[-1].name = closure.name
+        return found
 
     # Sizes, units and indices
 

@@ -14,7 +14,7 @@ a quaternion (x, y, z, w) goes to (-x, y, -z, w), and an angular velocity ω to 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -37,9 +37,6 @@ _VECTOR, _TURN = (1, -1, 1), (-1, 1, -1)
 #: Signs of q and of v of joints of several coordinates.
 _SIGNS = {
     "JointModelSpherical": ((*_TURN, 1), _TURN),
-    "JointModelSphericalZYX": (_TURN, _TURN),
-    "JointModelEllipsoid": (_TURN, _TURN),
-    "JointModelUniversal": ((1, 1), (1, 1)),
     "JointModelTranslation": (_VECTOR, _VECTOR),
     "JointModelFreeFlyer": ((*_VECTOR, *_TURN, 1), (*_VECTOR, *_TURN)),
     # Place, cosine and sine; their rates.
@@ -212,7 +209,8 @@ def mirrored(state: ChainState) -> tuple[pin.Model, Closures]:
     old, new, signs = state.model, pin.Model(), mirror_signs(state)
     new.name, new.gravity = old.name, pin.Motion(_vector(old.gravity.linear), np.zeros(3))
     for index in range(1, old.njoints):
-        joint = _joint(old.joints[index])
+        joint = old.joints[index]
+        joint = _one_coordinate(joint) if joint.nv == 1 else joint
         added = new.addJoint(old.parents[index], joint, mirrored_pose(old.jointPlacements[index]), old.names[index])
         new.inertias[added] = _inertia(old.inertias[index])
     for frame in list(old.frames)[1:]:
@@ -256,41 +254,14 @@ def _inertia(inertia: pin.Inertia) -> pin.Inertia:
     return pin.Inertia(inertia.mass, _vector(inertia.lever), tensor)
 
 
-def _parts_of(joint: Any) -> Iterator[tuple[pin.SE3, Any]]:
-    """The joints of a composite one, with their placements."""
-    return zip(joint.jointPlacements, joint.joints, strict=True)
-
-
-def _plain(joint: Any) -> Any:
-    return joint.extract() if isinstance(joint, pin.JointModel) else joint
-
-
 def _signs_of(joint: Any) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Signs of the q and the v of a joint."""
     if joint.nv == 1:
         return (1,) * joint.nq, (1,)
     name = joint.shortname()
-    if name == "JointModelComposite":
-        inner = [_signs_of(part) for _, part in _parts_of(_plain(joint))]
-        return tuple(s for one in inner for s in one[0]), tuple(s for one in inner for s in one[1])
     if name not in _SIGNS:
         raise InvalidInput(f"expected joints whose mirror image is known, got a {name}: one of {', '.join(_SIGNS)}")
     return _SIGNS[name]
-
-
-def _joint(joint: Any) -> Any:
-    """The joint that moves the mirror image of the body."""
-    name, own = joint.shortname(), _plain(joint)
-    if name == "JointModelComposite":
-        whole = pin.JointModelComposite()
-        for place, part in _parts_of(own):
-            whole.addJoint(_joint(part), mirrored_pose(place))
-        return whole
-    if joint.nv == 1:
-        return _one_coordinate(joint)
-    if name == "JointModelUniversal":
-        return pin.JointModelUniversal(*(-_vector(axis) + 0.0 for axis in (own.axis1, own.axis2)))
-    return joint
 
 
 def _one_coordinate(joint: Any) -> Any:

@@ -1,6 +1,7 @@
 """The command ``exo-pin``: parse, call, print. One module a group of commands, with a function ``run_...`` for each.
 
-Their options stand in ``options.toml``. A command's module is imported when it is called, so that help comes at once.
+They stand in ``commands.toml`` and their options in ``options.toml``. A command's module is imported when it is called,
+so that help comes at once: ``exo-pin --help`` and ``--version`` need neither physics nor the package's reader of TOML.
 """
 
 from __future__ import annotations
@@ -19,10 +20,9 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from .. import __version__
-from .options.command_list import COMMANDS, Command
 from .terminal import make_output_printable
 
 #: A shell adds this to the number of the signal that has ended a program.
@@ -36,6 +36,23 @@ _KINDS = {"number": float, "count": int, "path": Path, "text": str}
 _AS_THEY_ARE = ("dest", "nargs", "const", "required", "choices", "default")
 #: Options that name a file to write.
 _FILES = ("out", "plot")
+
+
+def _read(name: str) -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parent / "options" / name).read_text(encoding="utf-8"))
+
+
+class Command(NamedTuple):
+    """A command: its module in :mod:`exo_pin.cli`, and the texts of its help."""
+
+    module: str
+    help: str
+    description: str
+    examples: list[str]
+    notes: str = ""
+
+
+COMMANDS = {name: Command(**entry) for name, entry in _read("commands.toml").items()}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -169,7 +186,7 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
 
 @cache
 def _table() -> dict[str, Any]:
-    return tomllib.loads((Path(__file__).parent / "options" / "options.toml").read_text(encoding="utf-8"))
+    return _read("options.toml")
 
 
 def _subcommands(name: str) -> dict[str, str]:

@@ -22,11 +22,10 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
-from ..wrist.singularities.singularity_free_region import side_of_rest
+from ..wrist.singularities.sides_of_the_surface import side_of_rest
 from . import deliver, main
-from .options.option_values import named_numbers, numbers, refuse
 from .options.outputs import joined_json
-from .options.query_options import configuration, design, pose, pose_words
+from .options.query_options import configuration, design, named_numbers, numbers, pose, pose_words, refuse
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
@@ -254,9 +253,9 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
         )
     if not crossings:
         return "the hanging arm is itself singular: no range of motion lies on either side of it"
-    lines = ["share of each range of motion beyond the singular surface, unreachable from rest, and close to it"]
-    lines.append(f"  {'':36} {'beyond':>11} {'unreachable':>11} {'|det X| < 0.05':>15}")
-    lines += [f"  {c.range.name:36} {c.across:11.1%} {c.unreachable:11.1%} {c.close:15.1%}" for c in crossings]
+    lines = ["share of each range of motion beyond the singular surface and close to it"]
+    lines.append(f"  {'':36} {'beyond':>11} {'|det X| < 0.05':>15}")
+    lines += [f"  {c.range.name:36} {c.across:11.1%} {c.close:15.1%}" for c in crossings]
     return "\n".join(lines)
 
 

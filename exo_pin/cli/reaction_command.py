@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import textwrap
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,32 +13,33 @@ import numpy as np
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, NoisyMovement
-from ..core.tables import WIDTH, filled, under_verdict
+from ..core.tables import filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table, write_movement_reaction
+from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import deliver
-from .options.option_values import numbers, refuse
 from .options.query_options import (
     caution,
     design,
     limits,
     movement,
+    numbers,
     offset,
     pose,
     pose_angles,
     pose_words,
     posture,
+    refuse,
     way_angles,
     wearer,
 )
 
 #: Options that are for a single pose.
-_OF_ONE_POSE = ("certificate", "compare", "muscles", "table", "over_postures")
+_OF_ONE_POSE = ("compare", "muscles", "table", "over_postures")
 
 
 def run_reaction(options: argparse.Namespace) -> int:
@@ -93,7 +93,7 @@ def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Name
         options,
         f"{head}{moving_mass(exo.device)}\n\n{answer}",
         json=answer.to_json,
-        save=lambda path: write_movement_reaction(answer, path, exo.side, exo.name),
+        columns=answer.columns,
         figure=lambda: answer.plot(side=exo.side),
     )
     return answer.reaction
@@ -142,9 +142,6 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
         refuse(options, "--over-postures prints a line", "json")
         first = answers[0]
         parts.append(filled(f"|F_s| {posture_range(exo, first.case, first.assumptions)}."))
-    if options.certificate:
-        texts = (f"{answer.split}: {answer.certificate.components}" for answer in answers)
-        parts.append("\n".join(textwrap.fill(text, WIDTH, subsequent_indent="  ") for text in texts))
     deliver(
         options,
         "\n\n".join(parts),
@@ -211,8 +208,6 @@ def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport
         head["centre_offset_mm"] = list(options.offset)
     body: dict[str, Any] = {answer.split: json.loads(answer.to_json()) for answer in answers}
     body["report"] = json.loads(report.to_json())
-    for answer in answers if options.certificate else ():
-        body[answer.split]["certificate"] = answer.certificate.sentence()
     if report.contact is not None:
         body["with_muscles"] = json.loads(report.contact.to_json())
     return json.dumps({**head, **body}, indent=2)

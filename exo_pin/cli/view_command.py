@@ -15,8 +15,7 @@ from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
-from .options.option_values import duration, refuse
-from .options.query_options import design, joint_value, pose, triple, wearer
+from .options.query_options import design, duration, joint_value, pose, refuse, triple, wearer
 
 if TYPE_CHECKING:
     from ..person import Person

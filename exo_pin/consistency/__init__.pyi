@@ -1,6 +1,6 @@
-from .devices import check as check
+from .checks import CHAIN_CHECKS as CHAIN_CHECKS
+from .checks import WRIST_CHECKS as WRIST_CHECKS
+from .checks import check as check
+from .checks import check_chain as check_chain
 from .report import Finding as Finding
 from .report import Report as Report
-from .robots import CHAIN_CHECKS as CHAIN_CHECKS
-from .robots import check_chain as check_chain
-from .wrists import WRIST_CHECKS as WRIST_CHECKS

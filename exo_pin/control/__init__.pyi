@@ -18,8 +18,6 @@ from .experiments.catalogue import reference_of as reference_of
 from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
 from .experiments.catalogue import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
-from .experiments.sensitivity import fault_band as fault_band
-from .experiments.sensitivity import sensitivity as sensitivity
 from .experiments.tracking import Tracking as Tracking
 from .imu import Imu as Imu
 from .imu import ImuSensor as ImuSensor

@@ -31,7 +31,7 @@ from dis import EXTENDED_ARG, opmap
 from operator import attrgetter
 from threading import RLock
 from types import CodeType, FunctionType, ModuleType
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +43,6 @@ MODES = ("auto", "plain", "compiled")
 #: Held while the mode changes, and while a kernel makes one of its forms.
 lock = RLock()
 _compilations = 0
-_listeners: list[Callable[[], None]] = []
 
 
 __all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
@@ -52,11 +51,6 @@ PLAIN_WORK = 300
 #: Numbers in the largest argument of a call that count as one unit of work more.
 _NUMBERS_A_UNIT = 100
 _all: list[Kernel] = []
-
-
-def on_change(listener: Callable[[], None]) -> None:
-    """Call ``listener`` whenever the mode changes."""
-    _listeners.append(listener)
 
 
 def current_mode() -> str:
@@ -106,8 +100,8 @@ def _set_mode(name: str) -> None:
     global _mode
     with lock:
         _mode = name
-        for listener in _listeners:
-            listener()
+        for each in _all:
+            each.choose()
 
 
 def _checked(name: str) -> str:
@@ -169,7 +163,6 @@ class Kernel:
         #: What a call runs at the moment.
         self.run: Callable[..., Any] = self._call_plain
         self.choose()
-        on_change(self.choose)
         _all.append(self)
 
     def __repr__(self) -> str:
@@ -284,16 +277,6 @@ class Kernel:
         for name in _globals_of(code):
             if name in scope:
                 update(f"{name} {_identity(scope[name])} ".encode())
-
-
-@overload
-def kernel(function: Callable[..., Any]) -> Kernel: ...
-
-
-@overload
-def kernel(
-    *, inline: bool = False, stack: bool = False, cost: int = 1, fills: bool = False
-) -> Callable[[Callable[..., Any]], Kernel]: ...
 
 
 def kernel(

@@ -247,7 +247,7 @@ def drawn(kind: str, *arguments: Any) -> Any:
     Parameters
     ----------
     kind : str
-        Module and function, such as "answer_plots:map_figure".
+        Module and function, such as "answer_plots:reaction_figure".
     *arguments
         Passed on.
 

@@ -6,8 +6,6 @@ from .actuator_families import stroke_margin as stroke_margin
 from .arm import Arm as Arm
 from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
-from .interface import Interface as Interface
-from .interface import Interfaces as Interfaces
 from .io.mechanism_files import DEFAULT_PRESET as DEFAULT_PRESET
 from .io.mechanism_files import preset as preset
 from .io.mechanism_files import preset_file as preset_file
@@ -21,5 +19,7 @@ from .limb import LimbGuide as LimbGuide
 from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .parameters.names import PARAMETERS as PARAMETERS
+from .shoulder import Interface as Interface
+from .shoulder import Interfaces as Interfaces
 from .shoulder import Shoulder as Shoulder
 from .wearer import Wearer as Wearer

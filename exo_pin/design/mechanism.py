@@ -21,9 +21,8 @@ from ..core.tables import limb_list
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
-from .interface import Interfaces
 from .limb import Limb, limbs_for
-from .shoulder import Shoulder
+from .shoulder import Interfaces, Shoulder
 
 #: Parts whose sources are marked where they are replaced.
 _SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")

@@ -179,7 +179,7 @@ class Device(Protocol):
     def accelerate(self, question: str) -> Mechanism | None:
         """A wrist's record whose closed forms answer a question in place of the chain; None to take the chain.
 
-        Questions are "forces", "map", "workspace", "contact", "pressures", "uncertainty", "rates", "check",
+        Questions are "forces", "map", "workspace", "contact", "uncertainty", "rates", "check",
         "singularity" and "plant". Without them forces and verdicts are the same.
         """
 

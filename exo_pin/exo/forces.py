@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -14,16 +14,12 @@ from ..load_case.case import Posture, warn_outside_human_range
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
-    GlenoidCone,
     Limits,
     MovementReaction,
-    PressurePlan,
     Reaction,
     ReactionMap,
     Split,
-    Weights,
     movement_reaction,
-    plan_pressures,
     solve,
 )
 from ..reaction import reaction_map as map_of_reactions
@@ -178,50 +174,6 @@ def remedy(
     With the best forces within the limits, 0.32 N m about (-0.08, -0.79, 0.61) is missing.
     """
     return remedy_of(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), progress)
-
-
-def pressures(
-    self: ShoulderExo,
-    poses: Rotation,
-    actuators: Any = None,
-    motion: Motion | None = None,
-    load: Load | None = None,
-    split: str | Split = "minimal",
-    constraint_bounds: ConstraintBounds = None,
-    *,
-    cone: GlenoidCone | None = None,
-    weights: Weights | None = None,
-) -> PressurePlan:
-    """Which pressures hold a pose with least shoulder force, and how stiff it is then.
-
-    A muscle's force at a length rises with its pressure, so the best forces within what the pressures can do are
-    the best pressures: the query is solved in forces and turned into pressures.
-
-    Parameters
-    ----------
-    poses : Rotation
-        Pose, single or a stack of shape (...).
-    actuators : object or sequence of n objects, optional
-        Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`; those of the design if left out.
-    motion, load : Motion, Load, optional
-        As in :meth:`reaction`. The stiffness is that of the arm at rest.
-    split, constraint_bounds, cone, weights
-        As in :meth:`reaction`.
-
-    Returns
-    -------
-    PressurePlan
-
-    Examples
-    --------
-    >>> from exo_pin.muscle import Muscle, muscle_model
-    >>> exo = ep.load("prototype")
-    >>> plan = exo.pressures(exo.pose(30, 30), [Muscle(model=muscle_model("best"), end_fitting=0.05)] * 3)
-    >>> str(plan.reaction.status)  # muscles of 300 mm are too short there
-    'out_of_stroke'
-    """
-    assumed = Assumptions(split, "none", constraint_bounds, cone, weights)
-    return plan_pressures(self, Case(poses, motion, load), actuators, assumed)
 
 
 @spelled_out

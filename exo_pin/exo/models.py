@@ -252,10 +252,12 @@ def view(
 
     Parameters
     ----------
-    human, limbs, metres_per_newton, person, device, labels
+    human, limbs, metres_per_newton, person, device
         As for :class:`exo_pin.view.Scene`, which has its own defaults for what is left out.
     q : array_like, optional
         A configuration of the chain, which is drawn as it is, without person and forces.
+    labels : bool, optional
+        As for :class:`exo_pin.view.ChainScene`.
 
     Returns
     -------
@@ -281,7 +283,9 @@ def view(
     }  # fmt: skip
     looks: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if q is None and (self.has_arm or self.wrist is not None):
-        return Scene(self, **looks, labels=bool(labels))
+        if labels is not None:
+            raise InvalidInput("labels name joints where there are no forces, whose labels name them here")
+        return Scene(self, **looks)
     if looks:
         why = "a configuration q is drawn" if self.has_arm else f"{self.name!r} has no arm: it is drawn"
         raise InvalidInput(f"{why} without person and forces, so there is no option {', '.join(looks)}")

@@ -17,7 +17,7 @@ from ..core.compiled import current_mode, mode
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
-from ..design.interface import PRESSURE_LIMITS
+from ..design.shoulder import PRESSURE_LIMITS
 from ..device.device_singularity import device_singularity
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
@@ -27,7 +27,7 @@ from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
-from ..wrist.singularities.nearest_singularity_search import beside_singular, nearest_singularity
+from ..wrist.singularities.nearest_singularity_search import nearest_singularity
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
@@ -76,7 +76,6 @@ class PoseReport(Result):
             "singular_kind": self.singular_kind,
             "singular_margin": float(self.answer.margin),
             "singular_distance": self.singular_distance,
-            "beside_singular": self.beside_singular,
         }
         if self._device.drive_units:
             units = [list(pair) for pair in self._device.drive_units]
@@ -112,12 +111,6 @@ class PoseReport(Result):
             return float("nan")
         return float(nearest_singularity(record.geometry, self._pose).degrees)
 
-    @cached_property
-    def beside_singular(self) -> tuple[tuple[float, float], ...]:
-        """Least limb force for 1 N m about the weakest axis, N, so many degrees away; empty of other than wrists."""
-        record = self._device.accelerate("singularity")
-        return () if record is None else beside_singular(record.geometry, self._pose, record.is_upu)
-
     @property
     def bare_arm_share(self) -> tuple[float, float]:
         """Load of the joint without a device at this elevation, least and greatest percent of body weight, or NaN."""
@@ -129,7 +122,6 @@ class PoseReport(Result):
         told = [text for text in answer.cautions if not text.startswith(NOTES)]
         parts = [under_verdict(answer.verdict, told), "" if self.remedy is None else filled(str(self.remedy))]
         if not answer.has_answer:
-            parts.append(self._beside() if answer.status == "singular" else "")
             parts.append("" if self.contact is None else with_muscles(self.contact))
             return "\n\n".join(part for part in parts if part)
         if answer.equilibrium_status == "near_singular":
@@ -209,7 +201,7 @@ class PoseReport(Result):
             lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
         if (self.answer.certificate.undetermined > 0).any():
             lines.append(filled(self.answer.certificate.statement))
-            lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
+            lines.append("--compare shows other assumptions, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
@@ -220,12 +212,6 @@ class PoseReport(Result):
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
         return filled(text)
-
-    def _beside(self) -> str:
-        """How limb forces fall with the distance from a singular pose, the fastest way."""
-        head = "Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"
-        rows = [f"  {degrees:4.0f}° away  {force:7.1f} N" for degrees, force in self.beside_singular]
-        return "\n".join([head, *rows]) if rows else ""
 
 
 def report_on_pose(

@@ -410,7 +410,6 @@ class ShoulderExo(Record):
 
     reaction = forces.reaction
     remedy = forces.remedy
-    pressures = forces.pressures
     follow = forces.follow
     reaction_map = forces.reaction_map
     compare = forces.compare

@@ -2,11 +2,9 @@ from .actuator import Muscle as Muscle
 from .identification.dynamic_identification import DynamicIdentification as DynamicIdentification
 from .identification.dynamic_identification import Recording as Recording
 from .identification.dynamic_identification import identify_dynamic as identify_dynamic
+from .identification.region import NotIdentifiable as NotIdentifiable
 from .identification.region import Region as Region
 from .identification.region import find_region as find_region
-from .identification.selection import NotIdentifiable as NotIdentifiable
-from .identification.selection import Selection as Selection
-from .identification.selection import select_model as select_model
 from .identification.static_identification import StaticIdentification as StaticIdentification
 from .identification.static_identification import identify_static as identify_static
 from .io.measured import SteadyStates as SteadyStates

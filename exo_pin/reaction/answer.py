@@ -20,7 +20,7 @@ from ..core.validation import FloatArray
 from ..load_case.case import Case
 from ..wrist.limbs import STATUS
 from .holding.infeasible_poses import clearly_infeasible, is_held
-from .indeterminacy.component_assumptions import ComponentSource
+from .indeterminacy.certificate import AnswerSource
 from .result import Reaction
 from .splits.limb_and_side_forces import choose
 from .splits.pose_stack import PoseStack
@@ -103,7 +103,7 @@ def answer(
         determinant=stacked(poses.determinant),
         residual=stacked(residual),
         status=stacked(_NAMES[np.where(chosen.unmet > 0, chosen.unmet, status)]),
-        source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1), chosen),
+        source=AnswerSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1), chosen),
         body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
         trivial=bool(rows.size and chosen.trivial[rows].all()),
         **{name: stacked(value) for name, value in split.extras(poses, chosen).items()},

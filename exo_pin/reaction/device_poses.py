@@ -28,10 +28,10 @@ from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.limb_limits import are_actuators, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from .effort_sharing import UNFELT, EffortSharing, sharing_of
-from .splits.device_elastic import DeviceElastic
+from .splits.elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack
-from .splits.spherical import shortest_tensions
+from .splits.split import shortest_tensions
 
 if TYPE_CHECKING:
     from ..design import Mechanism

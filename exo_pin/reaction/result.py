@@ -14,16 +14,15 @@ from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..device.wrist_device import as_device
 from ..load_case.case import Case
-from .columns import ShownReaction
+from . import columns as shown
+from . import cuff_load
 from .holding.cautions import cautions, criterion
 from .holding.force_range import ForceRange, force_range
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import UNSOLVED, verdict_of
-from .indeterminacy.certificate import Certificate, Optimum, certificate_of
-from .indeterminacy.closest_forces import ClosestForces, closest_forces
-from .indeterminacy.component_assumptions import ComponentSource
-from .indeterminacy.infeasibility import Infeasibility
+from .indeterminacy.certificate import AnswerSource, Certificate, Optimum, certificate_of
+from .indeterminacy.infeasibility import ClosestForces, Infeasibility, closest_forces
 from .table import reaction_html, reaction_table
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Reaction(ShownReaction, Result, ReadOnly):
+class Reaction(Result, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
@@ -87,7 +86,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     residual : ndarray
         Shape (...): error of the force and moment balance of the arm, relative to the largest force (moments over
         the largest |B_i|), evaluated from the wrenches above; NaN without an answer.
-    source : ComponentSource
+    source : AnswerSource
         From which :attr:`certificate` is computed on demand.
     body_weight : float or None
         Of the person under standard gravity, N.
@@ -144,7 +143,7 @@ class Reaction(ShownReaction, Result, ReadOnly):
     margin: FloatArray
     determinant: FloatArray
     residual: FloatArray
-    source: ComponentSource
+    source: AnswerSource
     body_weight: float | None = None
     trivial: bool = False
     centre_displacement: FloatArray | None = None
@@ -302,6 +301,20 @@ class Reaction(ShownReaction, Result, ReadOnly):
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose has an answer."""
         return np.isin(self.equilibrium_status, ("ok", "near_singular"))
+
+    peak = property(shown.peak)
+    drive_units = property(shown.drive_units)
+    clearance = property(shown.clearance)
+    crossings = shown.crossings
+    columns = shown.columns
+    plot = shown.plot
+    as_dict = shown.as_dict
+    is_worn = property(cuff_load.is_worn)
+    cuff_pull = property(cuff_load.cuff_pull)
+    cuff_slip = property(cuff_load.cuff_slip)
+    cuff_pressure = property(cuff_load.cuff_pressure)
+    cuff_text = cuff_load.cuff_text
+    cuff_columns = cuff_load.cuff_columns
 
     def __str__(self) -> str:
         return reaction_table([self])

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from .. import wrist
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.progress import track
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_rotation, require_method
-from ..reaction.assumptions import Question
+from ..design import Limb
+from ..load_case import Case
+from ..reaction.assumptions import Assumptions, Question
+from ..reaction.batch.reaction_maps import reaction_map
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
 from .blank_figures import why_blank
@@ -86,7 +88,11 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
     pull_only = one_side = np.nan
     limbs = exo.device.accelerate("map")
     if limbs is not None and limbs.limbs_are_massless:
-        pull_only = wrist.holding(limbs, poses, load=question.get("load")).holdable.mean()
+        pulling, case = (
+            limbs.replace(limbs=[Limb(limb.kind) for limb in limbs.limbs]),
+            Case(poses, load=question.get("load")),
+        )
+        pull_only = reaction_map(pulling, case, Assumptions(limits="pull"), keep="status").held.mean()
     if exo.wrist is not None and exo.geometry.limb_count == 3:
         sides = np.sign(exo.singularity(poses).determinant)
         one_side = max((sides > 0).mean(), (sides < 0).mean())

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from ..core.errors.muscles import OutsideValidity
+from ..core.errors.inputs import OutsideValidity
 from ..core.validation import FloatArray
 from ..muscle.identification.region import SECOND_ORDER, design_matrix, find_region
 from ..muscle.identification.static_identification import identify_static

@@ -17,7 +17,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import partial
+from functools import partial, reduce
+from operator import add
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -26,11 +27,10 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray, as_positive
-from ..design import Interface, Interfaces, Mechanism
+from ..design import Arm, Interface, Interfaces, Mechanism
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
-from .arm_changes import heavier, moved
 
 #: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
 #: estimates of the shoulder's centre; for the shoulder's stiffness no published value was found.
@@ -49,8 +49,6 @@ ASSUMED_UNCERTAINTY: Mapping[str, float] = MappingProxyType(
 )
 OFFSET = "offset_mm"
 _PLACE = re.compile(r"(A|B|joint|end_b|spring|cable)\[([^\]]+)\]_mm", re.ASCII)
-#: Names of an older release, and what they are called now.
-_OLD = {"loop": "end_b[NAME]_mm or end_b_mm", "point": "spring[NAME,k]_mm, cable[NAME,k]_mm, spring_mm or cable_mm"}
 #: A question with something changed by a vector, or by a number in an array of one entry, in the quantity's unit.
 _Change = Callable[[FloatArray], tuple[Any, Case]]
 _Known = Iterator[tuple[str, tuple[int, _Change]]]
@@ -140,8 +138,8 @@ def _known(device: Device, case: Case, elastic: bool) -> _Known:
     yield "pose_deg", (3, turned)
     for name, point in device.places().items():
         yield f"{name}_mm", (3, partial(placed, name, point))
-    yield "mass_percent", (1, lambda step: (device.replace(arm=heavier(arm, _factor(step))), case))
-    yield "centre_of_mass_mm", (3, lambda step: (device.replace(arm=moved(arm, 1e-3 * step)), case))
+    yield "mass_percent", (1, lambda step: (device.replace(arm=_heavier(arm, _factor(step))), case))
+    yield "centre_of_mass_mm", (3, lambda step: (device.replace(arm=_moved(arm, 1e-3 * step)), case))
     if load is not None:
 
         def loaded(step: FloatArray) -> tuple[Device, Case]:
@@ -185,9 +183,6 @@ def _stiffnesses(device: Device, case: Case) -> _Known:
 
 def _of_dimension(device: Device, case: Case, name: str, known: Mapping[str, Any]) -> _Change:
     """A dimension of the device, changed from its value."""
-    old = _OLD.get(re.split(r"\W|_", str(name), maxsplit=1)[0])
-    if old is not None:
-        raise InvalidInput(f"the uncertainty {name} is called {old} now")
     try:
         (named,) = device.parameters([name])
     except UnknownName:
@@ -201,3 +196,21 @@ def _of_dimension(device: Device, case: Case, name: str, known: Mapping[str, Any
         return device.with_values({named: value + named.size * float(step[0])}), case
 
     return changed
+
+
+def _heavier(arm: Arm, more: float) -> Arm:
+    """All parts with so many times their mass and inertia."""
+
+    def own(part: Arm) -> Arm:
+        return replace(part, mass=more * part.mass, inertia=None if part.inertia is None else more * part.inertia)
+
+    return _of_parts(arm, own)
+
+
+def _moved(arm: Arm, shift: FloatArray) -> Arm:
+    """All parts elsewhere, shape (3,), m."""
+    return _of_parts(arm, lambda part: replace(part, centre_of_mass=part.centre_of_mass + shift))
+
+
+def _of_parts(arm: Arm, changed: Callable[[Arm], Arm]) -> Arm:
+    return reduce(add, [changed(part) for part in arm.parts])

@@ -5,4 +5,3 @@ from .page.browser import find_browser as find_browser
 from .scene.chain_scene import ChainScene as ChainScene
 from .scene.scene_of_exo import Scene as Scene
 from .scene.scene_recording import SceneRecording as SceneRecording
-from .scene.slider_panel import Sliders as Sliders

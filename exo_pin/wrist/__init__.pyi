@@ -1,8 +1,5 @@
 from .clearance.clearance import BodyShape as BodyShape
 from .clearance.clearance import clearances as clearances
-from .forces.rotational_stiffness_matrix import rotational_stiffness as rotational_stiffness
-from .forces.wrench_feasibility import Holding as Holding
-from .forces.wrench_feasibility import holding as holding
 from .kinematics.forward import AssemblyModes as AssemblyModes
 from .kinematics.forward import ModePath as ModePath
 from .kinematics.forward import forward_kinematics as forward_kinematics
@@ -22,10 +19,8 @@ from .singularities.measures import shoulder_slice as shoulder_slice
 from .singularities.measures import singularity as singularity
 from .singularities.nearest_singularity_search import NearestSingularity as NearestSingularity
 from .singularities.nearest_singularity_search import nearest_singularity as nearest_singularity
-from .singularities.singularity_free_region import FreeRegion as FreeRegion
-from .singularities.singularity_free_region import RangeCrossing as RangeCrossing
-from .singularities.singularity_free_region import daily_crossings as daily_crossings
-from .singularities.singularity_free_region import free_region as free_region
+from .singularities.sides_of_the_surface import RangeCrossing as RangeCrossing
+from .singularities.sides_of_the_surface import daily_crossings as daily_crossings
 from .velocity.sensors import OrientationChain as OrientationChain
 from .velocity.sensors import SensorSensitivity as SensorSensitivity
 from .velocity.sensors import sensor_sensitivity as sensor_sensitivity

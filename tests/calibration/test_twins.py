@@ -216,21 +216,6 @@ def test_no_twin_is_returned_in_silence(seeds):
 
 
 @pytest.mark.full
-def test_few_outliers_that_go_together_do_not_decide_with_a_robust_loss():
-    rng = np.random.default_rng(104)
-    exo = random_exo(rng, 4)
-    device = near(exo, rng)
-    seen, lengths = measured(device, poses(rng, 40), rng, 3e-4)
-    clean = ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss="cauchy")
-    assert not clean.contradiction
-    # A muscle that is a little slack.
-    lengths[:, 3] = np.maximum(lengths[:, 3], np.quantile(lengths[:, 3], 0.15))
-    found = ep.calibrate(seen, lengths, exo, length_noise=3e-4, loss="cauchy")
-    assert error(found, device) < 2.0 * error(clean, device)
-    assert ep.calibrate(seen, lengths, exo, length_noise=3e-4).contradiction
-
-
-@pytest.mark.full
 def test_residuals_that_no_noise_explains_are_named():
     rng = np.random.default_rng(69)
     exo = ep.load("prototype")
@@ -242,8 +227,7 @@ def test_residuals_that_no_noise_explains_are_named():
         assert found.verdict.startswith("Not a good fit.")
         assert "are determined" not in found.verdict
         assert not ep.calibrate(seen, lengths, exo, unknowns=CENTRE, length_noise=noise).contradiction
-    # A third of the lengths of one limb are of a slack muscle, which no loss leaves out safely.
+    # A third of the lengths of one limb are of a slack muscle.
     slack = lengths.copy()
     slack[:, 1] = np.maximum(slack[:, 1], np.quantile(slack[:, 1], 0.33))
-    for loss, words in (("linear", "times what their median says"), ("cauchy", "Of limb 2")):
-        assert words in ep.calibrate(seen, slack, exo, loss=loss).contradiction
+    assert "times what their median says" in ep.calibrate(seen, slack, exo).contradiction

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import changing_axes
 import geared_arms
 import mjcf_chains
 import moving_chains
@@ -11,6 +10,7 @@ import mujoco_exact
 import numpy as np
 import pinocchio as pin
 import pytest
+import several_coordinates
 from places import URDF
 
 from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties
@@ -36,7 +36,7 @@ KINDS = {
     "endless": lambda: endless("0.48 0.6 0.64").joints[1],
     "free": pin.JointModelFreeFlyer,
     "translation": pin.JointModelTranslation,
-    **changing_axes.KINDS,
+    **several_coordinates.KINDS,
 }
 
 
@@ -55,7 +55,7 @@ def tree_of(kind, seed=0):
     for k, joint in enumerate((joint_of(kind), pin.JointModelRY(), joint_of(kind))):
         place = pin.SE3(pin.exp3(rng.normal(size=3)), 0.2 * rng.normal(size=3))
         carrier = model.addJoint(carrier, joint, place, f"joint_{k}")
-        model.appendBodyToJoint(carrier, changing_axes._body(rng), pin.SE3.Identity())
+        model.appendBodyToJoint(carrier, several_coordinates._body(rng), pin.SE3.Identity())
         site = pin.SE3(pin.exp3(rng.normal(size=3)), 0.2 * rng.normal(size=3))
         model.addFrame(pin.Frame(f"site_{k}", carrier, 0, site, pin.FrameType.OP_FRAME))
         own = model.joints[carrier]
@@ -162,10 +162,10 @@ def test_a_hinge_turns_about_the_other_axis_and_a_slide_keeps_its_own():
 
 
 @pytest.mark.parametrize("closure", LOOPS)
-@pytest.mark.parametrize("kind", changing_axes.KINDS)
+@pytest.mark.parametrize("kind", several_coordinates.KINDS)
 def test_loops_of_every_kind(kind, closure):
-    chain, q = changing_axes.chain(kind, closure, seed=3)
-    v, a = changing_axes.motion(chain, q)
+    chain, q = several_coordinates.chain(kind, closure, seed=3)
+    v, a = several_coordinates.motion(chain, q)
     image, signs, (q_, v_, a_) = assert_image(chain, q, v, a)
     assert np.abs(image.residual(q_)).max() < 1e-9
     # Open by some millimetres and degrees, rows have their signs, too.
@@ -270,7 +270,7 @@ def test_a_moved_axis_of_a_closure():
     axis = (0.48, 0.6, 0.64)
     model = pin.Model()
     free = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "free")
-    model.appendBodyToJoint(free, changing_axes._body(np.random.default_rng(0)), pin.SE3.Identity())
+    model.appendBodyToJoint(free, several_coordinates._body(np.random.default_rng(0)), pin.SE3.Identity())
     model.addFrame(pin.Frame("body", free, 0, pin.SE3.Identity(), pin.FrameType.BODY))
     chain = ClosedChain(model, Closures("pin", closures=(Closure("pin", "revolute", "body", "universe", axis=axis),)))
     turned = np.zeros(7)

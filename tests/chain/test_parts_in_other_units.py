@@ -7,7 +7,8 @@ import pytest
 from mechanisms import five_bar, sliders, with_free_hinge
 from other_units import Units
 
-from exo_pin.chain import ClosedChain, ComTask
+from exo_pin.chain import ClosedChain
+from exo_pin.chain.dynamics.equations.equations_of_motion import massless_joints
 from exo_pin.chain.dynamics.integration import Instant, Rates
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
 from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
@@ -15,15 +16,11 @@ from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
-from exo_pin.chain.postures.inverse_kinematics import _Error
-from exo_pin.chain.structure.inertia import has_inertia, massless_joints
 from exo_pin.chain.structure.motion_axes import limits_of
 
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
 pytestmark = pytest.mark.parametrize("units", UNITS, ids=("large", "small"))
 NONE = np.array([], dtype=np.int64)
-#: Every other decade of the inertia of a rotor.
-ROTORS = 10.0 ** np.arange(-2.0, 22.0, 2.0)
 
 
 def openings(chain, call):
@@ -80,29 +77,6 @@ def test_a_tolerance_of_an_opening_closes_three_times_it(units):
     assert chain.with_tolerance(_opening(chain._state))._state.closed == pytest.approx(3.0 * gap)
 
 
-def test_tasks_are_weighed_in_the_units(units):
-    named = sliders(0.3)
-    chain = named.chain()
-    one = _Error(chain._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
-    other = _Error(units.chain(chain)._state, [ComTask(np.zeros(3), cost=2.0)]).scale(named.q)
-    assert other / units.metre**2 == pytest.approx(one)
-
-
-def test_rotors_make_bodies_massless_alike(units):
-    named = sliders(0.3)
-    verdicts = []
-    for written in (lambda chain: chain, units.chain):
-        verdicts.append([])
-        for rotor in ROTORS:
-            bare = with_free_hinge(named)
-            model = bare.model.copy()
-            model.armature = np.array([0.0, rotor, 0.0, 0.0])
-            state = written(ClosedChain(model, bare.description))._state
-            verdicts[-1].append((state.inertia_bound.everywhere, has_inertia(state, 100.0 * state.topology.column)))
-    assert verdicts[0] == verdicts[1]
-    assert {both[1] for both in verdicts[0]} == {True, False}
-
-
 def test_the_joints_of_least_inertia_are_the_same(units):
     named = sliders(0.3)
     chain = with_free_hinge(named)
@@ -133,7 +107,7 @@ def test_a_joint_leaves_its_stop_at_a_scaled_speed(units, share, held):
     model.upperPositionLimit = np.where(np.arange(3) == index, 0.0, np.inf)
     chain = ClosedChain(model, bare.description)
     v, _ = chain.dependent_motion(np.zeros(3), ["slide_both"], [-share * REST * chain.characteristic_length])
-    rates = Rates(chain._state, np.zeros(3), None, "projected", 0.0, base=np.zeros(3))
+    rates = Rates(chain._state, np.zeros(3), None, base=np.zeros(3))
     rules = StopRules(limits_of(chain.model), 0.0)
     _, mode, _ = settled(rates, 0.0, Instant(np.zeros(3), v, 0.0, 0.0), rules, {})
     assert len(mode.held.place) == held

@@ -45,7 +45,6 @@ QUESTIONS = {
             "cannot hold this pose: limbs 1 and 3 would have to push",
             "39 mm too short",
             "No pose within 60° can be held",
-            "A further muscle pulling",
             "if the limbs could supply the forces below",
         ],
     ),
@@ -79,12 +78,7 @@ QUESTIONS = {
     "a singular pose": (
         ["reaction", "prototype", "--abduction", "90"],
         0,
-        [
-            "it is singular, and the limbs cannot resist a moment about the sideways axis",
-            "1 N m about the weakest axis",
-            "2° away",
-            "20° away",
-        ],
+        ["it is singular, and the limbs cannot resist a moment about the sideways axis"],
     ),
     "a singular pose in numbers": (["singularity", "prototype", "--abduction", "90"], 0, ["singular", "without bound"]),
     "a pose beside a singular one": (

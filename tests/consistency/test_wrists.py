@@ -9,11 +9,9 @@ from places import URDF
 from wrists import random_mechanism
 
 import exo_pin as ep
-from exo_pin import consistency
 from exo_pin.consistency import CHAIN_CHECKS, WRIST_CHECKS, check
 from exo_pin.device import Brake, Drive, Route
 from exo_pin.testing import consistency_checks
-from exo_pin.wrist import inverse_kinematics, limb_jacobian
 
 test_prototype = consistency_checks("prototype")
 test_published_urdf = consistency_checks(str(Path(__file__).parents[2] / "urdf" / "prototype.urdf"))
@@ -72,48 +70,22 @@ def test_missing_data_is_a_note():
     assert "outside the stroke of limb 1" in outcome(ep.load("prototype").check(), "neutral pose").detail
 
 
-def test_a_wrong_limb_jacobian_is_found(monkeypatch):
-    monkeypatch.setattr(consistency.wrists, "limb_jacobian", lambda g, p: 1.0001 * limb_jacobian(g, p))
-    report = check(ep.load("prototype").mechanism)
-    assert outcome(report, "limb Jacobian").outcome == "fail"
-    assert not report.passed
-    assert "NOT CONSISTENT" in str(report)
-
-
 @pytest.mark.parametrize(
     ("name", "method", "spoil"),
     [
         ("loops", "residual", lambda value: value + 1e-9),
         ("closure Jacobian", "constraint_jacobian", lambda value: value * (1 + 1e-6)),
+        ("closure Jacobian", "constraint_jacobian", lambda value: value * np.nan),
         ("wrist conditions", "mobility", lambda value: dataclasses.replace(value, rank=value.rank + 1)),
     ],
 )
 def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
     original = getattr(ep.ClosedChain, method)
     monkeypatch.setattr(ep.ClosedChain, method, lambda self, *a, **k: spoil(original(self, *a, **k)))
-    assert outcome(check(ep.load("prototype").mechanism), name).outcome == "fail"
-
-
-def test_a_jacobian_that_is_no_number_fails(monkeypatch):
-    monkeypatch.setattr(consistency.wrists, "limb_jacobian", lambda _, poses: np.full((len(poses), 3, 3), np.nan))
-    assert outcome(check(ep.load("prototype").mechanism), "limb Jacobian").outcome == "fail"
-
-
-def test_wrong_limb_lengths_are_found(monkeypatch):
-    class Longer:
-        def __init__(self, state):
-            self.lengths = state.lengths + 1e-9 * np.arange(3)
-            self.reach = state.reach
-
-    calls = []
-
-    def wrong(geometry, pose):
-        calls.append(pose)
-        state = inverse_kinematics(geometry, pose)
-        return state if len(calls) == 1 else Longer(state)
-
-    monkeypatch.setattr(consistency.wrists, "inverse_kinematics", wrong)
-    assert outcome(check(ep.load("prototype").mechanism), "limb lengths").outcome == "fail"
+    report = check(ep.load("prototype").mechanism)
+    assert outcome(report, name).outcome == "fail"
+    assert not report.passed
+    assert "NOT CONSISTENT" in str(report)
 
 
 def test_an_impossible_inertia_is_found():

@@ -126,7 +126,6 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: control.with_fourth_muscle(EXO),
         lambda: control.with_longer_muscles(MECHANISM, 3),
         lambda: control.with_longer_muscles(MECHANISM, Rotation.identity(0)),
-        lambda: control.sensitivity(UP),
         lambda: STUDY.replace(faults=ep.Fault("no current", 0)),
         lambda: STUDY.replace(faults=np.array(1.0)),
         lambda: STUDY.replace(faults=ep.Fault("burst", 0, start=3.0), duration=3.0).run(),

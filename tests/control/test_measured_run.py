@@ -89,7 +89,7 @@ def test_wrong_rows_are_refused(tmp_path, run):
 def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, capsys):
     write_run(run, tmp_path / "run.csv")
     out = tmp_path / "mine.toml"
-    noise = ["--length-noise", "0.3", "--tolerance", "base_points=5", "--loss", "cauchy"]
+    noise = ["--length-noise", "0.3", "--tolerance", "base_points=5"]
     assert main(["calibrate", "prototype", str(tmp_path / "run.csv"), *noise, "--out", str(out)]) == 0
     expected = ep.calibrate(
         run.poses,
@@ -97,7 +97,6 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
         ep.load("prototype"),
         length_noise=3e-4,
         tolerances={"base_points": 5e-3},
-        loss="cauchy",
     )
     printed = capsys.readouterr().out
     assert printed.startswith(expected.verdict)

@@ -86,8 +86,8 @@ def test_inherited_methods_are_checked_in_the_class_that_is_decorated():
 @pytest.mark.parametrize(
     "ask",
     [
-        lambda exo: ep.wrist.free_region(3),
-        lambda exo: ep.wrist.holding("x", exo.pose()),
+        lambda exo: ep.wrist.daily_crossings(3),
+        lambda exo: ep.wrist.limb_jacobian("x", exo.pose()),
         lambda exo: ep.muscle.muscle_model(["best"]),
         lambda exo: exo.chain.close(np.zeros(3), restarts="a"),
         lambda exo: ep.thesis.ledger_table({"a": 1}),

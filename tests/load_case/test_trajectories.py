@@ -1,14 +1,14 @@
-"""Movements: derivatives on rotations against an analytic motion, files, histories; pressures and stiffness."""
+"""Movements: derivatives on rotations against an analytic motion, files, histories."""
 
 import numpy as np
 import pytest
 from mckibben import McKibben
 from scipy.spatial.transform import Rotation
-from wrists import map_of, random_mechanism, regular_poses
+from wrists import map_of
 
 import exo_pin as ep
+from exo_pin.core.files import write_columns
 from exo_pin.load_case import Movement, read_movement
-from exo_pin.reaction import write_movement_reaction
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 A, B = np.array([0.9, 0.0, 0.0]), np.array([0.0, 0.8, 0.3])
@@ -107,10 +107,8 @@ def test_movement_files(tmp_path, capsys):
         np.testing.assert_allclose(back.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
     answer = exo.follow(movement, limits="pull")
     assert not answer.reaction.held.all()
-    write_movement_reaction(answer, tmp_path / "out.csv", name="prototype")
-    text = (tmp_path / "out.csv").read_text()
-    assert text.startswith("# prototype")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    write_columns(tmp_path / "out.csv", answer.columns())
+    lines = (tmp_path / "out.csv").read_text().splitlines()
     header = lines[0].split(",")
     assert len(lines) == 41
     first = lines[1].split(",")
@@ -121,15 +119,6 @@ def test_movement_files(tmp_path, capsys):
     np.testing.assert_allclose(again.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
     cell = first[header.index("F_s_N")]
     assert (cell == "") == (answer.reaction.status[0] == "infeasible")
-    write_movement_reaction(answer, tmp_path / "out.npz")
-    with np.load(tmp_path / "out.npz") as data:
-        np.testing.assert_array_equal(data["actuator_forces"], answer.reaction.actuator_forces)
-        np.testing.assert_array_equal(data["times"], t)
-        assert data["limb_wrenches"].shape == (40, 3, 6)
-        np.testing.assert_array_equal(data["status"], answer.reaction.status)
-    with pytest.raises(ep.InvalidInput, match=r"\.csv or \.npz"):
-        write_movement_reaction(answer, tmp_path / "out.txt")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["movement.csv", "out.csv", "out.npz"]
 
 
 @pytest.mark.parametrize(
@@ -160,61 +149,11 @@ def test_movement_files_that_are_wrong(tmp_path, text, message):
         read_movement(tmp_path / "none.csv")
 
 
-def moment(exo, pose, muscles, pressures, load):
-    """Moment of muscles at given pressures, weight and load on the arm about O."""
-    state = exo.inverse_kinematics(pose)
-    f = np.array([m.force(x, p) for m, x, p in zip(muscles, state.lengths, pressures, strict=True)])
-    total = -(f[:, None] * np.cross(state.platform_points, state.directions)).sum(axis=0)
-    centre = pose.as_matrix() @ exo.arm.centre_of_mass
-    total = total + np.cross(centre, exo.arm.mass * exo.mechanism.gravity)
-    force, couple = np.asarray(load.force), np.asarray(load.moment)
-    at = pose.as_matrix() @ np.asarray(load.at)
-    if load.frame == "arm":
-        force, couple = pose.as_matrix() @ force, pose.as_matrix() @ couple
-    return total + couple + np.cross(at, force)
-
-
-@pytest.mark.parametrize("frame", [pytest.param("base", marks=pytest.mark.full), "arm"])
-def test_pressures_hold_the_pose_and_its_stiffness_is_that_of_differences(frame):
-    exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6))
-    muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
-    poses = regular_poses(exo.mechanism, np.random.default_rng(83), 200)
-    load = ep.Load([1.0, -2.0, 3.0], [0.1, 0.2, -0.3], at=[0.0, 0.02, -0.2], frame=frame)
-    plan = exo.pressures(poses, muscles, load=load)
-    held = np.flatnonzero(plan.reaction.held)
-    assert 10 < held.size < 200
-    assert (plan.pressures[held] >= -1e-6).all()
-    assert (plan.pressures_bar[held] <= 4 * (1 + 1e-12)).all()
-    assert np.isnan(plan.pressures[~plan.reaction.held]).all()
-    assert np.isnan(plan.least_stiffness[~plan.reaction.held]).all()
-    step = 1e-5  # central differences: rounding 1e-11, truncation 1e-10 of the moment
-    for k in held[:10]:
-        pose, pressures = poses[int(k)], plan.pressures[k]
-        largest = np.abs(plan.reaction.actuator_forces[k]).max()
-        np.testing.assert_allclose(moment(exo, pose, muscles, pressures, load), 0, atol=1e-9 * max(largest, 1))
-        K = np.empty((3, 3))
-        for axis in range(3):
-            turn = Rotation.from_rotvec(step * np.eye(3)[axis])
-            ahead = moment(exo, turn * pose, muscles, pressures, load)
-            behind = moment(exo, turn.inv() * pose, muscles, pressures, load)
-            K[:, axis] = -(ahead - behind) / (2 * step)
-        np.testing.assert_allclose(plan.stiffness[k], K, atol=1e-6 * np.abs(K).max())
-        symmetric = np.linalg.eigvalsh(0.5 * (K + K.T))[0]
-        assert plan.least_stiffness[k] == pytest.approx(symmetric, abs=1e-5 * np.abs(K).max())
-        assert plan.is_stable[k] == (symmetric > 0)
-    # Nothing weaker: forces within 0 to 4 bar give the same least shoulder force.
-    lengths = exo.inverse_kinematics(poses).lengths
-    upper = np.column_stack([m.force(lengths[:, i], 4e5) for i, m in enumerate(muscles)])
-    reachable = plan.reaction.status != "out_of_stroke"
-    plain = exo.reaction(poses[reachable], load=load, split="minimal", limits=(0, np.maximum(upper[reachable], 0)))
-    np.testing.assert_allclose(plain.magnitude, plan.reaction.magnitude[reachable], atol=1e-7)
-
-
-def test_pressures_need_actuators_that_know_them():
+def test_actuators_are_one_a_limb_and_a_movement_is_one():
     exo = ep.load("prototype")
-    with pytest.raises(ep.InvalidInput, match="pressure_for"):
-        exo.pressures(Rotation.identity(), [object()] * 3)
+    with pytest.raises(ep.InvalidInput, match="force_limits"):
+        exo.reaction(Rotation.identity(), limits=[object(), McKibben(), McKibben()])
     with pytest.raises(ep.InvalidInput, match="3 actuators"):
-        exo.pressures(Rotation.identity(), [McKibben()] * 2)
+        exo.reaction(Rotation.identity(), limits=[McKibben()] * 2)
     with pytest.raises(ep.InvalidInput, match="Movement"):
-        exo.follow(Rotation.identity())
+        ep.load("prototype").follow(Rotation.identity())

@@ -9,9 +9,9 @@ printed_error = muscle_model("tang-optimised").unchecked_force(valid.contraction
 assert np.sqrt(np.mean(printed_error**2)) < 0.45
 assert found.rms < 0.6
 assert set(found.indistinct) == set(found.names)
-# The chosen form foretells better, even if the choice is repeated without what it foretells.
-assert choice.winner.leave_one_out_rms < choice.nested_rms < thesis_form.leave_one_out_rms
-np.testing.assert_allclose(best.unchecked_force(0.05, 3 * BAR), choice.model.unchecked_force(0.05, 3 * BAR), rtol=0.02)
+# The chosen form foretells better, at measurements that it was not fitted to.
+assert form.leave_one_out_rms < 0.7 * thesis_form.leave_one_out_rms
+np.testing.assert_allclose(best.unchecked_force(0.05, 3 * BAR), form.model.unchecked_force(0.05, 3 * BAR), rtol=0.02)
 # Friction: a loop, and no energy made of nothing.
 assert np.interp(18.0, motion.time, motion.contraction) > np.interp(6.0, motion.time, motion.contraction) + 5e-3
 assert motion.friction_loss > 0

@@ -5,13 +5,8 @@
 assert 55.0 < tracking.summary()["end_deg"] < 75.0
 assert not tracking.reachable.any()
 assert any("runs out of stroke" in text for text in tracking.findings)
-# Two estimates decide, the others move the end by a few degrees.
-start = table["start_deg"]
-beyond = start > 9.0
-fitting = np.array([name.startswith("end fitting") for name in table["parameter"]])
-assert (table["end_deg"][~beyond] < 0.0).all()
-assert (ends < 0.0).sum() == 4
-assert (np.abs(ends[beyond & ~fitting] - ends[0]) < 8.0).all()
+# These estimates move the end by a few degrees.
+assert max(abs(end - ends["as estimated"]) for end in ends.values()) < 8.0
 # The model-based controller is better by far where the muscles can hold the pose.
 assert runs["pi"].rms_error() > 5.0 * runs["model"].rms_error()
 assert np.degrees(runs["model"].rms_error()) < 3.0

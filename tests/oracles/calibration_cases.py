@@ -57,7 +57,7 @@ def case(seed, kind=None, turned=1.0):
     arm = poses(rng, count) if rng.random() < 0.7 else Rotation.random(count, rng)
     turn = np.radians(0.1) if rng.random() < 0.25 else 0.0
     seen, lengths = measured(device, arm, rng, NOISE, turn)
-    options = {"unknowns": unknowns, "orientation_noise": turn, "loss": ("linear", "cauchy", "cauchy")[rng.integers(3)]}
+    options = {"unknowns": unknowns, "orientation_noise": turn}
     options["length_noise"] = NOISE if turn or rng.random() < 0.6 else None
     if kind == "outliers":
         size = rng.choice([-1, 1], lengths.shape) * rng.uniform(0.01, 0.05, lengths.shape)

@@ -127,7 +127,6 @@ def told(exo, angles, person=None):
     ask("compare", lambda: str(exo.compare(exo, poses=poses)))
     ask("uncertainty", lambda: str(exo.uncertainty(pose, **certain)))
     ask("remedy", lambda: str(exo.remedy(pose)))
-    ask("pressures", lambda: str(exo.pressures(pose)))
     ask("elastic", lambda: str(exo.reaction(pose, split="elastic")))
     ask("positions", lambda: exo.inverse_kinematics(pose).positions.tolist())
     ask("configurations", lambda: exo.configurations(pose).tolist())

@@ -104,7 +104,6 @@ def muscle_examples():
         muscle.Muscle(model=static, end_fitting=0.05),
         muscle.table("3-1"),
         states,
-        muscle.select_model(states.contraction, states.pressure, states.force, 0.3),
         muscle.identify_static(states.contraction, states.pressure, states.force, 0.3, select="region"),
         model,
         ConstantFriction(),

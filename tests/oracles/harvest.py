@@ -13,7 +13,6 @@ from calibration_examples import calibration_examples
 from control_examples import control_examples
 from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
-from mckibben import McKibben
 from moving_chains import moving
 from places import URDF
 from published_urdf import published_urdf
@@ -23,7 +22,7 @@ from sdf_robots import random_sdf
 from sockets import hanging
 from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
-from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
+from wrists import PERSON, heavy_limbs, map_of
 
 import exo_pin as ep
 from exo_pin import device, wrist
@@ -31,7 +30,7 @@ from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
-from exo_pin.view import ChainScene, Scene, Sliders
+from exo_pin.view import ChainScene, Scene
 from exo_pin.wrist_chain import wrist_urdf as urdf
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
@@ -124,7 +123,7 @@ def harvest(folder):
 
 def _forces(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
-    exo.reaction(POSES).certificate.components.__str__()
+    exo.reaction(POSES).certificate.__str__()
     exo.reaction(POSES).range()
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
@@ -136,10 +135,6 @@ def _forces(folder):
         exo.reaction_map(POSES, split=split)
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
-    six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
-    ep.ShoulderExo.from_mechanism(six).pressures(
-        regular_poses(six, np.random.default_rng(83), 5), [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
-    )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
@@ -170,8 +165,6 @@ def _wrists(folder):
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
-    wrist.holding(exo.mechanism, POSE)
-    wrist.free_region(geometry, step_deg=15.0)
     wrist.daily_crossings(geometry, step_deg=15.0)
     wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())
@@ -190,15 +183,12 @@ def _chains(folder):
         chain.forward_dynamics(q, v)
         chain.simulate(q, v, times=np.linspace(0, 0.01, 3))
     place = chain.placement(q, chain.closures[0].frame_a)
-    tasks = ep.chain.FrameTask(chain.closures[0].frame_a, place), ep.chain.PostureTask(q), ep.chain.ComTask(np.zeros(3))
-    chain.inverse_kinematics(tasks, q)
-    chain.equilibrium(q)
+    chain.inverse_kinematics(chain.closures[0].frame_a, place, q)
     bouncing = slide(np.pi / 2, friction=0.5, limits=(0.0, 1.0))
     bouncing.simulate([0.01], [0.0], [0.0, 0.2], stops=True)
     bouncing.forward_dynamics([0.0], stops=True).forces.friction_interval("slide")
     bouncing.inverse_dynamics([0.5], actuated=["slide"])
-    found = chain.inverse_dynamics_derivatives(q, v, a)
-    found.joint_reaction(chain.model.names[1])
+    chain.inverse_dynamics_derivatives(q, v, a)
     sdf_writing.sdf_text(chain._state, q)
     ep.ClosedChain.from_sdf(random_sdf(3))
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
@@ -286,7 +276,6 @@ def _pictures(folder):
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
     ep.load(URDF / "serial-y-x-z.urdf").view().show(POSE)
-    Sliders(ep.load("prototype"))
 
 
 #: Queries of every kind, without pictures.

@@ -16,7 +16,7 @@ import exo_pin as ep
 #: Good calls of one name that are kept.
 MOST = 2
 #: They open a window, a server or a browser that the test would have to close.
-APART = {"find_browser", "ShoulderExo.view", "ClosedChain.view", "Scene", "ChainScene", "Sliders", "human_urdf"}
+APART = {"find_browser", "ShoulderExo.view", "ClosedChain.view", "Scene", "ChainScene", "human_urdf"}
 
 
 class _Plain:

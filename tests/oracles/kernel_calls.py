@@ -16,7 +16,6 @@ import exo_pin as ep
 from exo_pin import control
 from exo_pin.chain.kinematics.kernels.tree_kernels import place_tree, step_tree, tree_arrays
 from exo_pin.chain.kinematics.rank import least_motion
-from exo_pin.chain.structure.motion_axes import ConstantAxes
 from exo_pin.core import compiled
 from exo_pin.numerics import least_forces
 
@@ -106,25 +105,24 @@ def _more_chains(folder):
     coupled.simulate(q, v, [0.0, 0.01])
     coupled.inverse_dynamics(q, v, a, actuated=list(coupled.model.names)[1:])
     chain, _, q, v, a = moving("delta with rods")
-    found = chain.inverse_dynamics_derivatives(q, v, a)
+    chain.inverse_dynamics_derivatives(q, v, a)
     stack = chain.inverse_dynamics(np.stack([q, q]), v, a, close=True)
     top = chain._state.topology
     least_motion(chain.constraint_jacobian(q), np.ones(chain.row_count), top.scales, chain.model.njoints, 1e-12, True)
     for closure in chain.closures:
-        found.joint_reaction(closure.name)
         stack.joint_reaction(closure.name)
     rps = ep.load(URDF / "3rps-passive-ball.urdf")
     rps.configurations(rps.pose([50.0, 52.0], 20.0, 0.0))
     serial = ep.load(URDF / "serial-y-x-z.urdf")
     serial.reaction(serial.pose(50.0, 20.0), limits="none")
     model = pin.Model()
-    kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer(), pin.JointModelEllipsoid(1, 2, 3)
+    kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer()
     for kind in kinds:
         model.addJoint(model.njoints - 1, kind, pin.SE3.Identity(), kind.shortname())
-    tree, q = tree_arrays(ConstantAxes(model)), pin.neutral(model)
+    tree, q = tree_arrays(model), pin.neutral(model)
     step_tree(tree, np.linspace(0.1, 0.5, model.nv), q)
     poses, J = np.zeros((model.njoints, 4, 3)), np.zeros((model.nv, 6))
-    place_tree(tree, q, np.zeros((2, 4, 3)), np.zeros((model.njoints, 4, 3)), poses, J)
+    place_tree(tree, q, np.zeros((2, 4, 3)), poses, J)
 
 
 def _workspaces(folder):

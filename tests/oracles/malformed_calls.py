@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.core.errors.base import echo
 from exo_pin.load_case import Movement
 
@@ -186,8 +185,6 @@ def actuators(rng):
     exo = some_exo(rng)
     answer = (either(rng, np.zeros(2)), either(rng, np.ones(2))) if rng.random() < 0.7 else junk(rng)
     liars = [Liar(answer)] * int(rng.integers(0, 5))
-    if rng.random() < 0.3:
-        return exo.pressures(poses(rng), liars).reaction
     return exo.reaction(poses(rng), limits=liars)
 
 
@@ -222,13 +219,6 @@ def limbs(rng):
 def fields(rng):
     name = str(rng.choice(["gravity", "side", "arm", "geometry", "limbs", "shoulder", "radius"]))
     return EXO.replace(**{name: junk(rng)})
-
-
-def holding(rng):
-    exo = some_exo(rng)
-    n = exo.mechanism.limb_count
-    bounds = with_one_bad(rng, {"lower": np.zeros(n), "upper": np.full(n, 100.0)})
-    return wrist.holding(exo.mechanism, poses(rng), **bounds)
 
 
 def movement(rng):
@@ -270,7 +260,6 @@ MAKERS = (
     options,
     limbs,
     fields,
-    holding,
     movement,
     follow,
     sweep,

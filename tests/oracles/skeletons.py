@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from exchanged_closures import exchanged
 
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
 
@@ -62,7 +63,7 @@ class Skeleton:
             ends = [Placement(tuple(shift.tolist())) for shift in shifts]
             kind = "spherical" if joint.axis is None else "revolute"
             closure = Closure(name, kind, *frames, *ends, joint.axis)
-            closures.append(closure.reversed() if name in reverse else closure)
+            closures.append(exchanged(closure) if name in reverse else closure)
         roles = Roles(actuated=tuple(actuated))
         return ClosedChain(model, Closures("skeleton", closures=tuple(closures), roles=roles))
 

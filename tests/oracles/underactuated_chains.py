@@ -92,4 +92,4 @@ def driven(chain, actuated, q, v, rng):
     """The acceleration that random efforts make."""
     tau = np.zeros(chain.model.nv)
     tau[chain.velocity_indices(actuated)] = 10.0 * rng.normal(size=len(chain.velocity_indices(actuated)))
-    return chain.forward_dynamics(q, v, tau, method="projected").a
+    return chain.forward_dynamics(q, v, tau).a

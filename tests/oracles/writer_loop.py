@@ -20,9 +20,8 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain import write_closures
-from exo_pin.core.files import write_figure
+from exo_pin.core.files import write_columns, write_figure
 from exo_pin.design import preset
-from exo_pin.reaction import write_movement_reaction
 from exo_pin.study import StudyTable
 from exo_pin.view import ChainScene, SceneRecording
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
@@ -105,8 +104,8 @@ WRITERS = {
     "closures": (lambda folder, k: write_closures(_chains()[k].description, folder / "a.toml"), ["a.toml"]),
     "sdf": (lambda folder, k: _same_name()[k].to_sdf(folder), ["a.sdf"]),
     "table": (lambda folder, k: _tables()[k].to_csv(folder / "a.csv"), ["a.csv"]),
-    "movement": (lambda folder, k: write_movement_reaction(_answers()[k], folder / "a.csv"), ["a.csv"]),
-    "arrays": (lambda folder, k: write_movement_reaction(_answers()[k], folder / "a.npz"), ["a.npz"]),
+    "movement": (lambda folder, k: write_columns(folder / "a.csv", _answers()[k].columns()), ["a.csv"]),
+    "arrays": (lambda folder, k: write_columns(folder / "a.npz", _answers()[k].columns()), ["a.npz"]),
     "page": (lambda folder, k: _scenes()[k].save_html(folder / "a.html"), ["a.html"]),
     "recording": (lambda folder, k: _recordings()[k].save(folder / "a.html"), ["a.html"]),
     "figure": (lambda folder, k: write_figure(folder / "a.png", _figures()[k]), ["a.png"]),

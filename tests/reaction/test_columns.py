@@ -65,7 +65,7 @@ def test_a_movement_has_time_angles_and_motion(exo, side):
     times = np.linspace(0.0, 1.0, 11)
     lift = ep.shoulder_rotation(30 + 40 * times, 30, 10, side=side, degrees=True)
     answer = design.follow(Movement.from_samples(times, lift))
-    frame = answer.to_dataframe(side)
+    frame = answer.to_dataframe()
     np.testing.assert_allclose(frame["flexion_deg"], 30 + 40 * times, atol=1e-9)
     np.testing.assert_allclose(frame["internal_rotation_deg"], 10.0, atol=1e-9)
     np.testing.assert_array_equal(frame["time_s"], times)

@@ -6,18 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from arm_alone import arm_alone
-from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
 from exo_pin.device.device_model import DeviceModel
-from exo_pin.reaction import SPLITS, Assumptions, device_poses
+from exo_pin.reaction import Assumptions, device_poses
 from exo_pin.reaction.answer import QUERY_STATUS
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.device_poses import OUT_OF_REACH, _passive_error, law_of_device
-from exo_pin.reaction.indeterminacy.component_assumptions import ComponentSource
-from exo_pin.reaction.splits.device_elastic import DeviceElastic
-from exo_pin.reaction.splits.elastic import Elastic
+from exo_pin.reaction.splits.elastic import DeviceElastic, Elastic
 
 
 @pytest.mark.parametrize("turn", [2.0 * np.pi, 2.0 * np.pi * (1.0 - 1e-10), 20.0])
@@ -66,63 +63,6 @@ def test_what_a_split_means_for_a_device():
     assert QUERY_STATUS[OUT_OF_REACH] == "out_of_reach"
 
 
-def test_what_is_lacking_to_determine_the_efforts_of_a_device():
-    def needed(drives=3, open_directions=0, law=None, soft=False, rigid=True, stiffness=None):
-        device = SimpleNamespace(
-            drives=range(drives), efforts=range(drives), guided_slides=(), soft_links=soft,
-            structure=SimpleNamespace(open_directions=open_directions),
-            interfaces=SimpleNamespace(are_rigid=rigid), shoulder=SimpleNamespace(stiffness=stiffness),
-        )  # fmt: skip
-        tensions = SimpleNamespace(self_stress=np.zeros((1, drives, drives - 3)))
-        own = SimpleNamespace(
-            poses=SimpleNamespace(mechanism=device, tensions=tensions), split=law or SPLITS["spherical"]
-        )
-        return ComponentSource._needed_of_device(own)
-
-    assert needed() == ()
-    more = "1 of the 4 efforts of the drives, measured, or a law by which they share"
-    assert needed(4) == (more,)
-    assert needed(6)[0].startswith("3 of the 6 efforts")
-    lacking = (
-        "what gives way: stiffness of the cuff, the harness or links",
-        "or the force and couple at the cuff, measured",
-    )
-    known = ('nothing more than is known: split="elastic" determines them', lacking[1])
-    assert needed(open_directions=2) == lacking
-    assert needed(4, open_directions=2) == (more, *lacking)
-    assert needed(open_directions=2, law=DeviceElastic()) == ()
-    for soft in ({"soft": True}, {"rigid": False}, {"stiffness": 1.0}):
-        assert needed(open_directions=2, **soft) == known
-
-
-def test_what_is_lacking_to_determine_the_forces_of_limbs():
-    guide, bare = ep.Limb("UPU", guide=ep.LimbGuide(60.0, 50.0)), ep.Limb("UPU")
-
-    def needed(limbs, stiffness=None, law=None):
-        mechanism = random_mechanism(np.random.default_rng(1), len(limbs)).replace(
-            limbs=tuple(limbs), shoulder=ep.Shoulder(stiffness=stiffness)
-        )
-        own = SimpleNamespace(poses=SimpleNamespace(mechanism=mechanism), split=law or SPLITS["spherical"])
-        return ComponentSource._needed(own)
-
-    share = "{} of the {} limb tensions, measured, or a law by which the actuators share them".format
-    assert needed([ep.Limb("SPS")] * 3) == ()
-    assert needed([ep.Limb("SPS")] * 5) == (share(2, 5),)
-    what = "(EI and GJ of a guide, or that there is none)"
-    assert needed([bare, ep.Limb("SPS"), bare, guide]) == (
-        share(1, 4), f"the stiffness of the shoulder and what resists sideways in limbs 1, 3 {what}",
-        "or the 3 side forces g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert needed([guide, bare, guide], 2e4) == (
-        f"what resists sideways in limb 2 {what}", "or the 3 side forces g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert needed([ep.Limb("SPS")] * 2 + [guide]) == (
-        "the stiffness of the shoulder", "or the side force g, measured as couples in the platform joints",
-    )  # fmt: skip
-    assert needed([guide] * 3, 2e4)[0] == 'nothing more than is known: split="elastic" determines them'
-    assert needed([bare] * 4, law=Elastic()) == (share(1, 4),)
-
-
 def test_a_locked_device_chooses_nothing_and_a_held_one_its_tensions():
     held, locked = Elastic(), Elastic("locked")
     assert (held.name, held.chooses_tensions, held.locked) == ("elastic", True, False)
@@ -133,14 +73,8 @@ def test_a_locked_device_chooses_nothing_and_a_held_one_its_tensions():
     assert Elastic.chooses_tensions
 
 
-def test_kinds_and_displacements_of_a_device_that_gives_way():
+def test_displacements_of_a_device_that_gives_way():
     law = DeviceElastic()
-    every = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]])
-    freedom = SimpleNamespace(
-        all=every, of_tensions=every[:, :1], is_fixed=lambda effect: np.abs(effect).max(axis=1) == 0.0
-    )
-    # Nothing changes the first; a direction without stiffness changes the second, and a tension the third.
-    assert law.kinds(freedom).tolist() == ["stiffness", "assumed", "optimiser"]
     moved = SimpleNamespace(centre="centre", interfaces="interfaces", share="share")
     found = law.extras(SimpleNamespace(placed=SimpleNamespace(moved=moved)), None)
     assert found == {"interface_displacements": "interfaces", "load_share": "share", "centre_displacement": "centre"}

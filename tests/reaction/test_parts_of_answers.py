@@ -8,11 +8,11 @@ import pytest
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import SPLITS, Certificate, PressurePlan, Reaction
+from exo_pin.reaction import SPLITS, Certificate, Reaction
 from exo_pin.reaction.answer import BEYOND, QUERY_STATUS, _balance_residual, _mark_non_finite, answered, chosen_forces
 from exo_pin.reaction.constraints.actuator_limits import LimbLimits
 from exo_pin.reaction.indeterminacy.certificate import certificate_of
-from exo_pin.reaction.indeterminacy.closest_forces import closest_forces
+from exo_pin.reaction.indeterminacy.infeasibility import closest_forces
 from exo_pin.reaction.splits.split import Chosen
 
 NAN, INF = np.nan, np.inf
@@ -212,18 +212,6 @@ def test_words_on_what_equilibrium_determines():
     assert "HIDDEN" not in repr(own)
     assert told([0, 0], [[True, True], [True, True]]) == "Equilibrium determines every reaction."
     assert told([-1, -1], [[False, False], [False, False]]) == "No pose has a solution."
-
-
-def test_a_stiffness_of_which_a_part_is_not_known_is_not_known():
-    stiffness = np.array([np.diag([3.0, 1.0, 2.0]), np.full((3, 3), NAN), np.eye(3)])
-    stiffness[0, 0, 1] = 4.0
-    stiffness[2, 1, 1] = NAN
-    plan = PressurePlan(None, None, None, stiffness)
-    # Of the symmetric part: [[3, 2], [2, 1]] has the eigenvalues 2 ± √5.
-    np.testing.assert_allclose(plan.least_stiffness, [2.0 - np.sqrt(5.0), NAN, NAN])
-    assert plan.is_stable.tolist() == [False, False, False]
-    assert PressurePlan(None, None, None, np.eye(3)).is_stable
-    assert not PressurePlan(None, None, None, np.zeros((3, 3))).is_stable
 
 
 def test_poses_that_were_not_solved_are_not_known():

@@ -1,15 +1,14 @@
-"""Pressures and answers of muscles, as limbs and as routes of a chain, from laws and free bodies."""
+"""Answers of muscles, as limbs and as routes of a chain."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from arm_alone import arm_alone
-from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
-from exo_pin.muscle import Muscle, muscle_model
+from exo_pin.muscle import muscle_model
 
 LAW, LONG = muscle_model("best", 0.2), 0.2
 LOAD = {"load": ep.Load((2.0, 1.0, -5.0), (0.1, 0.2, -0.1), at=(0.02, 0.0, -0.3), frame="arm")}
@@ -40,109 +39,6 @@ def device(exo):
         for k, (a, b, limb) in enumerate(ends)
     )
     return ep.ShoulderExo.from_device(ChainDevice(arm_alone(), drives, arm=exo.arm))
-
-
-def never_vented(exo):
-    """Muscles of the limbs whose least pressure is 1.5 bar, so that all have a stiffness."""
-    ends = [limb.stroke.end_fitting for limb in exo.mechanism.limbs]
-    return [Muscle(model=LAW, end_fitting=end, supply_pressure=4e5, least_pressure=1.5e5) for end in ends]
-
-
-def moment_on_arm(exo, pose, pressures, load):
-    """Moment about O of muscles at their pressures, weight and load, N m, by hand."""
-    on_arm = pose.apply(np.array(exo.geometry.platform_points))
-    lines = exo.geometry.base_points - on_arm
-    lengths = np.linalg.norm(lines, axis=1)
-    ends = np.array([limb.stroke.end_fitting for limb in exo.mechanism.limbs])
-    pull = np.array([float(LAW.force(LONG - own, p)) for own, p in zip(lengths - ends, pressures, strict=True)])
-    weight = exo.arm.mass * np.array([0.0, 0.0, -9.81])
-    moment = np.cross(on_arm, pull[:, None] * lines / lengths[:, None]).sum(axis=0)
-    moment += np.cross(pose.apply(np.array(exo.arm.centre_of_mass)), weight)
-    if load is None:
-        return moment
-    force, couple = (pose.apply(np.array(part)) for part in (load.force, load.moment))
-    return moment + couple + np.cross(pose.apply(np.array(load.at)), force)
-
-
-@pytest.mark.parametrize("of", ["limbs", "routes"])
-@pytest.mark.parametrize("case", ["rest", "load"])
-def test_pressures_and_stiffness_are_those_of_the_law_and_of_small_turns(exo, device, of, case):
-    asked = exo if of == "limbs" else device
-    poses = exo.pose([[30.0], [33.0]], [[30.0, 28.0, 10.0]])
-    plan = asked.pressures(poses, never_vented(exo), **CASES[case])
-    load = CASES[case].get("load")
-    assert plan.pressures.shape == (2, 3, 4)
-    assert plan.stiffness.shape == (2, 3, 3, 3)
-    rows = [index for index in np.ndindex(2, 3) if plan.has_answer[index]]
-    assert rows
-    for index in rows:
-        pose, own = Rotation.from_quat(poses.as_quat()[index]), plan.pressures[index]
-        assert np.abs(moment_on_arm(exo, pose, own, load)).max() < 1e-6
-        turned = np.empty((3, 3))
-        for axis in range(3):
-            ends = [
-                moment_on_arm(exo, Rotation.from_rotvec(turn * np.eye(3)[axis]) * pose, own, load)
-                for turn in (1e-5, -1e-5)
-            ]
-            turned[:, axis] = (ends[1] - ends[0]) / 2e-5
-        # The law's pressure follows the length: at the pressures of the plan it pulls with the tensions of the plan.
-        np.testing.assert_allclose(plan.stiffness[index], turned, rtol=2e-5, atol=2e-4)
-        np.testing.assert_allclose(plan.pressures_bar[index], own / 1e5)
-        half = 0.5 * (turned + turned.T)
-        least = min(np.roots(np.poly(half)).real)
-        assert plan.least_stiffness[index] == pytest.approx(least, rel=1e-4)
-        assert plan.is_stable[index] == (least > 0.0)
-        lengths = np.linalg.norm(pose.apply(np.array(exo.geometry.platform_points)) - exo.geometry.base_points, axis=1)
-        for k, limb in enumerate(exo.mechanism.limbs):
-            short = LONG - lengths[k] + limb.stroke.end_fitting
-            change = (LAW.force(short - 1e-6, own[k]) - LAW.force(short + 1e-6, own[k])) / 2e-6
-            assert plan.axial_stiffness[(*index, k)] == pytest.approx(float(change), rel=1e-4)
-            assert LAW.force(short, own[k]) == pytest.approx(plan.reaction.actuator_forces[(*index, k)], abs=1e-5)
-    lost = ~plan.has_answer
-    assert np.isnan(plan.least_stiffness[lost]).all()
-    assert not plan.is_stable[lost].any()
-    assert not plan.reaction.held.all()
-    assert np.isnan(plan.pressures[~plan.reaction.held]).all()
-
-
-@pytest.mark.parametrize("of", ["limbs", "routes"])
-def test_the_muscles_of_a_design_are_the_default_and_doubts_are_counted(exo, device, of):
-    asked = exo if of == "limbs" else device
-    poses = exo.pose([30.0, 33.0], [30.0, 30.0])
-    plan = asked.pressures(poses)
-    ends = [limb.stroke.end_fitting for limb in exo.mechanism.limbs]
-    same = asked.pressures(poses, [Muscle(model=LAW, end_fitting=end, supply_pressure=4e5) for end in ends])
-    np.testing.assert_array_equal(plan.pressures, same.pressures)
-    # A muscle that pulls nothing has no pressure, and no stiffness is known.
-    held, known = int(plan.reaction.held.sum()), int(plan.has_answer.sum())
-    assert known < held
-    assert plan.cautions[0].startswith(f"{held - known} of {held} held poses need a state")
-    assert plan.cautions[1:] == plan.reaction.cautions
-    taut = asked.pressures(poses[:1], never_vented(exo))
-    assert taut.cautions == taut.reaction.cautions
-    nowhere = asked.pressures(exo.pose(30.0, 170.0))
-    assert not nowhere.reaction.held
-    assert np.isnan(nowhere.pressures).all()
-    assert nowhere.cautions == nowhere.reaction.cautions
-
-
-def test_what_pressures_need(exo, device):
-    pose, wearer = exo.pose(30, 30), ep.Wearer(1.75, 75.0, "male")
-    with pytest.raises(ep.InvalidInput, match="no centre_offset"):
-        ep.reaction.plan_pressures(exo, ep.Case(pose, **CASES["offset"]), None, ep.Assumptions())
-    with pytest.raises(ep.InvalidInput, match="without displacement"):
-        ep.reaction.plan_pressures(exo, ep.Case(pose), None, ep.Assumptions(split="elastic"))
-    with pytest.raises(ep.InvalidInput, match="Device"):
-        ep.reaction.plan_pressures(object(), ep.Case(pose), None, ep.Assumptions())
-    few = device.replace(drives=device.device.drives[:2])
-    with pytest.raises(ep.InvalidInput, match="hold the arm"):
-        few.pressures(pose)
-    bare = device.replace(drives=[Drive(own.name, route=own.route) for own in device.device.drives])
-    with pytest.raises(ep.MissingData, match="muscle 1"):
-        bare.pressures(pose)
-    worn = ep.reaction.plan_pressures(exo, ep.Case(pose, wearer=wearer), never_vented(exo), ep.Assumptions())
-    own = exo.worn_by(wearer).pressures(pose, never_vented(exo))
-    np.testing.assert_allclose(worn.pressures, own.pressures, rtol=1e-12)
 
 
 @pytest.mark.parametrize("case", CASES)

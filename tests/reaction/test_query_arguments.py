@@ -60,7 +60,7 @@ def test_answers_are_read_only(prototype):
     records = [
         pulling,
         by_stiffness,
-        pulling.certificate.components,
+        pulling.certificate,
         prototype.reaction_map(poses),
         map_of(prototype.mechanism, poses),
     ]

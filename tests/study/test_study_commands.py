@@ -81,7 +81,7 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     assert "beyond_limits" in out
     status, out, _ = run(capsys, "reaction", "prototype", "--flexion", "30", "--abduction", "20", "--limits", "pull")
     assert status == 0
-    assert "A further muscle" in " ".join(out.split())
+    assert "With the best forces within the limits" in " ".join(out.split())
     for bad, message in (
         (["--trajectory", str(path), "--flexion", "3"], "poses of its own"),
         (["--trajectory", str(path), "--out", "x.txt"], ".csv or .npz"),

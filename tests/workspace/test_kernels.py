@@ -7,6 +7,7 @@ from workspace_examples import free_design
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.load_case.pose_stacks import pose_matrices
+from exo_pin.reaction.holding.infeasible_poses import disturbing_moment
 from exo_pin.workspace.evaluation import PoseValues
 from exo_pin.workspace.kernels.connection import widest_path
 from exo_pin.workspace.kernels.joint_kernels import kinematic_stack
@@ -19,11 +20,12 @@ def test_forces_agree_with_pinocchio_and_with_the_exact_condition(limb_count):
     poses = Rotation.random(12, rng=np.random.default_rng(1))
     found = exo.workspace(poses, ["forces"])
     lower = -300.0 if limb_count == 3 else 0.0
-    exact = wrist.holding(exo.mechanism, poses, lower=lower, upper=400.0)
+    exact = exo.replace(limbs=[ep.Limb("SPS")] * limb_count).reaction(poses, limits=(lower, 400.0))
+    exact_margin = disturbing_moment(exact.source.poses)
     held = found.margins["forces"] >= 0.0
     assert held.any()
-    np.testing.assert_array_equal(held, exact.holdable)
-    np.testing.assert_allclose(found.margins["forces"][held], exact.margin[held], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(held, exact.held)
+    np.testing.assert_allclose(found.margins["forces"][held], exact_margin[held], rtol=1e-9, atol=1e-9)
     other = exo.reaction(poses[held], split="minimal", limits=(lower, 400.0))
     np.testing.assert_allclose(found.magnitude[held], other.magnitude, rtol=1e-7, atol=1e-7)
     assert np.isnan(found.magnitude[~held]).all()

@@ -12,15 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
-from ..estimation import FINEST, UNIT, CalibrationProblem, Estimate, estimate, losses_of, robust_scale, weights_of
-from .starts import combined, devices_of, distances, in_sensors, limb_options, starts, subsets
+from ..estimation import FINEST, UNIT, CalibrationProblem, Estimate, estimate
+from .starts import combined, devices_of, distances, in_sensors, limb_options, starts
 
 #: Steps of a descent.
 _STEPS = 60
-#: Steps with first weights.
-_FIRST = 12
 #: A start has arrived when its unknowns move by less than this part of the joints' distance from the centre.
 _STILL = 1e-6
 #: Or when the cost falls by less than this part of it.
@@ -49,46 +47,31 @@ def misfits(problem: CalibrationProblem, values: FloatArray) -> FloatArray:
     return np.asarray((lengths - found.values) / np.sqrt(errors.noise**2 + turns))
 
 
-def descend(problem: CalibrationProblem, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
-    """Minima that are reached from starts of shape (S, p), in the same order.
-
-    For some steps residuals may have weights ``first`` (S, N n), such as zero where an outlier is suspected.
-
-    With a robust loss the scale of the residuals is that of each device as it moves, at least the stated noise: far
-    from a minimum no length is an outlier, so that the loss has few minima of its own.
-    """
+def descend(problem: CalibrationProblem, starts: FloatArray) -> FloatArray:
+    """Minima that are reached from starts of shape (S, p), in the same order."""
     model, measured, lengths, errors, prior = problem
     noise, turn = errors.noise, errors.orientation_noise
     stiff = model.scales**2 / np.minimum(prior, _LOOSE * model.scales) ** 2
     found, left, damping = starts.copy(), np.arange(len(starts)), np.full(len(starts), _DAMPING)
-    for count in range(_STEPS):
+    for _ in range(_STEPS):
         at = found[left]
         here = model.evaluate(at, measured)
         deviation = np.sqrt(noise**2 + turn**2 * (here.by_orientation**2).sum(axis=-1))
         r = ((lengths - here.values) / deviation).reshape(len(at), -1)
-        scale = np.ones((len(at), 1))
-        if errors.is_robust:
-            scale = np.maximum(robust_scale(r), 0.0 if errors.length_noise is None else 1.0)[:, None]
-        weights = weights_of(r / np.maximum(scale, 1e-12), errors.loss)
-        if first is not None and count < _FIRST:
-            weights = weights * first[left]
         J = (here.by_unknowns / deviation[..., None]).reshape(*r.shape, -1) * model.scales
-        weighted = np.swapaxes(J * weights[..., None], 1, 2)
-        H = weighted @ J + np.eye(model.size) * stiff
-        down = (weighted @ r[..., None])[..., 0] - stiff * at / model.scales
+        across = np.swapaxes(J, 1, 2)
+        H = across @ J + np.eye(model.size) * stiff
+        down = (across @ r[..., None])[..., 0] - stiff * at / model.scales
         damped = H + damping[left, None, None] * np.eye(model.size) * np.diagonal(H, axis1=1, axis2=2)[:, None]
         step = np.linalg.solve(damped, down[..., None])[..., 0]
         ahead = at + step * model.scales
         new = ((lengths - model.lengths(ahead, measured)) / deviation).reshape(r.shape)
         before, after = (
-            (weights * z**2).sum(axis=1) + (stiff * (x / model.scales) ** 2).sum(axis=1)
-            for z, x in ((r, at), (new, ahead))
+            (z**2).sum(axis=1) + (stiff * (x / model.scales) ** 2).sum(axis=1) for z, x in ((r, at), (new, ahead))
         )
         better = after <= before
         found[left[better]] = ahead[better]
         damping[left] = np.clip(damping[left] * np.where(better, 0.1, 10.0), _LEAST, _MOST)
-        if first is not None and count < _FIRST:
-            continue
         arrived = np.abs(step).max(axis=1) <= _STILL * model.reach
         arrived |= better & (before - after <= _LITTLE * before)
         left = left[~arrived & (damping[left] < _MOST)]
@@ -110,16 +93,13 @@ class _Search:
 
     def costs(self, devices: FloatArray) -> FloatArray:
         """Of devices (K, p)."""
-        losses = losses_of(self.residuals(devices) / self.scale, self.errors.loss).sum(axis=1)
-        return np.asarray(losses + ((devices / self.prior) ** 2).sum(axis=1) / self.scale**2)
+        squares = (self.residuals(devices) ** 2).sum(axis=1) + ((devices / self.prior) ** 2).sum(axis=1)
+        return np.asarray(squares / self.scale**2)
 
     def set_scale(self, devices: FloatArray) -> None:
         """That of the residuals of the best of these devices, and at least that of the stated noise."""
         r = self.residuals(devices)
-        if self.errors.is_robust:
-            scale = float(robust_scale(r).min())
-        else:
-            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
+        scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
         self.scale = max(scale, FINEST / UNIT if self.errors.length_noise is None else 1.0)
 
     def minima(self, found: FloatArray) -> FloatArray:
@@ -129,7 +109,7 @@ class _Search:
         for values in self.candidates(found):
             try:
                 estimates.append(estimate(self.problem, values))
-            except (SolverFailed, InvalidInput) as error:
+            except SolverFailed as error:
                 failure = error
         if failure is not None and not estimates:
             raise failure
@@ -222,12 +202,6 @@ def solutions(problem: CalibrationProblem, searched: Sequence[str]) -> tuple[Flo
     """
     model, search = problem.model, _Search(problem)
     found = descend(problem, starts(problem, searched))
-    if problem.errors.is_robust:
-        search.set_scale(found)
-        bases = np.stack([np.zeros(model.size), found[int(search.costs(found).argmin())]])
-        parts = subsets(problem.lengths)
-        again = descend(problem, np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
-        found = np.concatenate([found, again])
     minima = search.minima(found)
     # Twins that fit nearly may fit as well once they are adjusted.
     twins = combined(model, limb_options(model, minima, problem.measured), _TWINS)

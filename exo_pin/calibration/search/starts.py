@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, frozen
-from ..estimation import CalibrationProblem, robust_scale, weights_of
+from ..estimation import CalibrationProblem
 from ..length_model import LengthModel
 
 #: Missing the place of a known joint counts as much as moving an unknown one by a distance larger by one over this.
@@ -163,21 +163,18 @@ _MOUNTINGS, _LINEAR, _RANDOM = 12, 6, 14
 _ENOUGH = 50
 #: Random starts: joints off by this part of their distance from the centre.
 _SCATTER = 0.5
-_ROUNDS = 10
-#: Share of the lengths that subsets leave out, and how many there are at random.
-_LEFT_OUT, _PARTS = 0.4, 6
 
 
 def starts(problem: CalibrationProblem, searched: Sequence[str]) -> FloatArray:
     """Vectors of unknowns, shape (S, p); the first is the nominal design.
 
-    ``searched`` are mountings of which nothing is known. A robust loss lets the linear fit resist outliers, too.
+    ``searched`` are mountings of which nothing is known.
     """
-    model, measured, lengths, errors, _ = problem
+    model, measured, lengths = problem.model, problem.measured, problem.lengths
     found = [np.zeros((1, model.size))]
     if searched:
         found.append(_mountings(model, measured, lengths, searched))
-    found.append(_linear(model, measured, lengths, errors.loss))
+    found.append(_linear(model, measured, lengths))
     rng = np.random.default_rng(0)
     scatter = _SCATTER * model.reach * model.scales * rng.normal(size=(_RANDOM, model.size))
     for name in ("torso_mounting", "arm_mounting"):
@@ -223,7 +220,7 @@ def _mountings(model: LengthModel, measured: FloatArray, lengths: FloatArray, se
     return values
 
 
-def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray, loss: str) -> FloatArray:
+def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> FloatArray:
     """Devices from (l + o)² = |u|² + |v|² - 2 u vᵀ : S, which is linear in u vᵀ, |u|² + |v|² - o² and o.
 
     It needs no start, but ten poses or more in general position, eleven with length offsets unknown.
@@ -236,12 +233,8 @@ def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray, loss:
     for i, own in enumerate(lengths.T):
         # An error of l is one of 2 l dl.
         left = np.column_stack([columns, -2.0 * own]) if free else columns
-        right, weights = (own if free else own + offsets[i]) ** 2, np.ones(len(own))
-        for _ in range(1 if loss == "linear" else _ROUNDS):
-            root = np.sqrt(weights) / np.maximum(np.abs(own), 1e-3)
-            found = np.linalg.lstsq(left * root[:, None], right * root, rcond=None)[0]
-            misfit = (right - left @ found) / np.maximum(np.abs(own), 1e-3)
-            weights = weights_of(misfit / max(float(robust_scale(misfit)), 1e-12), loss)
+        right, root = (own if free else own + offsets[i]) ** 2, 1.0 / np.maximum(np.abs(own), 1e-3)
+        found = np.linalg.lstsq(left * root[:, None], right * root, rcond=None)[0]
         if free:
             offsets[i] = found[10]
         u, sizes, v = np.linalg.svd(found[1:10].reshape(3, 3))
@@ -255,17 +248,6 @@ def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray, loss:
     chosen = best_combinations(model, us, vs, 64)[:_LINEAR]
     at, to = (np.stack([x[k][chosen[:, k]] for k in range(len(us))], axis=1) for x in (us, vs))
     return placed(model, at, to, np.tile(offsets, (len(chosen), 1)))[0]
-
-
-def subsets(lengths: FloatArray) -> FloatArray:
-    """Weights that leave out lengths (N, n) which may be outliers together, shape (k, N n).
-
-    They are the shortest of each limb, where a muscle hangs slack, the longest, and some at random.
-    """
-    ranks = np.argsort(np.argsort(lengths, axis=0), axis=0) / len(lengths)
-    rng = np.random.default_rng(1)
-    parts = [ranks >= _LEFT_OUT, ranks < 1.0 - _LEFT_OUT, *(rng.random((_PARTS, *lengths.shape)) >= _LEFT_OUT)]
-    return np.array(parts, dtype=float).reshape(len(parts), -1)
 
 
 def with_offsets(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> LengthModel:

@@ -60,7 +60,7 @@ def _rate_along(
     poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, memory: Any, twists: Any, out: Any, drift: Any
 ) -> None:
     """Fill ∂J along u, shape (rows, nv), its product with u, and the twists along u."""
-    parents, owners, _ = axes
+    parents, owners = axes
     own, _, _, _, _, dJ, scratch = memory
     _own_motions(J, owners, u, own)
     _twists(parents, own, twists)
@@ -89,7 +89,7 @@ def drift_change(
     v, u, w : ndarray
         Shape (nv,).
     axes : tuple
-        The ``tree`` of :class:`exo_pin.chain.structure.motion_axes.ConstantAxes`.
+        Of each joint its parent, of each coordinate its joint.
     memory : tuple
         Own motions, their changes, dV, A, dA; dJ; and what
         :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes.
@@ -97,7 +97,7 @@ def drift_change(
         Shape (joints, 6), twists of the joints along v and u.
     """
     joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
-    parents, owners, carriers = axes
+    parents, owners = axes
     own, turned, dV, A, dA, _, (frames, squares, parts) = memory
     dV[0], A[0], dA[0] = 0.0, 0.0, 0.0
     _own_motions(J, owners, v, own)
@@ -122,7 +122,7 @@ def drift_change(
             continue
         relative_pose(poses, joints, local, c, a, b, d, Q)
         project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
-        i, k, p = carriers[joints[c, 0]], carriers[joints[c, 1]], b[3]
+        i, k, p = joints[c, 0], joints[c, 1], b[3]
         for s in range(6):
             rv[s], ru[s], dv[s] = V[i, s] - V[k, s], U[i, s] - U[k, s], dV[i, s] - dV[k, s]
             ra[s], da[s] = A[i, s] - A[k, s], dA[i, s] - dA[k, s]

@@ -1,4 +1,4 @@
-"""Derivatives of inverse dynamics and of reactions along the closed loops.
+"""Derivatives of inverse dynamics along the closed loops.
 
 A closed chain has as many freedoms as independent coordinates, and a motion of it is q_i, v_i and a_i of these: all
 other coordinates follow. The derivatives are total derivatives on the constraint manifold with respect to them, as an
@@ -10,9 +10,7 @@ motion near it. So all rows of the equations of motion are differentiated: in a 
 actuators make the changes of the motion, combinations of columns, in which all these rows are zero.
 
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
-J̇(direction)ᵀ λ. The change of J̇ v with q is written out, as :mod:`.change_kernels` has it. The wrench that a joint
-transmits is the generalised force of a free flight in its place, so its derivatives are those of RNEA on a tree with
-that joint replaced by a free flight.
+J̇(direction)ᵀ λ. The change of J̇ v with q is written out, as :mod:`.change_kernels` has it.
 """
 
 from __future__ import annotations
@@ -26,47 +24,18 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, frozen
+from ...core.validation import FloatArray, frozen
 from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
 from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.inverse_dynamics import refuse_motion, unbounded_forces
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
-from ..dynamics.wrenches import own_frame, turned
 from ..kinematics.reduced_kinematics import refuse_choice
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.memory.chain_buffers import ChainBuffers
 from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
-from .reaction_derivatives import Change, OperatingPoint, closure_change, joint_change, tree_derivatives
 
 _NONE = frozen(np.array([], dtype=np.int64))
-
-
-@dataclass(frozen=True, eq=False)
-class ReactionDerivatives(Record):
-    """Derivatives of a joint's or closure's reaction.
-
-    Attributes
-    ----------
-    q, v, a : ndarray
-        Shape (6, d), of the wrench (force and moment, N and N m, in the axes ``in_frame``) with respect to the
-        independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
-    unique : ndarray of bool
-        Shape (6,), which components are the same in every solution; the others are those of the least multipliers.
-
-    Examples
-    --------
-    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
-    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-    >>> by = chain.inverse_dynamics_derivatives([0.0], actuated=["hinge"]).joint_reaction("hinge")
-    >>> by.a[0].round(3), bool(by.unique.all())  # N s²/rad: the hinge pushes the hanging rod by -m r a
-    (array([-1.]), True)
-    """
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    unique: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,7 +51,7 @@ class Derivatives(Record):
     (True, (12, 3))
     """
 
-    _given: tuple[ChainState, ActuatedCoordinates, Mapping[str, FloatArray], FloatArray, FloatArray | None]
+    _given: tuple[ChainState, ActuatedCoordinates, FloatArray | None]
     _block: FloatArray
     _moved: FloatArray
     _change: FloatArray
@@ -179,61 +148,9 @@ class Derivatives(Record):
     @cached_property
     def forces(self) -> ClosedForces:
         """The forces themselves, in the metric "closures"."""
-        state, drive, _, _, friction = self._given
+        state, drive, friction = self._given
         (flat, _, states), (q, _, _, tau) = self._parts, self.motion
         return unbounded_forces(state, (q, tau), drive, self.numbers, flat, states[3] != 0.0, "closures", friction)
-
-    @cached_property
-    def _point(self) -> OperatingPoint:
-        (q, v, a, _), forces, (state, _, external, gravity, _) = self.motion, self.forces, self._given
-        return OperatingPoint(state, q, v, a, np.array(forces.multipliers), forces.equations, external, gravity)
-
-    def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
-        """Derivatives of the wrench that a joint or closure transmits, about its own, moving origin.
-
-        Parameters
-        ----------
-        joint : str
-            Name of a joint of the tree or of a closure; the wrench is that on its child link, or on the body of
-            frame a.
-        in_frame : {"world", "local"}
-            Axes of the wrench: the world's or its own, as in :meth:`ClosedForces.joint_reaction`.
-
-        Returns
-        -------
-        ReactionDerivatives
-
-        Raises
-        ------
-        UnknownName
-            If there is no such joint, closure or frame.
-        InvalidInput
-            If the joint's axes move in its child link, as those of Pinocchio's composite joints do.
-
-        Examples
-        --------
-        >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-        >>> by = chain.inverse_dynamics_derivatives([0.0], [3.0], actuated=["hinge"]).joint_reaction("hinge")
-        >>> by.v[2].round(3)  # N s/rad: of the centripetal force m ω² r, 2 m ω r
-        array([6.])
-        """
-        as_choice("frame", in_frame, ("world", "local"))
-        here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
-        changes = [np.concatenate(list(part), axis=1) for part in (*self._moved[:3], self._change)]
-        change, multipliers, state = Change(*changes[:3]), changes[3], self._given[0]
-        place, joints = state.part(joint).place, state.model.njoints - 1
-        if place >= joints:
-            local, turning = closure_change(self._point, place - joints, change, multipliers)
-        else:
-            local, turning = joint_change(self._point, 1 + place, change, multipliers)
-        if in_frame == "world":
-            local = turned(local, own_frame(self._point.equations, place)[1].T)
-            local[:3] += np.cross(turning, here.force[:, None], axis=0)
-            local[3:] += np.cross(turning, here.moment[:, None], axis=0)
-        d = len(self.independent)
-        by_q, by_v, by_a = (frozen(local[:, k * d : (k + 1) * d].copy()) for k in range(3))
-        return ReactionDerivatives(by_q, by_v, by_a, here.unique)
 
 
 def inverse_dynamics_derivatives(
@@ -246,7 +163,7 @@ def inverse_dynamics_derivatives(
     external: Mapping[str, ArrayLike] | None = None,
     actuated: Iterable[str] | None = None,
 ) -> Derivatives:
-    """Derivatives of efforts, multipliers and reactions along the closed loops.
+    """Derivatives of efforts and multipliers along the closed loops.
 
     Parameters
     ----------
@@ -283,13 +200,12 @@ def inverse_dynamics_derivatives(
     if not state.has_unit_turns(work.q):
         state.configuration(q)  # which raises
     given = _NONE if independent is None else frozen(state.velocity_indices(independent))
-    # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
-    pushes, gravity = wrenches_on(state, external) if external is not None else {}, state.gravity_twist.copy()
+    pushes = wrenches_on(state, external) if external is not None else {}
     forces, local, tau, friction = _tree(state, work, pushes)
     block, moved, change, certain = derivatives_of_motion.run(
         *work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance
     )
-    known = state, drive, pushes, gravity, friction
+    known = state, drive, friction
     found = Derivatives.made_of(_given=known, _block=block, _moved=frozen(moved), _change=frozen(change))
     if not certain:
         refuse_motion(state, found.motion, drive, found.numbers, found.terms)
@@ -315,10 +231,10 @@ def _tree(
         If a joint with dry friction is at rest.
     """
     q, v, a = work.q, work.v, work.a
-    if not (pushes or state.axes.differs) and state.passive.is_idle:
-        state.axes.rnea_derivatives(work.rate_data, q, v, a)
+    if not pushes and state.passive.is_idle:
+        pin.computeRNEADerivatives(state.model, work.data, q, v, a)
         return work.tree, False, work.tau, None
-    tree_derivatives(state, q, v, a, pushes)
+    _tree_derivatives(state, q, v, a, pushes)
     pin.computeJointJacobians(state.model, work.data, q)
     tau, friction = open_tree(state, q, v, a, pushes), None
     if state.passive.rubs:
@@ -327,3 +243,32 @@ def _tree(
         refuse_rest(state, rubbing, why)
         tau, friction = tau - rubbing.force, rubbing.force
     return work.forces, True, tau, friction
+
+
+def _tree_derivatives(
+    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, FloatArray]
+) -> None:
+    """Fill ``trees`` of the buffers, and the poses, Jacobians and ``tree``, too."""
+    work = state.buffers
+    data, (by_q, by_v, _) = work.data, work.trees
+    pushed = _pushed(state, q, external) if external else None
+    pin.computeRNEADerivatives(state.model, data, q, v, a)
+    if state.passive.act:
+        unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
+        by_q -= state.passive.change(q, unit, none)
+        by_v -= state.passive.change(q, none, unit)
+    if pushed is not None:
+        by_q -= pushed
+
+
+def _pushed(state: ChainState, q: FloatArray, external: Mapping[str, FloatArray]) -> FloatArray:
+    """Derivatives of the generalised forces of wrenches on frames with respect to q, shape (nv, nv)."""
+    model, data, axes = state.model, state.buffers.data, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    found = np.zeros((state.nv, state.nv))
+    for name, wrench in external.items():
+        for k, direction in enumerate(np.eye(state.nv)):
+            pin.computeJointJacobiansTimeVariation(model, data, q, direction)
+            pin.updateFramePlacements(model, data)
+            rate = pin.getFrameJacobianTimeVariation(model, data, state.frames[name], axes)
+            found[:, k] += np.reshape(rate, (6, state.nv)).T @ wrench
+    return found

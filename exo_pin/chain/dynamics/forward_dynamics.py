@@ -1,21 +1,18 @@
-"""Forward dynamics of a closed chain: the acceleration that efforts make, by Pinocchio or by projection."""
+"""Forward dynamics of a closed chain: the acceleration that efforts make, in the null space of the loops."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed
+from ...core.errors import InvalidInput, LoopNotClosed, SolverFailed
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_mapping, as_real, frozen
-from ..structure.chain_state import CLOSED, ChainState
-from ..structure.inertia import has_inertia, massless_joints
-from ..structure.memory.chain_buffers import PINOCCHIO
+from ...core.validation import FloatArray, as_mapping, as_real, frozen
+from ..structure.chain_state import ChainState
 from .equations.equation_kernels import missed
 from .equations.equations_of_motion import (
     equations_of_motion,
@@ -25,22 +22,9 @@ from .equations.equations_of_motion import (
     refuse_opening,
 )
 from .inverse_dynamics import solved
-from .nonsmooth.constrained_acceleration import clear_acceleration, smooth_acceleration, with_contacts
-from .nonsmooth.contact_forces import ContactForces
-from .nonsmooth.projected_motion import Applied, stabilising
+from .nonsmooth.contact_forces import ContactForces, with_contacts
+from .nonsmooth.projected_motion import Applied, clear_acceleration, projected_motion
 from .reactions import ClosedForces
-
-Method = Literal["auto", "proximal", "projected"]
-#: How the constrained equations of motion are solved.
-METHODS = ("auto", "proximal", "projected")
-#: Largest error of Pinocchio's acceleration in the closures' rows, as a share of the motion, all scaled: that of
-#: rounding and of a proximal step.
-_MISSED = 1e-9
-#: Residual of the loops above which Pinocchio's two points of a hinge give another acceleration: its relative error is
-#: some fifty times the residual.
-_HINGE_OPEN = 1e-11
-#: Coordinates up to which the null space is as fast as Pinocchio, where that needs a look at the inertia first.
-_SMALL = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +37,6 @@ class ClosedMotion(Record):
         Shape (nv,), the acceleration, m/s² and rad/s².
     tau : ndarray
         Shape (nv,), the efforts that made it, N and N m.
-    method : {"proximal", "projected"}
-        How it was found.
     residual : float
         Largest error of the acceleration in the closures' rows, m/s² and rad/s².
 
@@ -68,7 +50,6 @@ class ClosedMotion(Record):
 
     a: FloatArray
     tau: FloatArray
-    method: str
     residual: float
     _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, FloatArray] = field(repr=False)
     _contacts: ContactForces | None = field(repr=False, default=None)
@@ -101,8 +82,6 @@ class ClosedMotion(Record):
             model.gravity.linear = gravity
             state = ChainState(model, state.description)
         equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
-        # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
-        equations = replace(equations, gap=state.uncertainty(min(equations.gap, CLOSED)))
         # Nearness to a singular configuration was checked with the acceleration.
         if self._contacts is None:
             return solved(equations, state.drive(()), applied=self.tau, resolved=False)
@@ -118,8 +97,6 @@ def forward_dynamics(
     tau: ArrayLike | Mapping[str, ArrayLike] | None = None,
     *,
     external: Mapping[str, ArrayLike] | None = None,
-    method: Method = "auto",
-    stabilisation: float = 0.0,
     stops: bool = False,
 ) -> ClosedMotion:
     """Acceleration that efforts make.
@@ -127,15 +104,10 @@ def forward_dynamics(
     M a + h - passive - external = τ + f + Jᵀλ with J a + J̇ v = 0, where passive are the forces of springs and
     damping, and f dry friction and reactions of stops, as
     :mod:`exo_pin.chain.dynamics.nonsmooth` has them: the acceleration is unique, f may not be. A coordinate is at rest
-    below 1e-9 characteristic lengths or rad a second, and at its stop within 1e-9 of it. With friction at rest or
-    an active stop "projected" is used.
+    below 1e-9 characteristic lengths or rad a second, and at its stop within 1e-9 of it.
 
-    "proximal" is Pinocchio's constrained dynamics, for rigid, spherical
-    and revolute closures and chains whose links all have inertia. "projected" solves the equations in the null
-    space of the closures, a = a_0 + Z z with J Z = 0. It takes every closure type, redundant closures, and links
-    without mass if every motion of the chain has inertia. "auto" takes Pinocchio's where it is applicable, and
-    not where a loop that closes by a hinge is open by more than 1e-11: Pinocchio has two points for the hinge, which
-    contradict each other there.
+    The equations are solved in the null space of the closures, a = a_0 + Z z with J Z = 0: of every closure type, with
+    redundant closures, and with links without mass if every motion of the chain has inertia.
 
     Parameters
     ----------
@@ -145,11 +117,6 @@ def forward_dynamics(
         Efforts, shape (nv,), or by joint; zero where left out.
     external : mapping, optional
         As for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
-    method : {"auto", "proximal", "projected"}
-        How to solve.
-    stabilisation : float
-        Rate ω, 1/s, of Baumgarte's terms: J a + J̇ v = -2 ω J v - ω² residual, so that open loops close as a
-        critically damped oscillator. Zero leaves them out. Above zero the loops may be open, and "projected" is used.
     stops : bool
         Whether joint limits are rigid stops.
 
@@ -160,20 +127,19 @@ def forward_dynamics(
     Raises
     ------
     LoopNotClosed
-        If the residual of the loops exceeds 1e-8, without stabilisation.
+        If the residual of the loops exceeds 1e-8.
     MasslessMotion
         If some motion has no inertia.
     SingularConfiguration
-        If every acceleration opens the loops, without stabilisation.
+        If every acceleration opens the loops.
     MotionBlocked
         If every acceleration moves a joint into its stop, whatever forces act.
     NearSingularConfiguration
-        If q is so near a singular configuration that the acceleration depends on rounding, without stabilisation.
+        If q is so near a singular configuration that the acceleration depends on rounding.
     InvalidInput
-        If v opens the loops, without stabilisation, or "proximal" is not applicable to the closures or with friction
-        at rest; if a joint is beyond its stop or moves into it.
+        If v opens the loops; if a joint is beyond its stop or moves into it.
     UnknownName
-        If a joint, frame or method is not known.
+        If a joint or frame is not known.
     SolverFailed
         If friction and stops meet their optimality conditions to no better than 1e-9.
 
@@ -185,61 +151,35 @@ def forward_dynamics(
     >>> bool(np.abs(chain.constraint_jacobian(q) @ motion.a).max() < 1e-9)  # and the loops stay closed
     True
     """
-    as_choice("method", method, METHODS)
-    if type(stabilisation) is not float or stabilisation:
-        stabilisation = float(as_finite("stabilisation", stabilisation, ()))
-        if stabilisation < 0.0:
-            raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
     q = state.sized("q", q, state.nq).copy()
     v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
     efforts = efforts_of(state, tau)
-    work, top = state.buffers, state.topology
-    chosen = chosen_method(state, method, stabilisation)
+    work, top, applied = state.buffers, state.topology, Applied(efforts, external)
     rough = stops or state.passive.rubs
-    a: FloatArray | None = None
-    error, heavy, forces = None, False, None
-    light = chosen == "projected" or not state.inertia_bound.everywhere
-    if light and not (rough or stabilisation or method == "proximal"):
-        way = "projected" if state.nv <= _SMALL else chosen
-        found, a, error, heavy = clear_acceleration(state, q, v, Applied(efforts, external, way, 0.0))
-    else:
+    a, error, forces = None, None, None
+    if rough:
         found = moving_loops(state, q, v)
+    else:
+        found, a, error = clear_acceleration(state, q, v, applied)
     worst, gap, opening, speed, regular, finite = found
     if not finite or state.nq != state.nv:
         state.configuration(q)
         state.tangent("v", v)
-    if not stabilisation:
-        if not worst <= state.closed:
-            raise LoopNotClosed(q, worst, 0)
-        refuse_opening(state, opening, speed)
-    if a is not None:
-        chosen = "projected"
-    if chosen == "proximal" and not (heavy or has_inertia(state, q)):
-        if method == "proximal":
-            raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
-        chosen = "projected"
-    if chosen == "proximal" and method == "auto" and worst > _HINGE_OPEN and has_hinges(state):
-        chosen = "projected"
-    if rough or a is None:
-        applied, error = Applied(efforts, external, chosen, stabilisation), None
-        if rough:
-            chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
-        else:
-            a = smooth_acceleration(state, q, v, applied)
+    if not worst <= state.closed:
+        raise LoopNotClosed(q, worst, 0)
+    refuse_opening(state, opening, speed)
+    if rough:
+        a, forces = with_contacts(state, q, v, applied, stops)
+    elif a is None:
+        a = projected_motion(state, q, v, applied).a
     if error is None:
-        drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
-        error = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
+        error = missed.run(work.jacobian, work.drift, a, top.row_scale, top.column)
     largest, missing, size, finite = error
-    size += speed * speed
-    # Pinocchio's tolerances have units, so that very small or light robots may miss them.
-    if chosen == "proximal" and method == "auto" and not (finite and missing <= _MISSED * size):
-        return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
     if not finite:
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
-    if not stabilisation:
-        refuse_missing(state, q, v, missing, size)
-        if not regular or state.tolerance:
-            refuse_near_singular(state, q, work.jacobian, gap)
+    refuse_missing(state, q, v, missing, size + speed * speed)
+    if not regular or state.tolerance:
+        refuse_near_singular(state, q, work.jacobian, gap)
     # Copies: gravity and the caller's arrays may have changed when forces are computed.
     given = None
     if external is not None:
@@ -248,16 +188,10 @@ def forward_dynamics(
     return ClosedMotion.made_of(
         a=frozen(a),
         tau=frozen(efforts),
-        method=chosen,
         residual=largest,
         _motion=(state, q, v, given, state.gravity.copy()),
         _contacts=forces,
     )
-
-
-def has_hinges(state: ChainState) -> bool:
-    """Whether a loop closes by a hinge."""
-    return any(PINOCCHIO.get(closure.kind.rules) == "two 3D" for closure in state.closures)
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
@@ -274,24 +208,3 @@ def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | Non
             raise InvalidInput(f"expected tau[{joint!r}] as {own.stop - own.start} finite numbers, got {value!r}")
         efforts[own] = given
     return efforts
-
-
-def chosen_method(state: ChainState, method: Method, stabilisation: float) -> str:
-    """The method to use, "proximal" or "projected".
-
-    Raises
-    ------
-    InvalidInput
-        If "proximal" is given and not applicable.
-    """
-    fits = state.fits_pinocchio and not stabilisation and not state.tolerance
-    if method == "proximal" and not fits:
-        others = [closure.name for closure in state.closures if closure.kind.rules not in PINOCCHIO]
-        reason = f"closures {', '.join(others)}" if others else "no closure"
-        if stabilisation or state.tolerance:
-            reason = "stabilisation" if stabilisation else "a rounded geometry"
-        raise InvalidInput(
-            f"method 'proximal' is not applicable with {reason}: expected rigid, spherical and revolute closures, "
-            "an exact geometry and no stabilisation, use 'projected'"
-        )
-    return "proximal" if fits and method != "projected" else "projected"

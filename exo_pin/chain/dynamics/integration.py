@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -14,13 +14,12 @@ from numpy.typing import ArrayLike
 from ...core.errors import SimulationStopped
 from ...core.validation import FloatArray
 from ..kinematics.closing import close
-from ..kinematics.loops import project_velocity, tree_frame_jacobian
+from ..kinematics.loops import project_velocity, refined, tree_frame_jacobian
 from ..structure.chain_state import ChainState
-from ..structure.inertia import inertia_matrix
+from .equations.equations_of_motion import inertia_matrix
 from .forward_dynamics import efforts_of
-from .nonsmooth.constrained_acceleration import acceleration
 from .nonsmooth.modes import ContactMode, at_rest
-from .nonsmooth.projected_motion import Applied
+from .nonsmooth.projected_motion import Applied, acceleration
 
 #: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a
 #: singularity.
@@ -53,37 +52,46 @@ class Rates:
 
     ``tau`` and ``external`` are given as for :meth:`ClosedChain.simulate`. In a mode with friction and stops the
     impulses of the coordinates that it holds follow, so that the steps resolve forces that change while nothing moves.
+    ``carried`` is an acceleration of time that stands for that of the equations of motion.
     """
 
     state: ChainState
     tau: Any
     external: Any
-    method: str
-    stabilisation: float
     base: FloatArray = field(default_factory=lambda: np.array([]))
     mode: ContactMode | None = None
+    carried: Callable[[float], FloatArray] | None = None
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:  # noqa: D102 - SciPy calls it
         state, model = self.state, self.state.model
         shift, v = y[: model.nv], y[model.nv : 2 * model.nv]
         q = pin.integrate(model, self.base, shift)
-        applied, held, rubbed = self.applied(t, q, v), _NONE, 0.0
-        if self.mode is None:
-            a = acceleration(state, q, v, applied)
+        applied = self.applied(t, q, v)
+        rubbed = 0.0 if self.mode is None else -float(self.mode.sliding @ v)
+        if self.carried is None:
+            a, held = self._solved(q, v, applied)
         else:
-            a, held = self.mode.acceleration(q, v, applied)
-            rubbed = -float(self.mode.sliding @ v)
+            a, held = self.carried(t), np.zeros(len(y) - 2 * model.nv - 2)
         # d/dt (base ⊕ ξ) = v, so that ξ' is the inverse of the step's right Jacobian times v.
         rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
         return np.concatenate(
             [rate, a, [applied.efforts @ v + self._power(q, v, applied.external), state.passive.loss(v) + rubbed], held]
         )
 
+    def _solved(self, q: FloatArray, v: FloatArray, applied: Applied) -> tuple[FloatArray, FloatArray]:
+        if self.mode is None:
+            return acceleration(self.state, q, v, applied), _NONE
+        return self.mode.acceleration(q, v, applied)
+
+    def acceleration(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Acceleration by the equations of motion, shape (nv,)."""
+        return self._solved(q, v, self.applied(t, q, v))[0]
+
     def applied(self, t: float, q: FloatArray, v: FloatArray) -> Applied:
-        """Efforts and external wrenches at a time and state, and how the motion is computed."""
+        """Efforts and external wrenches at a time and state."""
         tau = self.tau(t, q.copy(), v.copy()) if callable(self.tau) else self.tau
         external = self.external(t, q.copy(), v.copy()) if callable(self.external) else self.external
-        return Applied(efforts_of(self.state, tau), external, self.method, self.stabilisation)
+        return Applied(efforts_of(self.state, tau), external)
 
     def _power(self, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> float:
         """Of the external wrenches, W."""
@@ -120,12 +128,12 @@ def taken(solver: scipy.integrate.DOP853, instant: Instant, short: int) -> int:
     return short
 
 
-def instant_of(rates: Rates, y: FloatArray, projection: bool) -> Instant:
-    """The state that y is, with closed loops if ``projection``."""
+def instant_of(rates: Rates, y: FloatArray) -> Instant:
+    """The state that y is, with closed loops; those of a motion that is carried are closed behind."""
     state, nv = rates.state, rates.state.model.nv
     q, v = pin.integrate(state.model, rates.base, y[:nv]), y[nv : 2 * nv].copy()
-    if projection and state.row_count:
-        q = close(state, q, restarts=0)
+    if state.row_count and rates.carried is None:
+        q = refined(state, close(state, q, restarts=0))
         v = project_velocity(state, q, v)
     if rates.mode is not None:
         v = at_rest(state, q, v, rates.mode.index)

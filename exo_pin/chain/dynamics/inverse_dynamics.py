@@ -26,7 +26,7 @@ from .equations.equations_of_motion import (
 )
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.solution_kernels import efforts_and_residual, least, solutions
-from .force_distribution import METRICS, Bound
+from .force_distribution import METRICS, Bound, Objective, Range, bounds_and_multipliers, effort_ranges
 from .nonsmooth.joint_friction import (
     RestingFriction,
     Rubbing,
@@ -35,7 +35,6 @@ from .nonsmooth.joint_friction import (
     resting_friction,
     slip_directions,
 )
-from .objectives import Objective, Range, bounds_and_multipliers, effort_ranges
 from .reactions import ClosedForces, JointReaction
 from .stacks.sampled_forces import stack_of_forces
 

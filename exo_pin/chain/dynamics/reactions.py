@@ -16,8 +16,7 @@ from ..kinematics.rank import rank_tolerance
 from .equations.equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.joint_friction import RestingFriction
-from .stacks.certificates import Certified, certified
-from .wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
+from .wrenches import Certified, JointReaction, certified, expressed, on_body, own_frame, transmitting_part
 
 __all__ = ["ClosedForces", "JointReaction"]
 

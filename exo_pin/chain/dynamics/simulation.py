@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,10 +15,10 @@ from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import limits_of
 from .equations.equations_of_motion import moving_loops, refuse_opening
-from .forward_dynamics import Method, forward_dynamics, has_hinges
+from .forward_dynamics import forward_dynamics
 from .integration import Instant, Rates, energies_of
 from .nonsmooth.contact_forces import stops_at
-from .nonsmooth.event_integration import EventFunction, EventIntegration
+from .nonsmooth.event_integration import EventIntegration
 from .nonsmooth.settling import MotionEvent, StopRules
 
 Efforts = ArrayLike | Mapping[str, ArrayLike] | None
@@ -48,9 +48,7 @@ class Simulation(Record):
     steps : int
         Steps of the integrator.
     events : tuple of MotionEvent
-        Joints that stick, slip, hit, reach or leave their stops, and the caller's events, in time.
-    stopped : bool
-        Whether a terminal event ended the motion: the last state is that of the event.
+        Joints that stick, slip, hit, reach or leave their stops, and crossings of singular configurations, in time.
 
     Examples
     --------
@@ -71,7 +69,6 @@ class Simulation(Record):
     opening: FloatArray
     steps: int
     events: tuple[MotionEvent, ...] = ()
-    stopped: bool = False
 
     @property
     def energy_drift(self) -> float:
@@ -92,12 +89,8 @@ def simulate(
     tau: Efforts | Callable[[float, FloatArray, FloatArray], Efforts] = None,
     *,
     external: Mapping[str, ArrayLike] | Callable[[float, FloatArray, FloatArray], object] | None = None,
-    method: Method = "auto",
-    projection: bool = True,
-    stabilisation: float = 0.0,
     stops: bool = False,
     restitution: float = 0.0,
-    events: EventFunction | Sequence[EventFunction] = (),
     rtol: float = 1e-9,
     atol: float = 1e-11,
     progress: bool = False,
@@ -121,23 +114,11 @@ def simulate(
         Efforts as for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns them.
     external : mapping or callable, optional
         As for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns it.
-    method
-        As for :meth:`ClosedChain.forward_dynamics`, but "auto" takes "projected" for chains with revolute closures:
-        within a step the loops are open by its error, and there the two points that "proximal" makes of a hinge
-        contradict each other. Their six rows are of rank six, with a singular value as small as the opening.
-    projection : bool
-        Whether to project after every step. Without it the loops open slowly, faster for a larger ``rtol``.
-    stabilisation : float
-        Rate of Baumgarte's terms, 1/s, as for :meth:`ClosedChain.forward_dynamics`.
     stops : bool
         Whether joint limits are rigid stops.
     restitution : float
         Newton's restitution at stops, from 0, no bounce, to 1, no loss. Impacts slower than 1e-5 characteristic
         lengths or rad a second, or within a microsecond of the joint's last one, do not bounce.
-    events : callable or sequence of callable
-        Functions of time, q and v; where one changes its sign the instant is recorded. As for SciPy's ``solve_ivp``, an
-        attribute ``terminal = True`` of the function ends the motion there, and ``direction`` above or below zero
-        selects rising or falling values.
     rtol, atol : float
         Tolerances of a step, relative, and absolute in m, rad, m/s and rad/s.
     progress : bool
@@ -156,9 +137,9 @@ def simulate(
     InvalidInput
         If v opens the loops at the start, the times do not ascend, or a joint is beyond its stop at the start.
     SimulationStopped
-        If the steps become too small, or the energy jumps: usually the motion has reached a singular
-        configuration, from which more than one motion is possible. A step across one is not detected. If the loops
-        move a joint into its stop, so that no motion is possible; if sticking and slipping alternate without end.
+        If the steps become too small or the energy jumps; if a motion starts in a singular configuration or no smooth
+        motion leads through one (:mod:`exo_pin.chain.dynamics.crossing`). If the loops move a joint into its stop, so
+        that no motion is possible; if sticking and slipping alternate without end.
 
     Examples
     --------
@@ -180,31 +161,15 @@ def simulate(
     bounce = float(as_finite("restitution", restitution, ()))
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
-    own = _event_functions(events)
-    requested: Method = "projected" if method == "auto" and has_hinges(state) else method
-    rates, instant = Rates(state, tau, external, requested, stabilisation), Instant(start, velocity, 0.0, 0.0)
-    efforts, wrenches, _, _ = rates.applied(float(when[0]), start, velocity)
-    # Checks the efforts, the external wrenches and the method, and chooses one.
-    first = forward_dynamics(
-        state, start, velocity, efforts, external=wrenches, method=requested, stabilisation=stabilisation
-    )
-    rates.method = first.method
+    rates, instant = Rates(state, tau, external), Instant(start, velocity, 0.0, 0.0)
+    efforts, wrenches = rates.applied(float(when[0]), start, velocity)
+    # Checks the efforts and the external wrenches.
+    forward_dynamics(state, start, velocity, efforts, external=wrenches)
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
     if rules.limits is not None:
         stops_at(state, rules.limits, start)
-    motion = EventIntegration(rates, rules, own)
-    states, steps, found, stopped = motion.run(instant, when, projection, (rtol, atol), progress)
-    if stopped is not None:
-        when = np.append(when[when < stopped], stopped)
-    return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)
-
-
-def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:
-    """The caller's events as a tuple."""
-    given = (events,) if callable(events) else tuple(events) if isinstance(events, Sequence) else (events,)
-    if not all(callable(event) for event in given):
-        raise InvalidInput(f"expected events as functions of time, q and v, got {events!r}")
-    return given
+    states, steps, found = EventIntegration(rates, rules).run(instant, when, (rtol, atol), progress)
+    return replace(_simulation(state, when, states, steps), events=tuple(found))
 
 
 def _simulation(state: ChainState, when: FloatArray, states: list[Instant], steps: int) -> Simulation:

@@ -379,3 +379,16 @@ def without(inertia: pin.Inertia, joint: int, welded: list[WeldedLink]) -> pin.I
     for part in welded:
         inertia = inertia - part.placement.act(part.inertia) if part.on == joint else inertia
     return inertia
+
+
+def lawful_moments(moments: FloatArray) -> FloatArray:
+    """The nearest principal moments of inertia that a body may have, ascending: none negative or above the others' sum.
+
+    Parameters
+    ----------
+    moments : ndarray
+        Shape (3,), ascending, kg m².
+    """
+    nearest = np.maximum(moments, 0.0)
+    beyond = nearest[2] - nearest[1] - nearest[0]
+    return nearest if beyond <= 0.0 else np.asarray(nearest + beyond / 3.0 * np.array([1.0, 1.0, -1.0]))

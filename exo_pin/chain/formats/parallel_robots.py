@@ -32,7 +32,7 @@ from typing import Any
 import pinocchio as pin
 
 from ...core.errors import FileFormatError, MissingExtra, UnknownName
-from ...core.files.text_files import read_text
+from ...core.files.atomic import read_text
 from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles

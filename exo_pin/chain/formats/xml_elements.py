@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import FileFormatError
 from ...core.errors.base import echo
 from ...core.errors.inputs import hint, nearest
-from ...core.files.text_files import read_file
+from ...core.files.atomic import read_file
 from ...core.validation import FloatArray
 
 #: Elements within elements that no robot's file has; it bounds the work on a hostile file.

@@ -1,26 +1,27 @@
 """Where a file puts a chain, closing its loops with the least movement, and joints beyond their limits.
 
-Closed-loop forward kinematics, along paths that stay on one assembly branch.
+Closed-loop forward kinematics, along paths that stay on one assembly branch, and inverse kinematics.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors import BeyondLimits, ExoPinError, InvalidInput, LoopNotClosed, SamplesFailed
 from ...core.progress import track
-from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
-from ..structure.chain_state import CLOSED, ChainState
-from ..structure.motion_axes import Limits, limits_of
+from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive, require_type
+from ..structure.chain_state import ChainState
+from ..structure.closures import Closure
+from ..structure.frames import placement_of
+from ..structure.motion_axes import Limits, joint_names, limits_of
 from .closing_steps import attempt, closed_stack
 from .loops import closed_configuration
-from .rank import least_motion, rank_tolerance
+from .rank import least_motion
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
@@ -28,8 +29,6 @@ _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 NOTHING_HELD = np.array([], dtype=np.int64)
 #: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
 _REFINEMENTS, _REFINED = 10, 1e-14
-#: Most steps from open loops of a motion in time to closed ones.
-_NEAR = 20
 #: MuJoCo's name of the configuration in which a file draws its bodies.
 _AS_DRAWN = "qpos0"
 
@@ -268,47 +267,6 @@ def _least_open(
     return q
 
 
-def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
-    """The scaled residual with which the rank of open loops is that of the closed ones nearby.
-
-    Within a step of an integration and in a stabilised motion the loops are open. Redundant rows of an overconstrained
-    mechanism contradict each other there, in proportion to ``gap``, and must not become constraints.
-
-    Parameters
-    ----------
-    state : ChainState
-        The chain; its buffers are linearised at q afterwards.
-    q : ndarray
-        Shape (nq,).
-    gap : float
-        Largest scaled residual there.
-    """
-    least = state.uncertainty(min(gap, CLOSED))
-    if gap <= max(least, CLOSED):
-        return least
-    work, top, joints = state.buffers, state.topology, state.model.njoints
-
-    def spectrum(at: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-        work.linearise(at)
-        scaled = work.jacobian * top.row_scale[:, None] * top.column
-        values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
-        kept = [rank_tolerance(work.jacobian.shape, float(values[0]), joints, size) for size in (least, gap)]
-        return values, np.asarray(np.count_nonzero(values > np.array(kept)[:, None], axis=1))
-
-    values, ranks = spectrum(q)
-    found = least
-    if ranks[0] != ranks[1]:
-        with suppress(LoopNotClosed):
-            there = nearest_closed(state, q, NOTHING_HELD, 1e-12, _NEAR)[0]
-            rank = int(spectrum(there)[1][0])
-            if 0 < rank < ranks[0]:
-                # Between the two singular values, whatever their sizes.
-                between = math.sqrt(float(values[rank - 1] * values[rank]))
-                found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
-        work.linearise(q)
-    return found
-
-
 def forward_kinematics(
     state: ChainState, positions: ArrayLike, near: ArrayLike, joints: Iterable[str] | None = None
 ) -> FloatArray:
@@ -348,7 +306,11 @@ def forward_kinematics(
     >>> round(float(np.rad2deg(2.0 * np.arccos(q[3]))), 1)  # degrees by which that turns the arm
     5.9
     """
-    names = _actuated(state, joints)
+    names = state.roles.actuated if joints is None else joint_names(joints)
+    if not names:
+        raise InvalidInput(
+            "expected joints=, the names of the joints that positions are of: the roles name no actuated joints"
+        )
     index = np.concatenate([np.arange(state.model.nq)[state.configuration_slice(name)] for name in names])
     held = state.velocity_indices(names)
     start = closed_configuration(state, near)
@@ -369,6 +331,59 @@ def forward_kinematics(
         return nearest_closed(state, at(fraction, q), held, _CLOSED, _STEPS)[0]
 
     return _follow(state, start, reach, correct)
+
+
+def inverse_kinematics(
+    state: ChainState,
+    frame: str,
+    target: pin.SE3,
+    near: ArrayLike | None = None,
+    part: str = "pose",
+    hold: Iterable[str] = (),
+    respect_limits: bool = True,
+) -> FloatArray:
+    """The configuration with a frame at a pose, on closed loops: the target is one more loop, see :func:`close`.
+
+    Parameters
+    ----------
+    frame : str
+        Frame of the tree.
+    target : pinocchio.SE3
+        Its pose in the world.
+    near : array_like, optional
+        Shape (nq,), where to start; :meth:`ClosedChain.reference_configuration` if left out.
+    part : {"pose", "position"}
+        What has to be reached.
+    hold, respect_limits
+        As for :meth:`ClosedChain.close`.
+
+    Returns
+    -------
+    ndarray
+        Shape (nq,).
+
+    Raises
+    ------
+    LoopNotClosed
+        If the target is out of reach from there; it has the nearest configuration.
+    BeyondLimits
+        If it is reached beyond the limits only.
+
+    Examples
+    --------
+    >>> import pinocchio as pin
+    >>> chain = ep.load("three-linear-actuators").chain
+    >>> raised = chain.placement(chain.close(chain.neutral()), "arm") * pin.exp6(np.array([0, 0, 0, 0, -0.5, 0]))
+    >>> chain.placement(chain.inverse_kinematics("arm", raised), "arm").isApprox(raised)
+    True
+    """
+    require_type("target", target, pin.SE3)
+    kind = "rigid" if as_choice("part of the pose", part, ("pose", "position")) == "pose" else "spherical"
+    name = max((own.name for own in state.closures), key=len, default="") + " target"
+    goal = Closure(name, kind, frame, "universe", placement_b=placement_of(target))
+    reaching = ChainState(state.model, replace(state.description, closures=(*state.closures, goal)))
+    start = reference_configuration(state) if near is None else near
+    return close(reaching, start, hold, respect_limits=respect_limits)
 
 
 def _follow(
@@ -400,12 +415,3 @@ def _follow(
         rate = moved / (target - fraction)
         q, fraction = found, target
     return q
-
-
-def _actuated(state: ChainState, joints: Iterable[str] | None) -> tuple[str, ...]:
-    names = state.roles.actuated if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
-    if not names:
-        raise InvalidInput(
-            "expected joints=, the names of the joints that positions are of: the roles name no actuated joints"
-        )
-    return names

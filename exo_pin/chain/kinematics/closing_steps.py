@@ -109,13 +109,10 @@ def closed_stack(
     q : ndarray
         Shape (n, nq), the last configurations.
     closed : ndarray of bool
-        Shape (n,), which are closed. Rows whose quaternions are not of length 1 are not, and none where the axes of
-        joints are not constant.
+        Shape (n,), which are closed. Rows whose quaternions are not of length 1 are not.
     """
     top, q, closed = state.topology, starts.copy(), np.zeros(len(starts), dtype=np.bool_)
     forest = forest_of(state)
-    if forest is None:
-        return q, closed
     for first in track(range(0, len(starts), BLOCK), "closing", progress):
         best = q[first : first + BLOCK]
         count = len(best)

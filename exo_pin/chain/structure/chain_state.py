@@ -8,7 +8,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -18,9 +17,8 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .description import Closures, require_parts
 from .frames import FrameTable, body_names, refuse_model
-from .inertia import InertiaBound, inertia_bound
-from .memory.chain_buffers import PINOCCHIO, ChainBuffers, ProximalProblem, proximal_constraints
-from .motion_axes import ActuatedCoordinates, ConstantAxes, joint_names, q_slice, v_slice
+from .memory.chain_buffers import ChainBuffers
+from .motion_axes import ActuatedCoordinates, joint_names, q_slice, v_slice
 from .passive import PassiveForces
 from .topology import Part, make_topology
 
@@ -49,14 +47,12 @@ class ChainState:
         Length that weighs metres against radians, m.
     closures, roles
         Those of the description.
-    gravity, gravity_twist : ndarray
-        Shapes (3,) and (6,), linear part first, m/s², windows on the model's.
+    gravity : ndarray
+        Shape (3,), m/s², a window on the model's.
     frames, joints : mapping of str to int
         Index in the model by name.
     topology : Topology
         The loops as arrays for the kernels.
-    axes : ConstantAxes
-        The tree with joints whose axes are constant.
     passive : PassiveForces
         Springs and dampers.
     tolerance : float
@@ -85,11 +81,9 @@ class ChainState:
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
         self.nq, self.nv = int(model.nq), int(model.nv)
-        self.gravity_twist = np.asarray(model.gravity.vector)
-        self.gravity = self.gravity_twist[:3]
+        self.gravity = np.asarray(model.gravity.vector)[:3]
         self.topology = make_topology(model, description, self.frames)
         self.row_count, self.characteristic_length = self.topology.row_count, self.topology.length
-        self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
         self.tolerance = float(description.tolerance) * max(1.0, 1.0 / self.topology.length)
         self.contradiction = 10.0 * model.njoints * self.tolerance
@@ -108,27 +102,8 @@ class ChainState:
         """This thread's Pinocchio Data and buffers."""
         work = getattr(self._local, "buffers", None)
         if work is None:
-            work = self._local.buffers = ChainBuffers(self.model, self.topology, self.axes)
+            work = self._local.buffers = ChainBuffers(self.model, self.topology)
         return work
-
-    @property
-    def freed_chains(self) -> dict[int, Any]:
-        """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
-        return self._local.__dict__.setdefault("freed", {})
-
-    @cached_property
-    def fits_pinocchio(self) -> bool:
-        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
-        return bool(self.closures) and all(closure.kind.rules in PINOCCHIO for closure in self.closures)
-
-    @property
-    def proximal_problem(self) -> ProximalProblem:
-        """This thread's memory for Pinocchio's constrained dynamics."""
-        problem = getattr(self._local, "proximal", None)
-        if problem is None:
-            constraints = proximal_constraints(self.model, self.closures, self.topology)
-            problem = self._local.proximal = ProximalProblem(self.model, self.buffers.data, constraints)
-        return problem
 
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""
@@ -138,11 +113,6 @@ class ChainState:
     def body_names(self) -> tuple[str, ...]:
         """Of every body the first link's name, else its joint's."""
         return body_names(self.model)
-
-    @cached_property
-    def inertia_bound(self) -> InertiaBound:
-        """Where every motion of the open tree has inertia, known from the bodies alone."""
-        return inertia_bound(self.model, self.topology)
 
     @cached_property
     def all_parts(self) -> tuple[Part, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -85,12 +86,6 @@ class ClosureType:
         """Whether it joins positions of joints, and not frames."""
         return self.angular == "joints"
 
-    @property
-    def is_symmetric(self) -> bool:
-        """Whether the closure of b to a of the same type allows the same motion."""
-        shared = {"xyz": tuple(LINEAR), "xy": ("z", "xy")}.get(self.angular, ())
-        return self.linear in ("", "xyz", "length", *shared)
-
 
 _ALL_TYPES = (
     ClosureType("rigid", "xyz", "xyz"),
@@ -109,9 +104,6 @@ TYPES: dict[str, ClosureType] = {kind.name: kind for kind in _ALL_TYPES} | {"poi
 
 #: Most coefficients of a coupling's polynomial: up to the fourth power, as in MuJoCo.
 COEFFICIENTS = 5
-
-#: Swaps x and y, and turns z around: the frames of a universal closure with its bodies exchanged.
-_SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
 
 
 @checked
@@ -223,50 +215,6 @@ class Closure:
         if self.frame_a == "universe" and polynomial[1:].any():
             raise InvalidInput(f"{where}: joint b alone is held at a constant, one coefficient, got {self.polynomial}")
 
-    def reversed(self) -> Closure:
-        """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body.
-
-        Returns
-        -------
-        Closure
-
-        Raises
-        ------
-        InvalidInput
-            If its rows are on axes of frame a that frame b does not share, or it is a coupling that is no linear
-            function of joint a, so that joint b does not determine joint a.
-
-        Examples
-        --------
-        >>> from exo_pin.chain import Closure
-        >>> gears = Closure("gears", "coupling", "small", "large", polynomial=(0.0, 0.25))
-        >>> gears.reversed().polynomial[1]  # the small gear turns four times as fast
-        4.0
-        """
-        if self.polynomial is not None:
-            return self._reversed_coupling()
-        if not self.kind.is_symmetric:
-            raise InvalidInput(
-                f"closure {self.name!r} cannot be reversed, because a {self.type} closure holds axes of frame a that "
-                "frame b does not share: exchange the frames by hand and state the other motion"
-            )
-        a, b = self.placement_a, self.placement_b
-        if self.kind.angular == "cross":
-            a, b = a.turned(_SWAP), b.turned(_SWAP)
-        return Closure(self.name, self.type, self.frame_b, self.frame_a, b, a, self.axis, self.distance)
-
-    def _reversed_coupling(self) -> Closure:
-        constant, slope, *higher = (*(self.polynomial or ()), 0.0, 0.0)
-        if slope == 0.0 or any(higher):
-            raise InvalidInput(
-                f"closure {self.name!r} cannot be reversed, because joint b does not determine joint a: expected a "
-                f"linear coupling, got {self.polynomial}"
-            )
-        back = (-constant / slope, 1.0 / slope)
-        return Closure(
-            self.name, self.type, self.frame_b, self.frame_a, polynomial=back, references=self.references[::-1]
-        )
-
     @property
     def kind(self) -> ClosureType:
         """The record of its type."""
@@ -277,7 +225,7 @@ class Closure:
         """Number of constraint rows."""
         return self.kind.rows
 
-    def form_in(self, forms: Mapping[tuple[str, str], str], lack: str) -> str:
+    def form_in(self, forms: Mapping[tuple[str, str], Any], lack: str) -> Any:
         """Its form in a format or library, of those by rules; ``lack`` says what is missing if it has none.
 
         Raises

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite
+
+#: Joints whose motion subspace changes with q: Pinocchio's rates of Jacobians and derivatives of forces leave that out.
+_TURNING = ("JointModelComposite", "JointModelUniversal", "JointModelSphericalZYX", "JointModelEllipsoid")
 
 
 def require_name(what: str, value: Any) -> None:
@@ -50,29 +51,6 @@ class Placement:
         norm = float(np.linalg.norm(self.quaternion))
         if abs(norm - 1.0) > 1e-9:
             raise InvalidInput(f"expected a unit quaternion, got {self.quaternion} of length {norm:.12g}")
-
-    def turned(self, quaternion: ArrayLike) -> Placement:
-        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w).
-
-        Parameters
-        ----------
-        quaternion : array_like
-            Shape (4,), x, y, z, w.
-
-        Returns
-        -------
-        Placement
-
-        Examples
-        --------
-        >>> from exo_pin.chain import Placement
-        >>> half = float(np.sqrt(0.5))
-        >>> once = Placement((0.1, 0.0, 0.0)).turned([0.0, 0.0, half, half])  # 90° about z, in its place
-        >>> np.round(once.turned([0.0, 0.0, half, half]).quaternion, 12)  # twice: 180°
-        array([0., 0., 1., 0.])
-        """
-        turned = Rotation.from_quat(self.quaternion) * Rotation.from_quat(np.array(quaternion))
-        return Placement(self.translation, tuple(turned.as_quat().tolist()))
 
 
 def se3(placement: Placement) -> pin.SE3:
@@ -153,6 +131,12 @@ def refuse_model(model: pin.Model) -> None:
                 f"{model.names[joint - 1]!r}, which does not: Pinocchio's mass matrix needs joints that are added "
                 "depth first, each subtree before the next one begins"
             )
+    turning = [model.names[k] for k in range(1, model.njoints) if model.joints[k].shortname() in _TURNING]
+    if turning:
+        raise InvalidInput(
+            f"the axes of {', '.join(turning)} change in the joint's own frame: expected a sequence of simpler joints, "
+            "with bodies without mass between them"
+        )
     mimics = [model.names[joint] for joint in model.mimicking_joints]
     if mimics:
         raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: state the coupling as a closure")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +15,7 @@ from ...core.results import plain
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
 from .. import deliver
-from ..options.option_values import numbers, refuse
-from ..options.query_options import person_size, wearer
+from ..options.query_options import numbers, person_size, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Tracking
@@ -25,8 +23,7 @@ if TYPE_CHECKING:
 
 def run_track(options: argparse.Namespace) -> int:
     """Answer ``exo-pin track`` and return its exit status."""
-    from ...control import experiment, experiments, fault_band, sensitivity
-    from ...control.experiments.sensitivity import band_of
+    from ...control import experiment, experiments
     from ...control.experiments.tracking_report import labelled
 
     if options.list:
@@ -35,21 +32,12 @@ def run_track(options: argparse.Namespace) -> int:
         return 0
     chosen = _experiment(options)
     progress = not options.no_progress and sys.stderr is not None and sys.stderr.isatty()
-    if options.sensitivity:
-        refuse(options, "--sensitivity prints a table of many runs", "plot", "person")
-        table = sensitivity(chosen, progress=progress)
-        band = "After the fault |F_s| reaches {:.0f} to {:.0f} N over these runs.".format(*band_of(table))
-        text = "\n".join([chosen.title, *([band] if chosen.faults else []), str(table)])
-        deliver(options, text, json=table.to_json, columns=lambda: table)
-        return 0
     tracking = chosen.run(progress)
-    if chosen.faults:
-        tracking = replace(tracking, fault_band=fault_band(chosen, progress))
     exo = ShoulderExo.from_mechanism(chosen.mechanism)
     contact = None if options.person is None else exo.joint_contact_of_run(tracking, wearer(options), progress)
     felt = {} if contact is None else contact.summary()
     report: dict[str, Any] = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
-    report |= {"fault_band_N": tracking.fault_band, "cautions": tracking.cautions, "findings": tracking.findings}
+    report |= {"cautions": tracking.cautions, "findings": tracking.findings}
     page = options.plot is not None and options.plot.suffix.lower() == ".html"
     deliver(
         options,

@@ -24,8 +24,18 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...study import StudyTable, adl_box, compare, sweep
 from ...wrist_chain.wrist_urdf import write_published_urdf
 from .. import deliver
-from ..options.option_values import named_numbers, numbers, refuse
-from ..options.query_options import design, limits, movement, person_size, pose, pose_angles, way_angles
+from ..options.query_options import (
+    design,
+    limits,
+    movement,
+    named_numbers,
+    numbers,
+    person_size,
+    pose,
+    pose_angles,
+    refuse,
+    way_angles,
+)
 
 
 def run_presets(options: argparse.Namespace) -> int:
@@ -80,7 +90,6 @@ def run_calibrate(options: argparse.Namespace) -> int:
         length_noise=noise,
         orientation_noise=float(np.radians(options.orientation_noise)),
         tolerances=dict(_tolerance(text) for text in options.tolerance),
-        loss=options.loss,
     )
     beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
     note = f"The design holds the joints. Found besides, and no part of it: {', '.join(beside)}." if beside else ""

@@ -32,7 +32,7 @@ from ...muscle.simulation.response import PressureStep, StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
 from .. import deliver
-from ..options.option_values import duration, numbers
+from ..options.query_options import duration, numbers
 
 _Identification = StaticIdentification | DynamicIdentification
 

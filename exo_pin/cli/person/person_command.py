@@ -17,8 +17,7 @@ from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
 from ...view.plots.plot_style import figure_title
 from .. import deliver
-from ..options.option_values import refuse
-from ..options.query_options import limits, movement, pose, pose_words, wearer
+from ..options.query_options import limits, movement, pose, pose_words, refuse, wearer
 
 
 def run_person(options: argparse.Namespace) -> int:

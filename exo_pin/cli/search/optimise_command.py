@@ -24,14 +24,15 @@ from ...workspace import Criteria, limb_loss, limb_sheet, limb_table, optimise, 
 from ...workspace.limb_table import limb_loss_words
 from ...workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from .. import deliver
-from ..options.option_values import numbers, refuse
 from ..options.query_options import (
     centre_offset,
     design,
+    numbers,
     own_wearer,
     person_numbers,
     person_size,
     posture,
+    refuse,
     wearer,
     with_muscles,
 )

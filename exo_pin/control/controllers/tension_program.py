@@ -1,8 +1,9 @@
 """Tensions for a wanted motion: nearest moment within what the muscles can pull, then least shoulder force.
 
-The limbs pull the arm with the moment -Jᵀ f about O, J the Jacobian of their lengths. With the load that arm and motion
-put on them, the wanted tensions obey Jᵀ f = m. Muscles only pull, and not without limit, so that they take the nearest
-moment and, of several sets of tensions with it, that of least |F_s| (:mod:`exo_pin.reaction.holding.nearest_tensions`).
+The limbs pull the arm with the moment -Jᵀ f about O, J the Jacobian of their lengths. With the load that arm and
+motion put on them, the wanted tensions obey Jᵀ f = m. Muscles only pull, and not without limit, so that they take
+the nearest moment and, of several sets of tensions with it, that of least |F_s|
+(:mod:`exo_pin.reaction.holding.least_held_forces`).
 
 With three muscles there are several only in singular poses; with a fourth throughout.
 """
@@ -20,7 +21,7 @@ from ...core.validation import FloatArray, as_real, as_rotation, as_single_rotat
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...reaction.holding import nearest_tensions
+from ...reaction.holding import least_held_forces
 from ...wrist import inverse_kinematics, limb_jacobian
 from ..plant.plant import Plant
 
@@ -110,7 +111,7 @@ def tensions_for_motion(
     lower = np.zeros(count) if least is None else _limits("least", least, count)
     limbs = inverse_kinematics(mechanism.geometry, poses)
     arms = np.cross(limbs.platform_points, limbs.directions).T
-    f = nearest_tensions.nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
+    f = least_held_forces.nearest_tensions(arms, moment, limbs.directions.T, force, lower, upper)
     return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)
 
 
@@ -166,4 +167,4 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     for row, low, high in zip(lengths, least, greatest, strict=True):
         low[:], high[:] = plant.force_limits(row, slack=True)
     arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
-    return nearest_tensions.missing_moments(moment, arms, least, greatest)
+    return least_held_forces.missing_moments(moment, arms, least, greatest)

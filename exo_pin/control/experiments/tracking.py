@@ -41,8 +41,6 @@ class Tracking(Result, ReadOnly):
         Contraction ratios (5-4), wanted and reached, shape (N, n).
     missing_moment : ndarray
         Shape (N,), N m: what the drives lack to hold the wanted pose at rest.
-    fault_band : (float, float) or None
-        N, :func:`exo_pin.control.fault_band` of the experiment, where it was computed.
 
     Examples
     --------
@@ -57,7 +55,6 @@ class Tracking(Result, ReadOnly):
     wanted_ratios: FloatArray
     ratios: FloatArray
     missing_moment: FloatArray
-    fault_band: tuple[float, float] | None = None
 
     @classmethod
     def of(cls, experiment: Experiment, run: Run) -> Tracking:
@@ -224,8 +221,8 @@ class Tracking(Result, ReadOnly):
         found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions)
         if not self.experiment.faults:
             return found
-        where = "control.fault_band computes their range" if self.fault_band is None else "--sensitivity lists the runs"
-        return (*found, f"Forces after a fault depend on estimated data of the plant: {where}.")
+        text = "Forces after a fault depend on estimated data of the plant: repeat the run with other estimates."
+        return (*found, text)
 
     def __str__(self) -> str:
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
@@ -289,4 +286,4 @@ class Tracking(Result, ReadOnly):
         >>> len(page.axes)
         6
         """
-        return drawn("tracking_plots:tracking_figure", self)
+        return drawn("muscle_plots:tracking_figure", self)

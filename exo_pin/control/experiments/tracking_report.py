@@ -321,9 +321,6 @@ def verdict_of(tracking: Tracking) -> str:
         reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
         end = f"{name} ends at {reached}° of {wanted}°"
     force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
-    if tracking.fault_band is not None:
-        least, greatest = tracking.fault_band
-        force = f"peak |F_s| after the fault {least:.0f} to {greatest:.0f} N over the estimates of the plant"
     text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
     touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
     return f"{text} {touching}".rstrip()

@@ -1,8 +1,11 @@
+from .base import BrowserFailed as BrowserFailed
+from .base import BrowserNotFound as BrowserNotFound
 from .base import CacheUnusable as CacheUnusable
 from .base import ExoPinError as ExoPinError
 from .base import ExoPinWarning as ExoPinWarning
 from .base import NoisyMovement as NoisyMovement
 from .base import OutsideHumanRange as OutsideHumanRange
+from .base import SolverFailed as SolverFailed
 from .base import SuspectMeasurements as SuspectMeasurements
 from .chains import BeyondLimits as BeyondLimits
 from .chains import InfeasibleForces as InfeasibleForces
@@ -26,11 +29,8 @@ from .inputs import MissingData as MissingData
 from .inputs import MissingExtra as MissingExtra
 from .inputs import NonConvexBound as NonConvexBound
 from .inputs import NotAWrist as NotAWrist
+from .inputs import NotIdentifiable as NotIdentifiable
+from .inputs import OutsideRangeOfMotion as OutsideRangeOfMotion
+from .inputs import OutsideValidity as OutsideValidity
 from .inputs import StorageUnusable as StorageUnusable
 from .inputs import UnknownName as UnknownName
-from .muscles import NotIdentifiable as NotIdentifiable
-from .muscles import OutsideRangeOfMotion as OutsideRangeOfMotion
-from .muscles import OutsideValidity as OutsideValidity
-from .tools import BrowserFailed as BrowserFailed
-from .tools import BrowserNotFound as BrowserNotFound
-from .tools import SolverFailed as SolverFailed

@@ -1,10 +1,10 @@
+from .atomic import as_file_stem as as_file_stem
+from .atomic import is_stream as is_stream
+from .atomic import require_ending as require_ending
+from .atomic import require_folder as require_folder
+from .atomic import require_writable as require_writable
 from .atomic import write_bytes as write_bytes
 from .atomic import write_figure as write_figure
 from .atomic import write_files as write_files
 from .atomic import write_text as write_text
 from .csv_tables import write_columns as write_columns
-from .targets import as_file_stem as as_file_stem
-from .targets import is_stream as is_stream
-from .targets import require_ending as require_ending
-from .targets import require_folder as require_folder
-from .targets import require_writable as require_writable

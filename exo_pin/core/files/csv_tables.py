@@ -23,9 +23,7 @@ from ..errors import FileFormatError
 from ..errors.base import echo
 from ..records import Record
 from ..validation import FloatArray, frozen
-from .atomic import write_bytes, write_text
-from .targets import is_stream
-from .text_files import read_text
+from .atomic import is_stream, read_text, write_bytes, write_text
 
 # float() alone would read 1_000, digits of other scripts, inf and nan.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

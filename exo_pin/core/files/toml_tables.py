@@ -23,8 +23,7 @@ from ..errors import ExoPinError, FileFormatError, UnknownName
 from ..errors.base import echo
 from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
-from .atomic import write_text
-from .text_files import read_text
+from .atomic import read_text, write_text
 
 #: Unit suffixes of keys, and the factor to SI.
 UNITS: dict[str, dict[str, float]] = {

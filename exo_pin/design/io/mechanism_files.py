@@ -15,9 +15,9 @@ from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_t
 from ...core.validation import as_choice
 from ..arm import Arm
 from ..geometry import WristGeometry
-from ..interface import Interface
 from ..limb import Limb
 from ..mechanism import Mechanism
+from ..shoulder import Interface
 from ..wearer import Wearer
 from .mechanism_reading import present, read_root, record_table
 

@@ -11,10 +11,9 @@ from ...core.files.toml_tables import UNITS, TomlTable
 from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..arm import Arm
 from ..geometry import CircleDimensions, WristGeometry
-from ..interface import Interface, Interfaces
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
 from ..mechanism import Mechanism
-from ..shoulder import Shoulder
+from ..shoulder import Interface, Interfaces, Shoulder
 from ..wearer import Wearer
 
 

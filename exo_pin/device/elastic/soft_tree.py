@@ -19,7 +19,7 @@ from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
 from ...core.validation import set_fields
-from ...design.interface import nothing_gives_way
+from ...design.shoulder import nothing_gives_way
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint

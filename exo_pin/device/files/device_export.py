@@ -19,7 +19,7 @@ from ...chain.formats.joint_data import joint_data
 from ...chain.formats.restating.restated_writing import written_chain
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.files import as_file_stem, require_ending, write_text
-from ...core.files.targets import is_stream, require_writable
+from ...core.files.atomic import is_stream, require_writable
 from ...core.files.toml_tables import toml_text
 from ...core.validation import FloatArray
 from ...design import Mechanism

@@ -36,7 +36,7 @@ def turn_arrays(model: DeviceModel, start: FloatArray) -> tuple[Any, int]:
         ranks.append(int((s > cut * s.max(initial=0.0)).sum()))
     blocks = _blocks(signs, top.rows, rows, row_starts, cols, col_starts)
     arm, found = np.array([model.arm_q.start, model.arm_v.start]), np.array(ranks, dtype=np.int64)
-    tree, scales = tree_arrays(state.axes), (top.row_scale, top.column)
+    tree, scales = tree_arrays(state.model), (top.row_scale, top.column)
     return (tree, top.loops, scales, blocks, found, arm, float(state.closed)), len(model.moving) - int(found.sum())
 
 

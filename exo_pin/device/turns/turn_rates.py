@@ -35,7 +35,7 @@ def new_room(tree: Any, column: Any, loops: Any) -> Any:
     links, nv, rows = len(tree[0]), len(column), loops[4][-1]
     size = max(nv, rows) + 1
     return (
-        (np.zeros((2, 4, 3)), np.zeros((links, 4, 3)), np.zeros((len(tree[3]), 4, 3)), np.zeros((nv, 6))),
+        (np.zeros((2, 4, 3)), np.zeros((links, 4, 3)), np.zeros((nv, 6))),
         (new_scratch(), np.zeros(rows), np.zeros((rows, nv))),
         (np.zeros((nv + 2) * rows), np.zeros((nv + 2) * rows), np.ones(size, dtype=np.bool_)),
         (np.zeros(size), np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.int64)),
@@ -249,8 +249,8 @@ def _shortened(motions: Any, room: Any, least: Any, along: Any) -> float:
 def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any) -> Any:
     """:func:`solved_rows` at a configuration, and the largest residual of the loops, m and rad."""
     tree, loops, _, _, _, _, _ = device
-    (local, whole, poses, J), (scratch, gap, jacobian), _, _, _, _, _ = room
-    place_tree(tree, q, local, whole, poses, J)
+    (local, poses, J), (scratch, gap, jacobian), _, _, _, _, _ = room
+    place_tree(tree, q, local, poses, J)
     worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
     return worst, solved_rows(device, u, room, least, along)
 

@@ -23,7 +23,6 @@ from scipy.spatial.transform import Rotation
 
 from ...chain.kinematics.closing import nearest_closed
 from ...chain.kinematics.closing_steps import closed_stack
-from ...chain.structure.memory.chain_buffers import forest_of
 from ...core.compiled import kernel
 from ...core.errors import LoopNotClosed
 from ...core.progress import track
@@ -224,7 +223,7 @@ def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tupl
     closed, done = there.copy(), np.zeros(len(q), dtype=np.bool_)
     if not state.tolerance:
         closed, done = closed_stack(state, there, weight, state.closed, _CORRECTIONS, False)
-    for k in np.flatnonzero(~done) if state.tolerance or forest_of(state) is None else ():
+    for k in np.flatnonzero(~done) if state.tolerance else ():
         with suppress(LoopNotClosed):
             closed[k], done[k] = nearest_closed(state, there[k], model.fixed, state.closed, _CORRECTIONS)[0], True
     # Two quaternions are one rotation.

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.checked import checked
-from ...core.errors.muscles import OutsideValidity
+from ...core.errors.inputs import OutsideValidity
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type, set_fields, set_positive
 from .validity import Validity, as_outside
 

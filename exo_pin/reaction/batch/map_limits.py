@@ -24,8 +24,7 @@ from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
 from ..holding.hold_check import estimated_limbs, hold_check
 from ..splits.pose_stack import PoseStack, limb_lengths
-from ..splits.spherical import Spherical
-from ..splits.split import Split
+from ..splits.split import Spherical, Split
 from .limit_kernels import CompiledLimits, check_limits
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,32 +14,35 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.progress import track
-from ...core.results import Result
+from ...core.results import Result, frame_of
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count
+from ...design import Mechanism
 from ...device.wrist_device import as_device
 from ...load_case.case import Case
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
+from ..columns import force_columns, peak_of
+from ..constraints.actuator_limits import limits_motion
+from ..constraints.limb_limits import are_actuators
 from ..constraints.side_force_bounds import SideForceBounds
+from ..result import Reaction
 from ..solve_case import solve
 from ..splits.minimal import Minimal
-from ..splits.spherical import Spherical
+from ..splits.split import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels
 from .map_blocks import Device, Outputs, PoseBlocks, TermBlocks
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_limits import MapLimits
 from .map_three_limbs import map_three
-from .map_without_kernels import fields_of, has_closed_form
-from .shown_map import ShownMap
 
-#: The kernels' codes of the splits.
-_CODES = {
-    Spherical.name: map_kernels.SPHERICAL,
-    Standalone.name: map_kernels.STANDALONE,
-    Minimal.name: map_kernels.MINIMAL,
-}
+if TYPE_CHECKING:
+    pass
+
+#: The kernels' codes of the splits, whose children they do not know.
+_LAWS = {Spherical: map_kernels.SPHERICAL, Standalone: map_kernels.STANDALONE, Minimal: map_kernels.MINIMAL}
+_CODES = {name: code for code, name in enumerate(QUERY_STATUS)}
 _NOT_SOLVED, _INFEASIBLE = QUERY_STATUS.index("not_solved"), QUERY_STATUS.index("infeasible")
 #: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
 CHUNK = 32768
@@ -48,7 +51,7 @@ _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "ma
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionMap(ShownMap, Result, ReadOnly):
+class ReactionMap(Result, ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None for what ``keep`` leaves out.
 
     Base frame; rows without an answer are NaN, and ``status`` gives the reason.
@@ -120,6 +123,50 @@ class ReactionMap(ShownMap, Result, ReadOnly):
         """Shape (...): true only where every limit is known, none is estimated, and all are met."""
         return self.held & ~np.asarray(self.unknown)
 
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none.
+
+        Raises
+        ------
+        InvalidInput
+            If the map has no status, or neither |F_s| nor F_s.
+        """
+        return peak_of(self._magnitude[self.held])
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`.
+
+        Returns
+        -------
+        pandas.DataFrame
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> frame = exo.reaction_map(exo.pose([0, 30]), keep=["magnitude"]).to_dataframe()
+        >>> frame.shape[0], [name for name in frame if "F_s" in name]
+        (2, ['F_s_N'])
+        """
+        columns: dict[str, NDArray[Any]] = {**force_columns(self)}
+        if self.status_codes is not None:
+            columns["status"] = self.status.astype(object)
+        return frame_of(columns)
+
+    @property
+    def _magnitude(self) -> FloatArray:
+        """|F_s|, from F_s if need be."""
+        if self.magnitude is not None:
+            return self.magnitude
+        if self.shoulder_force is None:
+            raise InvalidInput('the map has neither |F_s| nor F_s: add "magnitude" to keep')
+        return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
+
     def _codes(self) -> NDArray[np.int8]:
         if self.status_codes is None:
             raise InvalidInput('the map has no status: add "status" to keep')
@@ -166,11 +213,11 @@ def reaction_map(
         device, case = device.worn_by(case.wearer), replace(case, wearer=None)
     mechanism = as_device(device).accelerate("map")
     selected = _selected(keep)
-    if mechanism is None or case.posture is not None or not has_closed_form(mechanism, case, assumptions):
+    if mechanism is None or case.posture is not None or not _has_closed_form(mechanism, case, assumptions):
         answer = solve(device, case, assumptions, progress=progress)
-        return ReactionMap(**fields_of(answer, [name for name in _KEEP if name in selected]))
+        return _map_of(answer, selected)
     law = assumptions.law
-    code = _CODES[law.name]
+    code = _LAWS[type(law)]
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     law.check(mechanism)
     poses = PoseBlocks(case.poses)
@@ -225,6 +272,27 @@ def reaction_map(
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
     return ReactionMap(status_codes=filled.pop("status"), **filled, split=law.name, trivial=bool(trivial))
+
+
+def _has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions) -> bool:
+    """Whether the kernels answer a question: massless limbs about the shoulder's own centre, no socket, no weights."""
+    if any(limb.mass > 0.0 for limb in mechanism.limbs) or (case.motion is not None and limits_motion(mechanism)):
+        return False
+    if assumptions.constraint_bounds == "actuator" and are_actuators(assumptions.limits):
+        # Whether these limits have one sign depends on the lengths.
+        return False
+    plain = case.centre_offset is None and assumptions.cone is None and assumptions.weights is None
+    return plain and type(assumptions.law) in _LAWS
+
+
+def _map_of(answer: Reaction, selected: set[str]) -> ReactionMap:
+    """The map of an answer that keeps the selected quantities."""
+    kept = {name: getattr(answer, name) if name in selected else None for name in _KEEP}
+    codes = unknown = None
+    if kept.pop("status") is not None:
+        codes = np.vectorize(_CODES.__getitem__, otypes=[np.int8])(answer.status)
+        unknown = answer.unknown
+    return ReactionMap(**kept, status_codes=codes, unknown=unknown, split=answer.split, trivial=answer.trivial)
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:

@@ -1,6 +1,6 @@
 """Tensions of one pose within their limits, of least norm, compiled: limbs that carry no side force.
 
-What :class:`exo_pin.reaction.splits.spherical.Spherical` chooses in stacks, from the same programs of the numerics.
+What :class:`exo_pin.reaction.splits.split.Spherical` chooses in stacks, from the same programs of the numerics.
 """
 
 from __future__ import annotations

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import MissingData
 from ...core.validation import FloatArray, frozen
 from ...design import Actuator, Mechanism, Stroke
 from ...muscle import Muscle, muscle_model
@@ -301,26 +300,6 @@ class LimbLimits:
         slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
         inside = (tensions >= self.lower[rows] - slack) & (tensions <= self.upper[rows] + slack)
         return np.asarray(inside.all(axis=1))
-
-
-def muscles_of_design(mechanism: Mechanism) -> list[Muscle]:
-    """The muscles that a design has for its limbs, or a device for its drives.
-
-    Raises
-    ------
-    MissingData
-        If one has no law of a muscle, no stroke, or an unknown end fitting.
-    """
-    lacking, found = [], []
-    for i, limb in enumerate(mechanism.limbs):
-        actuator, stroke = limb.actuator, limb.stroke
-        if actuator is None or actuator.force_law is None or stroke is None or stroke.end_fitting is None:
-            lacking.append(f"law, stroke and end fitting of muscle {i + 1}")
-        else:
-            found.append(_muscle(actuator, stroke))
-    if lacking:
-        raise MissingData(lacking, "pressures", mechanism.name, "or pass the muscles (actuators=)")
-    return found
 
 
 def _muscle(actuator: Actuator, stroke: Stroke) -> Muscle:

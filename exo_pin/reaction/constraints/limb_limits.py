@@ -40,34 +40,6 @@ class ForceLimited(Protocol):
         ...
 
 
-@runtime_checkable
-class PressureActuator(ForceLimited, Protocol):
-    """A pneumatic muscle in a limb. Lengths are those of the whole limb, |A_i B_i|; pressures are gauge, Pa.
-
-    Examples
-    --------
-    >>> class Bellows:  # 20 cm² of area at any length
-    ...     def force_limits(self, length):
-    ...         return 0.0 * length, 2e-3 * 3e5 + 0.0 * length  # up to 3 bar
-    ...     def pressure_for(self, force, length):
-    ...         return force / 2e-3
-    ...     def stiffness(self, length, pressure):
-    ...         return 0.0 * length
-    >>> exo = ep.load("four-cables")
-    >>> plan = exo.pressures(exo.pose(60), [Bellows()] * 4)
-    >>> round(float((plan.pressures * 2e-3 - plan.reaction.actuator_forces).max()), 9)  # N
-    0.0
-    """
-
-    def pressure_for(self, force: FloatArray, length: FloatArray) -> ArrayLike:
-        """Pressure at which the limb pulls ``force``, shape (...), Pa."""
-        ...
-
-    def stiffness(self, length: FloatArray, pressure: FloatArray) -> ArrayLike:
-        """df/dl at constant pressure, shape (...), N/m; positive where a longer muscle pulls harder."""
-        ...
-
-
 #: "design" (what the design's actuators can do), "none", "pull", a number N for (-N, N), a pair (lower, upper) in N, an
 #: object with ``force_limits``, or one such object a limb.
 Limits = str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited]
@@ -118,7 +90,7 @@ def as_limb_limits(
         own = LimbLimits.of_design(mechanism, lengths())
         return own if word == "design" else own.narrowed(np.zeros_like(own.lower), np.full_like(own.upper, np.inf))
     if are_actuators(given):
-        actuators, own_lengths = each_limb(given, limb_count, ForceLimited, "force_limits(length)"), lengths()
+        actuators, own_lengths = _each_limb(given, limb_count), lengths()
         ends = np.array([_limits(actuator, i, own_lengths[:, i]) for i, actuator in enumerate(actuators)])
         lower, upper = ends[:, 0].T.copy(), ends[:, 1].T.copy()
         lost = np.isnan(lower) | np.isnan(upper)
@@ -150,26 +122,20 @@ def given_forces(tensions: FloatArray) -> list[ForceLimited]:
     return [_GivenForce(column) for column in tensions.T]
 
 
-def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[Any]:
-    """One actuator a limb, from one for all or a sequence of them.
-
-    Raises
-    ------
-    InvalidInput
-        If there are not as many as limbs, or one does not follow ``protocol``.
-    """
+def _each_limb(given: Any, limb_count: int) -> list[ForceLimited]:
+    """One actuator a limb, from one for all or a sequence of them."""
     actuators = list(given) if isinstance(given, (list, tuple)) else [given] * limb_count
     if len(actuators) != limb_count:
         raise InvalidInput(f"expected {limb_count} actuators, one a limb, got {len(actuators)}")
     for i, actuator in enumerate(actuators):
-        if not isinstance(actuator, protocol):
-            raise InvalidInput(f"expected actuator {i} to have {needs}, got {type(actuator).__name__}")
+        if not isinstance(actuator, ForceLimited):
+            raise InvalidInput(f"expected actuator {i} to have force_limits(length), got {type(actuator).__name__}")
     return actuators
 
 
 def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> FloatArray:
     """Limits of one limb over all poses, shape (2, N); NaN where its actuator cannot take the length."""
-    lower, upper = ends = in_reach(actuator.force_limits, 2, lengths)
+    lower, upper = ends = _in_reach(actuator.force_limits, lengths)
     if (np.isfinite(ends) & (np.abs(ends) > LARGEST)).any():
         raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
     if (np.isposinf(lower) | np.isneginf(upper)).any():
@@ -179,22 +145,8 @@ def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> FloatArra
     return ends
 
 
-def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
-    """Evaluate an actuator for a stack, and pose by pose where it refuses the stack as a whole.
-
-    Parameters
-    ----------
-    call : callable
-        Takes the arguments, returns ``outputs`` arrays (or one array, for 1).
-    outputs : int
-        Number of arrays.
-    *arguments : ndarray
-        Shape (N,) each.
-
-    Returns
-    -------
-    ndarray
-        Shape (outputs, N); NaN where the actuator refused, by raising a child of ExoPinError.
+def _in_reach(limits: Callable[[FloatArray], Any], lengths: FloatArray) -> FloatArray:
+    """Limits of an actuator for a stack, shape (2, N), pose by pose where it refuses the stack; NaN where it refuses.
 
     Raises
     ------
@@ -203,40 +155,30 @@ def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
     InvalidInput
         If its results are not numbers of the expected shape.
     """
-    count = len(arguments[0])
-    whole = _evaluated(call, outputs, arguments)
+    whole = _evaluated(limits, lengths)
     if whole is not None:
         return whole
-    out = np.full((outputs, count), np.nan)
-    for row in range(count):
-        single = _evaluated(call, outputs, tuple(values[row : row + 1] for values in arguments))
+    out = np.full((2, len(lengths)), np.nan)
+    for row in range(len(lengths)):
+        single = _evaluated(limits, lengths[row : row + 1])
         if single is not None:
             out[:, row] = single[:, 0]
     return out
 
 
-def _evaluated(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
-    """Answer of an actuator, shape (outputs, N); None if it refuses.
-
-    Raises
-    ------
-    MissingData
-        If it lacks what it needs.
-    InvalidInput
-        If its results are not numbers of the expected shape.
-    """
+def _evaluated(limits: Callable[[FloatArray], Any], lengths: FloatArray) -> FloatArray | None:
+    """Answer of an actuator, shape (2, N); None if it refuses, by raising a child of ExoPinError."""
     try:
-        raw = call(*arguments)
+        raw = limits(lengths)
     except MissingData:
         raise
     except ExoPinError:
         return None
     try:
-        parts = (raw,) if outputs == 1 else tuple(raw)
-        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in parts]
-        spread = [np.broadcast_to(part, arguments[0].shape) for part in filled]
+        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in tuple(raw)]
+        spread = [np.broadcast_to(part, lengths.shape) for part in filled]
     except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidInput(f"expected numbers of shape {arguments[0].shape} from an actuator: {error}") from error
-    if len(spread) != outputs:
-        raise InvalidInput(f"expected {outputs} arrays from an actuator, got {len(spread)}")
+        raise InvalidInput(f"expected numbers of shape {lengths.shape} from an actuator: {error}") from error
+    if len(spread) != 2:
+        raise InvalidInput(f"expected 2 arrays from an actuator, got {len(spread)}")
     return np.stack(spread)

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from ...core.tables import enumerated, limb_list
 from ...design import Mechanism
 from ..effort_sharing import UNFELT
-from ..indeterminacy.component_assumptions import ComponentSource
+from ..indeterminacy.certificate import AnswerSource
 from .hold_check import HoldCheck
 
 #: Side forces that are so many times larger than every other force of an answer are named.
 _LARGE_SIDE_FORCES = 10.0
 
 
-def criterion(source: ComponentSource) -> str:
+def criterion(source: AnswerSource) -> str:
     """By what one of many sets of forces was chosen, in words."""
     poses, split = source.poses, source.split
     mechanism = poses.mechanism
@@ -33,12 +33,12 @@ def criterion(source: ComponentSource) -> str:
     return words + (", within the limits of the limbs" if poses.limits.bound_forces else "")
 
 
-def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
+def cautions(source: AnswerSource, check: HoldCheck) -> Iterator[str]:
     """Sentences on what was not checked and not used; see :attr:`exo_pin.Reaction.cautions`.
 
     Parameters
     ----------
-    source : ComponentSource
+    source : AnswerSource
         The answer.
     check : HoldCheck
         Its limits, of the same stack.
@@ -61,7 +61,7 @@ def cautions(source: ComponentSource, check: HoldCheck) -> Iterator[str]:
         yield from _rigid(mechanism)
 
 
-def _of_device(source: ComponentSource) -> Iterator[str]:
+def _of_device(source: AnswerSource) -> Iterator[str]:
     """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
@@ -83,7 +83,7 @@ def _of_device(source: ComponentSource) -> Iterator[str]:
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
 
 
-def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:
+def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:
     """Limbs that only pull, have no least tension and pull with nothing."""
     f = source.values[held, : mechanism.limb_count]
     none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1, initial=0.0)[:, None]
@@ -96,7 +96,7 @@ def _slack(mechanism: Mechanism, source: ComponentSource, held: NDArray[np.bool_
         yield f"{words[:1].upper()}{words[1:]} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
 
 
-def _large_side_forces(source: ComponentSource, held: NDArray[np.bool_]) -> Iterator[str]:
+def _large_side_forces(source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:
     """Side forces far above the rest: small lever arms, as of an offset of some micrometres, make them."""
     n = source.poses.mechanism.limb_count
     values = np.abs(source.values[held])
@@ -121,7 +121,7 @@ def _rigid(mechanism: Mechanism) -> Iterator[str]:
         yield f"Taken as rigid, because no stiffness is given: {enumerated(names)}."
 
 
-def _not_used(mechanism: Mechanism, source: ComponentSource) -> Iterator[str]:
+def _not_used(mechanism: Mechanism, source: AnswerSource) -> Iterator[str]:
     """Data of the design that the assumptions leave out."""
     names = []
     split = source.split

@@ -23,7 +23,7 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
-from ..indeterminacy.component_assumptions import ComponentSource
+from ..indeterminacy.certificate import AnswerSource
 from ..splits.limb_and_side_forces import Pose, force_scale
 
 #: Most candidate vertices: eight limbs without side forces have 4,368.
@@ -83,12 +83,12 @@ class ForceRange(Result, ReadOnly):
         return f"{self.least:.1f} to {top}"
 
 
-def force_range(source: ComponentSource, magnitude: FloatArray) -> ForceRange:
+def force_range(source: AnswerSource, magnitude: FloatArray) -> ForceRange:
     """The range of all poses of an answer; see :class:`ForceRange`.
 
     Parameters
     ----------
-    source : ComponentSource
+    source : AnswerSource
         The answer.
     magnitude : ndarray
         Its |F_s|, shape (...), N.

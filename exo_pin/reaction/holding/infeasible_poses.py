@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,10 +15,9 @@ from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
 from ...numerics.vectors import SINGULAR
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
-from ..indeterminacy.component_assumptions import ComponentSource
+from ..indeterminacy.certificate import AnswerSource
 from ..indeterminacy.infeasibility import Infeasibility, Shortfall, infeasibility_of
 from ..splits.limb_and_side_forces import Pose, force_scale
-from .held_rows import margin_of_rows
 
 if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
@@ -28,9 +28,13 @@ HELD = 1e-12
 _CLEAR = 1e-9
 #: Multiplier, relative to the missing force, above which its limit blocks.
 _BLOCKS = 1e-7
+#: Part of a unit normal in a row, and of a column along it, that is rounding.
+_NONE = 1e-12
+#: Part of a normal in the rows of the moments below which a face has the same distance from every moment.
+_OF_IDLE = 1e-9
 
 
-def infeasibility(source: ComponentSource) -> Infeasibility | None:
+def infeasibility(source: AnswerSource) -> Infeasibility | None:
     """What is missing in the poses of an answer that cannot be held, strokes left out; None if nothing is.
 
     None also if the split takes no other forces than those of plain equilibrium, as of locked actuators.
@@ -144,15 +148,13 @@ def shortfall(pose: Pose) -> Shortfall | None:
         relief = np.where(blocking < 0, low_relief, np.where(blocking > 0, high_relief, np.inf))
     z = np.clip(solution.z[: n + pose.upu.size] * scale, pose.low, pose.high)
     f, g = pose.forces(z)
-    balancing = pose.state.shoulder + pose.shoulder_effect @ z
-    shoulder = balancing
+    shoulder = pose.state.shoulder + pose.shoulder_effect @ z
     if bound:
         shoulder = np.zeros(3) if pose.alone else solution.z[n + pose.upu.size :] * scale
     # The rows of the program are (moment / radius, force); the result has (force, moment).
     force = missing[3:] if bound else np.zeros(3)
     moment = missing[:3] * pose.radius
     direction = np.concatenate([y[3:] if bound else np.zeros(3), y[:3] / pose.radius])
-    extra_force, extra_point = _extra_muscle(pose, force, moment, balancing)
     return Shortfall(
         f,
         g,
@@ -164,8 +166,6 @@ def shortfall(pose: Pose) -> Shortfall | None:
         valid * scale,
         blocking,
         relief,
-        extra_force,
-        extra_point,
     )
 
 
@@ -262,59 +262,59 @@ def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int)
     return float(answer.x[m]) if answer.status == 0 else np.inf
 
 
-def _extra_muscle(
-    pose: Pose, force: FloatArray, moment: FloatArray, shoulder: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Pull and nearest point to O of one more muscle that closes the gap; NaN if none is found.
+def margin_of_rows(
+    rows: FloatArray, load: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Disturbing moment that is held besides, N m, negative where a pose is not held, and the reliefs of both limits.
 
-    A muscle puts a pure force p on the arm along a line, so its moment about O is perpendicular to p. That moment has
-    to be the missing one; p then changes F_s to F_s - p, which the socket has to allow.
+    With d idle motions that must stay in balance, equilibrium has r = 3 + d rows. What efforts between their limits
+    supply is a sum of segments in r dimensions, whose faces are spanned by r - 1 of them: every set of r - 1
+    efforts gives a normal ν, and a load m is supplied if and only if ν · m <= the most that efforts supply along ν,
+    for all of them and both signs. The moments that are supplied while the idle motions are in balance are a slice
+    of that set. The distance of m from a face, within the slice, is the slack over the length of the moment part of
+    ν.
 
     Parameters
     ----------
-    pose : Pose
-        The pose.
-    force, moment : ndarray
-        Missing force and moment of the arm, shape (3,) each.
-    shoulder : ndarray
-        F_s that balances the closest forces, were it free, shape (3,).
+    rows : ndarray
+        M_f, shape (r, n): three rows of moments, then those of idle motions.
+    load : ndarray
+        m, shape (r,).
+    lower, upper : ndarray
+        Limits of the efforts, shape (n,).
+
+    Returns
+    -------
+    margin : float
+        Infinite where every moment is held.
+    low, high : ndarray
+        Relaxation of this limit alone that makes the pose feasible, shape (n,); infinite where none does, zero where
+        the pose is held.
     """
-    none = np.full(3, np.nan), np.full(3, np.nan)
-    size, enough = float(np.linalg.norm(moment)), float(np.linalg.norm(moment)) / pose.radius
-    if pose.alone:
-        # F_s may not move at all: the missing wrench itself must be a pure force.
-        if np.linalg.norm(force) == 0.0 or abs(force @ moment) > 1e-9 * np.linalg.norm(force) * size:
-            return none
-        return force, np.cross(force, moment) / (force @ force)
-    hard = pose.socket is not None and pose.socket.is_hard
-    if enough <= 1e-9 * np.linalg.norm(force):
-        return force, np.zeros(3)
-    axis = moment / size
-    along = shoulder - (shoulder @ axis) * axis
-    if np.linalg.norm(along) <= 1e-9 * np.linalg.norm(shoulder):
-        along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
-    along /= np.linalg.norm(along)
-    candidates = [enough * along]
-    if hard:
-        across = np.cross(axis, along)
-        pulls = [enough * direction for direction in (along, -along, across, -across)]
-        candidates = [_allowed(pose, pull, axis, shoulder) for pull in pulls]
-    # A muscle that hardly pulls would need a lever arm of metres.
-    candidates = [pull for pull in candidates if np.linalg.norm(pull) >= 0.1 * enough]
-    if not candidates:
-        return none
-    pull = min(candidates, key=lambda p: float(np.linalg.norm(shoulder - p)))
-    return pull, np.cross(pull, moment) / (pull @ pull)
-
-
-def _allowed(pose: Pose, pull: FloatArray, axis: FloatArray, shoulder: FloatArray) -> FloatArray:
-    """The pull perpendicular to ``axis``, nearest to ``pull``, with F_s in the socket; zero if there is none."""
-    assert pose.socket is not None
-    N, h = pose.socket.N, pose.socket.h
-    scale = float(max(np.linalg.norm(pull), np.linalg.norm(shoulder), h.max(initial=0.0)))
-    free = np.full(3, np.inf)
-    program = LeastSquares(
-        np.eye(3), pull / scale, axis[None, :], np.zeros(1), -free, free, -N, (h - N @ shoulder) / scale
-    )
-    answer = solve(program)
-    return answer.z * scale if answer.is_optimal else np.zeros(3)
+    r, n = rows.shape
+    reliefs = np.zeros((2, n))
+    chosen = np.array(list(itertools.combinations(range(n), r - 1)))
+    if not len(chosen):
+        return np.inf, *reliefs
+    size = np.linalg.norm(rows, axis=0)
+    unit = rows / np.where(size > 0.0, size, 1.0)
+    _, values, Vt = np.linalg.svd(np.swapaxes(unit[:, chosen], 0, 1).swapaxes(1, 2))
+    # Columns that depend on one another span no face; others do.
+    firm = values[:, -1] > _NONE
+    normals, chosen = Vt[firm, -1], chosen[firm]
+    normals, spans = np.concatenate([normals, -normals]), np.concatenate([chosen, chosen])
+    levers = normals @ rows
+    levers[np.abs(levers) <= _NONE * size] = 0.0
+    levers[np.arange(len(spans))[:, None], spans] = 0.0
+    with np.errstate(invalid="ignore"):
+        supplied = np.where(levers > 0.0, levers * upper, np.where(levers < 0.0, levers * lower, 0.0))
+    slack = supplied.sum(axis=1) - normals @ load
+    turning = np.linalg.norm(normals[:, :3], axis=1)
+    of_idle = turning <= _OF_IDLE
+    distance = np.where(of_idle, np.where(slack < 0.0, slack, np.inf), slack / np.where(of_idle, 1.0, turning))
+    broken = slack < 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        need = -slack[broken, None] / levers[broken]
+        for k, sign in enumerate((-1.0, 1.0)):
+            reliefs[k] = np.where(sign * levers[broken] > 0.0, sign * need, np.inf).max(axis=0, initial=0.0)
+    return float(distance.min(initial=np.inf)), *reliefs

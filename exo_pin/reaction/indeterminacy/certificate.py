@@ -2,119 +2,52 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 
 if TYPE_CHECKING:
-    from .component_assumptions import ComponentSource
+    from ..splits.pose_stack import PoseStack
+    from ..splits.split import Chosen, Split
 
 #: Effect of a self-stress on a quantity, relative to the largest, below which the quantity does not change with it.
 _NO_EFFECT = 1e-9
 
 
-#: Assumptions behind a component of a result, and their descriptions.
-KINDS = {
-    "unique": "Unique by equilibrium",
-    "stiffness": "Determined by stiffness",
-    "optimiser": "Chosen by an optimiser",
-    "assumed": "Fixed by the assumption of the split",
-    "bounded": "Bounded only, other values do as well",
-    "none": "Without an answer",
-}
-
-
-def component_names(limb_count: int) -> list[str]:
-    """Names of f, g and F_s by component, 2 n + 3 of them."""
-    limbs = range(1, limb_count + 1)
-    return [*(f"f_{i}" for i in limbs), *(f"g_{i}" for i in limbs), "F_s x", "F_s y", "F_s z"]
-
-
 @dataclass(frozen=True, eq=False)
-class Components(Result, ReadOnly):
-    """Assumptions behind each component of a result, for a pose or a stack of shape (...).
+class AnswerSource(ReadOnly):
+    """An answer and its query, from which certificate, ranges and evidence are computed.
 
     Attributes
     ----------
-    actuator_forces, constraint_forces, shoulder_force : ndarray of str
-        Shape (..., n), (..., n) and (..., 3), a key of :data:`KINDS`: "unique" (no self-stress changes it),
-        "stiffness", "optimiser" (the only one, or that of least squares, of those that balance), "assumed" (g = 0 or
-        F_s = 0), "bounded" (the objective does not depend on it: any value of an interval is as good), or
-        "none" for a pose without an answer.
-    actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
-        Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
-        on f and g allow, each component by itself; infinite without bounds, NaN if nothing fits them.
-    needed : tuple of str
-        What would have to be known to determine the other components.
-
-    Examples
-    --------
-    >>> exo = ep.load("prototype")
-    >>> parts = exo.reaction(exo.pose(30, 30), limits="none").certificate.components
-    >>> parts.actuator_forces.tolist()  # of three limbs, by the moments
-    ['unique', 'unique', 'unique']
-    >>> parts.constraint_forces.tolist()
-    ['assumed', 'assumed', 'assumed']
+    split : Split
+        Assumption of the answer.
+    poses : PoseStack
+        N poses.
+    shape : tuple of int
+        The stack's shape (...).
+    values : ndarray
+        f, g and F_s in one row, shape (N, 2 n + 3), N; NaN without an answer.
+    chosen : Chosen
+        How they were chosen.
     """
 
-    actuator_forces: NDArray[np.str_]
-    constraint_forces: NDArray[np.str_]
-    shoulder_force: NDArray[np.str_]
-    actuator_intervals: FloatArray
-    constraint_intervals: FloatArray
-    shoulder_intervals: FloatArray
-    needed: tuple[str, ...]
+    split: Split
+    poses: PoseStack
+    shape: tuple[int, ...]
+    values: FloatArray
+    chosen: Chosen
 
-    def __str__(self) -> str:
-        parts = [f"{text}: {', '.join(names)}." for kind, text in KINDS.items() if (names := self._named(kind))]
-        spans = self._spans()
-        if spans:
-            parts.append(f"Between bounds: {', '.join(spans)}.")
-        if self.needed and self._open():
-            parts.append(f"To determine them: {', '.join(self.needed)}.")
-        return " ".join(parts)
-
-    def _columns(self) -> list[tuple[str, NDArray[np.str_], FloatArray]]:
-        """Name, kinds and intervals of each component, flat over the stack."""
-        columns = []
-        n = self.actuator_forces.shape[-1]
-        every = component_names(n)
-        for names, kinds, intervals in (
-            (every[:n], self.actuator_forces, self.actuator_intervals),
-            (every[n : 2 * n], self.constraint_forces, self.constraint_intervals),
-            (every[2 * n :], self.shoulder_force, self.shoulder_intervals),
-        ):
-            flat, ends = kinds.reshape(-1, len(names)), intervals.reshape(-1, len(names), 2)
-            columns += [(name, flat[:, i], ends[:, i]) for i, name in enumerate(names)]
-        return columns
-
-    def _named(self, kind: str) -> list[str]:
-        names = []
-        for name, kinds, _ in self._columns():
-            count = int((kinds == kind).sum())
-            if count:
-                names.append(name if count == kinds.size else f"{name} ({count} of {kinds.size} poses)")
-        return names
-
-    def _open(self) -> bool:
-        return any((~np.isin(kinds, ("unique", "none"))).any() for _, kinds, _ in self._columns())
-
-    def _spans(self) -> list[str]:
-        spans = []
-        for name, kinds, ends in self._columns():
-            known = ends[~np.isin(kinds, ("unique", "none")) & ~np.isnan(ends).any(axis=1)]
-            if known.size and np.isfinite(known).any():
-                low, high = (0.0 if abs(v) < 5e-3 else v for v in (known[:, 0].min(), known[:, 1].max()))
-                spans.append(f"{name} {low:.2f} to {high:.2f} N")
-        return spans
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Whether the forces are within the limits of the query, shape (N,); else they are of plain equilibrium."""
+        return self.chosen.unmet == 0
 
 
 @checked
@@ -142,8 +75,8 @@ class Certificate(Result, ReadOnly):
         Shape (...,): whether the total wrench of limbs and shoulder on the torso is unique.
     chosen_by : str
         Assumption by which the others were chosen.
-    source : ComponentSource or None
-        Computes :attr:`components` on demand.
+    source : AnswerSource or None
+        The answer.
     words : tuple of str
         What f and g are.
 
@@ -162,37 +95,8 @@ class Certificate(Result, ReadOnly):
     shoulder_force: NDArray[np.bool_]
     torso_wrench: NDArray[np.bool_]
     chosen_by: str
-    source: ComponentSource | None = field(default=None, repr=False)
+    source: AnswerSource | None = field(default=None, repr=False)
     words: tuple[str, str] = ("limb forces f", "side forces g")
-
-    @functools.cached_property
-    def components(self) -> Components:
-        """Assumptions behind each component of f, g and F_s, and its interval within the limits of the query.
-
-        Raises
-        ------
-        InvalidInput
-            If the certificate does not come from a query.
-        """
-        if self.source is None:
-            raise InvalidInput("expected a certificate that comes with the answer of a query")
-        return self.source.components()
-
-    def sentence(self) -> str:
-        """Assumptions behind each component, and what would have to be known, in words.
-
-        Returns
-        -------
-        str
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> text = exo.reaction(exo.pose(30, 30), split="standalone", limits="none").certificate.sentence()
-        >>> print(text.split(". ")[0] + ".")
-        Equilibrium alone does not determine 3 of the reactions.
-        """
-        return f"{self.statement} {self.components}"
 
     def __str__(self) -> str:
         open_ends = bool((self.undetermined > 0).any())
@@ -224,7 +128,7 @@ class Certificate(Result, ReadOnly):
         )
 
 
-def certificate_of(source: ComponentSource) -> Certificate:
+def certificate_of(source: AnswerSource) -> Certificate:
     """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
     poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
     n, stresses = poses.tensions.self_stress.shape[1:]

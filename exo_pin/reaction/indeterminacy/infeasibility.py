@@ -1,10 +1,10 @@
-"""The record of poses that the limbs cannot hold."""
+"""The record of poses that the limbs cannot hold, and forces within the limits that come closest to equilibrium."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
+
+if TYPE_CHECKING:
+    from ..result import Reaction
 
 
 class Shortfall(NamedTuple):
@@ -28,8 +31,6 @@ class Shortfall(NamedTuple):
     valid_up_to: float
     blocking: NDArray[np.int8]
     relief: FloatArray
-    extra_force: FloatArray
-    extra_point: FloatArray
 
 
 @checked
@@ -64,14 +65,6 @@ class Infeasibility(Result, ReadOnly):
     relief : ndarray
         Shape (..., n), N: by how much this blocking limit alone would have to be relaxed for the pose to be held.
         Infinite where that does not make the pose feasible, or the limit does not block.
-    one_more_muscle : ndarray of bool
-        Shape (...): whether one more muscle, suitably placed, would hold the pose.
-    extra_muscle_force : ndarray
-        Shape (..., 3), N, base frame: pull of such a muscle on the arm. Its moment about O is the least that
-        suffices. Of all directions that give it, with the lever arm of the largest |B_i|, the
-        one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
-    extra_muscle_point : ndarray
-        Shape (..., 3), m, base frame: the point of its line nearest to O.
     drive_units : tuple of (str, str)
         Name and unit of each effort; empty of limbs, which have numbers, and tensions in N.
 
@@ -96,17 +89,10 @@ class Infeasibility(Result, ReadOnly):
     valid_up_to: FloatArray
     blocking: NDArray[np.int8]
     relief: FloatArray
-    extra_muscle_force: FloatArray
-    extra_muscle_point: FloatArray
     drive_units: tuple[tuple[str, str], ...] = ()
 
-    @property
-    def one_more_muscle(self) -> NDArray[np.bool_]:
-        """Shape (...)."""
-        return np.asarray(np.isfinite(self.extra_muscle_force).all(axis=-1))
-
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
-        """Reason in words why a pose cannot be held: what is missing, which limits block, and what would hold it.
+        """Reason in words why a pose cannot be held: what is missing, and which limits block.
 
         Parameters
         ----------
@@ -131,7 +117,7 @@ class Infeasibility(Result, ReadOnly):
         """
         if not self._is_infeasible(index):
             return "This pose can be held."
-        return " ".join([self._missing(index), *self._blocking(index), self._further_muscle(index)])
+        return " ".join([self._missing(index), *self._blocking(index)])
 
     def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
         """Whether one pose cannot be held."""
@@ -171,17 +157,6 @@ class Infeasibility(Result, ReadOnly):
             parts.append(f"Widening {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
         return parts
 
-    def _further_muscle(self, index: int | tuple[int, ...]) -> str:
-        if not self.one_more_muscle[index]:
-            return "No single further muscle was found that would hold the pose."
-        pull, point = self.extra_muscle_force[index], self.extra_muscle_point[index]
-        where = ", ".join(f"{1e3 * x:.0f}" for x in point)
-        along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
-        return (
-            f"A further muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
-            "would hold the pose."
-        )
-
 
 def infeasibility_of(
     shape: tuple[int, ...], rows: dict[int, Shortfall], drive_units: tuple[tuple[str, str], ...] = ()
@@ -196,3 +171,38 @@ def infeasibility_of(
         array[list(rows)] = column
         arrays.append(array.reshape((*shape, *column.shape[1:])))
     return Infeasibility(infeasible.reshape(shape), *arrays, drive_units)  # type: ignore[call-arg, arg-type]
+
+
+class ClosestForces(NamedTuple):
+    """Forces within all limits, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    actuator_forces, constraint_forces : ndarray
+        f and g, shape (..., n), N.
+    cuff_wrench : ndarray
+        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
+    """
+
+    actuator_forces: FloatArray
+    constraint_forces: FloatArray
+    cuff_wrench: FloatArray
+
+
+def closest_forces(answer: Reaction) -> ClosestForces:
+    """See :attr:`exo_pin.Reaction.closest`."""
+    f, g, cuff = (np.array(a) for a in (answer.actuator_forces, answer.constraint_forces, answer.cuff_wrench))
+    if answer.infeasibility is not None:
+        rows = answer.infeasibility.infeasible
+        near = answer.infeasibility
+        change_f = np.where(rows[..., None], near.closest_actuator_forces - f, 0.0)
+        change_g = np.where(rows[..., None], near.closest_constraint_forces - g, 0.0)
+        f, g = f + change_f, g + change_g
+        flat = (a.reshape(-1, a.shape[-1]) for a in (change_f, change_g))
+        cuff = cuff + answer.source.poses.state.on_arm_of(*flat).sum(axis=-2).reshape(cuff.shape)
+    # Where nothing was found within the limits there is nothing to give.
+    evidence = False if answer.infeasibility is None else answer.infeasibility.infeasible
+    lost = ~answer.held & (np.nan_to_num(answer.limits.force_error) != 0.0).any(axis=-1) & ~np.asarray(evidence)
+    for force in (f, g, cuff):
+        force[lost] = np.nan
+    return ClosestForces(f, g, cuff)

@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ...core.errors.checked import checked
-from ...core.results import Result, drawn, frame_of
+from ...core.results import Result, drawn
 from ...core.tables import NOTES, filled
 from ...core.validation import FloatArray
 from ...load_case import Case, Motion, Movement
 from ..assumptions import Assumptions
+from ..columns import vector_columns
 from ..result import Reaction
 from ..solve_case import solve
-from .movement_columns import movement_columns
 from .movement_noise import end_effects_caution, force_noise, is_stacked, noise_caution, warn_of_noise
 
 if TYPE_CHECKING:
@@ -170,33 +171,31 @@ class MovementReaction(Result):
         share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"
         return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.4g} s."]
 
-    def to_dataframe(self, side: str = "left") -> Any:
-        """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
-
-        Parameters
-        ----------
-        side : {"left", "right"}
-            Side of the body that the clinical angles are of.
+    def columns(self) -> dict[str, Any]:
+        """Time, clinical angles on the device's side, motion, forces, their noise, det X and status of every sample.
 
         Returns
         -------
-        pandas.DataFrame
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
+        dict of str to ndarray
+            Shape (N,) each, with units in the names.
 
         Examples
         --------
         >>> exo = ep.load("four-cables")
         >>> lift = ep.Movement.from_samples(np.linspace(0, 1, 6), exo.pose(np.linspace(0, 50, 6)), smoothing=None)
-        >>> frame = exo.follow(lift, static=True).to_dataframe()
-        >>> frame["flexion_deg"].round(6).tolist()
+        >>> exo.follow(lift, static=True).columns()["flexion_deg"].round(6).tolist()
         [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
         """
-        more = {"det_X": self.reaction.determinant, "status": self.reaction.status.astype(object)}
-        return frame_of(movement_columns(self, side) | more)
+        movement, reaction = self.movement, self.reaction
+        angles = shoulder_angles(movement.poses, reaction.source.poses.mechanism.side, degrees=True)
+        return (
+            {"time_s": movement.times}
+            | vector_columns("{}", angles, CLINICAL_ANGLES)
+            | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
+            | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
+            | reaction.columns()
+            | {"F_s_noise_N": self.force_noise, "end_effects": movement.noise.end_effects}
+        )
 
     def plot(
         self, against: str = "time", side: str = "left", limits: tuple[ArrayLike, ArrayLike] | None = None

@@ -41,16 +41,15 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
-from ...design.interface import nothing_gives_way
+from ...design.shoulder import nothing_gives_way
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.forces.affine_state import BalancedTensions
 from ...wrist.forces.side_forces import guide_flexibility
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
-from .split import Chosen, Split
+from .split import Chosen, Spherical, Split
 
 
 def require_what_gives_way(mechanism: Mechanism) -> None:
@@ -156,11 +155,6 @@ class Elastic(Split):
         answer.status[rows[near]] = np.maximum(answer.status[rows[near]], STATUS.index("near_singular"))
         answer.status[rows[margin < SINGULAR_MARGIN]] = STATUS.index("singular")
 
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Determined by stiffness; of a held device but for tensions that balance themselves."""
-        effect = freedom.elastic(freedom.of_tensions)
-        return np.where(freedom.is_fixed(effect) | self.locked, "stiffness", "optimiser")
-
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Displacements, poses along the first axis."""
         delta = np.full((len(answer.f), 3), np.nan)
@@ -187,6 +181,49 @@ class Elastic(Split):
         none = lost & (answer.status != QUERY_STATUS.index("guide_overloaded"))
         guide_load = np.where(none[:, None], np.nan, poses.moved.guide_load)
         return found | {"load_share": poses.moved.load_share, "guide_load": guide_load}
+
+
+class DeviceElastic(Spherical):
+    """Efforts and displacements are those of :mod:`exo_pin.device.elastic.soft_equations`.
+
+    Parameters
+    ----------
+    name : {"elastic", "elastic_locked"}
+        The pose is held, or the drives' coordinates in it (:mod:`exo_pin.device.elastic.locked_equations`).
+    """
+
+    name = "elastic"
+    assumption = "the stiffness of what gives way, at the displaced geometry"
+    criterion = "efforts that balance themselves of least sum of squares"
+    options = frozenset()
+    determines_sides = True
+    moves = True
+
+    def __init__(self, name: str = "elastic") -> None:
+        if name == "elastic_locked":
+            self.name = name  # type: ignore[misc]
+            self.assumption = f"{self.assumption} and with the drives locked"  # type: ignore[misc]
+            self.chooses_tensions = False
+
+    def assumed(self, mechanism: Mechanism) -> str:
+        """The assumption in words."""
+        return self.assumption
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """The assumption in a few words."""
+        return "determined by stiffness"
+
+    def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
+        """Displacements of harness, cuff and shoulder, and the share of the load that has an equilibrium."""
+        assert poses.placed is not None
+        moved = poses.placed.moved
+        assert moved is not None
+        turned = {} if self.chooses_tensions else {"arm_orientation": moved.arm}
+        return turned | {
+            "interface_displacements": moved.interfaces,
+            "load_share": moved.share,
+            "centre_displacement": moved.centre,
+        }
 
 
 _REFUSED = (

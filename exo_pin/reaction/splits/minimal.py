@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
@@ -73,7 +72,3 @@ class Minimal(Split):
             effect = poses.effect(row)
             answer.trivial[row] = is_trivial(effect, np.concatenate([-known, low]), np.concatenate([known, high]))
             answer.put_least_force(self, poses, row, np.concatenate([-free, low]), np.concatenate([free, high]))
-
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Chosen by the optimiser, or bounded only where |F_s| does not depend on it."""
-        return np.where(freedom.fixed(freedom.without_shoulder()), "optimiser", "bounded")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from .elastic import Elastic
 from .minimal import Minimal
-from .spherical import Spherical
-from .split import Split
+from .split import Spherical, Split
 from .standalone import Standalone
 
 _ALL = (Spherical(), Minimal(), Elastic(), Elastic("locked"), Standalone())

@@ -12,7 +12,6 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
-from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .pose_stack import PoseStack
 from .split import Chosen, Split
@@ -71,8 +70,3 @@ class Standalone(Split):
                 answer.status[row] = STATUS.index("singular")
             elif reach < NEAR_MARGIN:
                 answer.status[row] = STATUS.index("near_singular")
-
-    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Assumed, but for what leaves F_s as it is."""
-        effect = freedom.all @ freedom.without_shoulder()
-        return np.where(freedom.is_fixed(effect), "assumed", "optimiser")

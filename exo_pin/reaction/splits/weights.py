@@ -8,8 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, require_type, set_positive
-from ..constraints.glenoid_cone import GlenoidCone
-from ..constraints.glenoid_orientation import known_orientation
+from ..constraints.glenoid_cone import GlenoidCone, known_orientation
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,8 @@ from ...core.errors import MissingExtra
 from ...core.files.toml_tables import read_toml
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, require_method
-from ..meshcat_viewer import mg
 from ..stage.shapes import draw_ground, loft, matt_material, placement
-from ..stage.stage import Stage
+from ..stage.stage import Stage, mg
 
 if TYPE_CHECKING:
     from ...design import Wearer

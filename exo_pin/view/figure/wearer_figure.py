@@ -19,10 +19,9 @@ from ...person.limb.muscle_table import MUSCLES
 from ...person.limb.skeleton import BONES, LimbShape, bone_meshes, limb_shape
 from ...reaction import GlenoidCone
 from ..colours import ACTIVATIONS, BLACK, SKY, scale_colours
-from ..meshcat_viewer import mg
 from ..stage.force_arrows import PoseContact, round_up
 from ..stage.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
-from ..stage.stage import Stage
+from ..stage.stage import Stage, mg
 
 if TYPE_CHECKING:
     from ...person import Person

@@ -17,13 +17,12 @@ from typing import Any
 
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
 from ...core.validation import as_positive
-from ..meshcat_viewer import meshcat
 
 
 @functools.cache
 def viewer_script() -> str:
     """Meshcat's viewer with three.js in it, as one script."""
-    return (Path(meshcat.__file__).parent / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
+    return files("meshcat").joinpath("viewer", "dist", "main.min.js").read_text(encoding="utf-8")
 
 
 @functools.cache

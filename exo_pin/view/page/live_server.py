@@ -21,7 +21,9 @@ import math
 import secrets
 import socket
 import threading
+from collections import deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from ipaddress import ip_address
 from typing import Any
 
@@ -51,36 +53,24 @@ class PoseRequests(OneProcess):
 
     def __init__(self, draw: Callable[[Angles], None]) -> None:
         self._draw = draw
-        self._lock = threading.Lock()
-        self._newest: Angles | None = None
-        self._thread: threading.Thread | None = None
+        self._newest: deque[Angles] = deque(maxlen=1)
+        self._worker = ThreadPoolExecutor(1, "exo_pin sliders")
 
     def put(self, message: str | bytes) -> None:
         """Take a message of a browser, and return at once. What is no pose is ignored."""
         angles = _angles(message)
-        if angles is None:
-            return
-        with self._lock:
-            self._newest = angles
-            if self._thread is None or not self._thread.is_alive():
-                self._thread = threading.Thread(target=self._work, name="exo_pin sliders", daemon=True)
-                self._thread.start()
+        if angles is not None:
+            self._newest.append(angles)
+            self._worker.submit(self._work)
 
     def finish(self) -> None:
         """Wait until all is drawn."""
-        with self._lock:
-            thread = self._thread
-        if thread is not None:
-            thread.join()
+        self._worker.submit(int).result()
 
     def _work(self) -> None:
-        while True:
-            with self._lock:
-                angles, self._newest = self._newest, None
-                if angles is None:
-                    self._thread = None
-                    return
-            self._draw(angles)
+        # Where several were asked for meanwhile, the newest is drawn once.
+        if self._newest:
+            self._draw(self._newest.pop())
 
 
 def _angles(message: str | bytes) -> Angles | None:

@@ -17,9 +17,8 @@ from ...chain.structure.frames import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..colours import BLUE, GREY, ORANGE, PURPLE, channels
-from ..meshcat_viewer import mg
 from ..stage.shapes import along, flat_material, frustum, placement, segment
-from ..stage.stage import Stage
+from ..stage.stage import Stage, mg
 from .mechanism_picture import urdf_visuals
 
 #: Radius of a link's rod, of a joint's ball and of a closure's mark, of the size of the whole.

@@ -89,13 +89,6 @@ class DrawnDevice(OneProcess, ABC):
     def colour_muscles(self, colours: FloatArray) -> None:
         """Colour the muscles, shape (n, 3), where limbs are drawn so."""
 
-    def driven_joints(self, placed: Placed) -> dict[str, FloatArray]:
-        """Where the driven joints of the chain are, shape (3,) each, m, by name."""
-        chain = self.exo.chain
-        q = placed.q if placed.q.size else self.exo.configurations(placed.pose)
-        frames = chain.placements(q)
-        return {name: frames[name].translation for name in chain.roles.actuated if name in frames}
-
     def _on_arm(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Force of the shoulder, contact force, and weight of arm and device."""
         arm, R = self.exo.device.arm, placed.pose.as_matrix()

@@ -19,10 +19,9 @@ from ...core.validation import FloatArray
 from ...device.parts.laws import covered_force
 from ...device.parts.routes import PlacedRoute
 from ..colours import BLACK, GREY, SPRING
-from ..meshcat_viewer import mg
 from ..stage.force_arrows import DrawnForce
 from ..stage.shapes import coil, flat_material, frustum, placement, segment
-from ..stage.stage import Stage
+from ..stage.stage import Stage, mg
 
 #: Radius of a cable along a route, of a spring's turns, of its wire, and distance of two turns, m; length of a coil in
 #: a joint, m.

@@ -25,7 +25,6 @@ from ...wrist.forces.displaced import as_offset
 from ...wrist_chain import mechanism_urdf
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..colours import BLACK, GREY
-from ..meshcat_viewer import mg
 from ..stage.shapes import (
     flat_material,
     frustum,
@@ -38,7 +37,7 @@ from ..stage.shapes import (
     skin_of,
     tube,
 )
-from ..stage.stage import Stage
+from ..stage.stage import Stage, mg
 
 #: Centres nearer than this are at one place, m.
 _FITS = 1e-6

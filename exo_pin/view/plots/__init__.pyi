@@ -1,8 +1,9 @@
 from .angle_maps import determinant_map as determinant_map
 from .angle_maps import overview as overview
+from .angle_maps import rotation_ball as rotation_ball
 from .angle_maps import shoulder_force_map as shoulder_force_map
+from .angle_maps import workspace_slices as workspace_slices
 from .answer_plots import force_history as force_history
-from .answer_plots import map_figure as map_figure
 from .answer_plots import movement_figure as movement_figure
 from .answer_plots import reaction_figure as reaction_figure
 from .answer_plots import tension_history as tension_history
@@ -12,5 +13,3 @@ from .design_drawing import design_drawing as design_drawing
 from .muscle_plots import plot_force_map as plot_force_map
 from .muscle_plots import plot_responses as plot_responses
 from .study_plots import study_figure as study_figure
-from .workspace_plots import rotation_ball as rotation_ball
-from .workspace_plots import workspace_slices as workspace_slices

@@ -18,12 +18,10 @@ from .plot_style import (
     WIDEST,
     axes_or_new,
     figure_title,
-    force_scale,
     legend_below,
     line,
     new_figure,
     right_scale,
-    scale_top,
     tidy,
 )
 
@@ -258,45 +256,6 @@ def movement_figure(
     movement = answer.movement
     angles = shoulder_angles(movement.poses, side, degrees=True)
     return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
-
-
-@checked
-def map_figure(
-    magnitude: FloatArray,
-    along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
-    label: str | tuple[str, str] | None = None,
-) -> Figure:
-    """Figure of |F_s| over a stack of one or two dimensions; see :meth:`exo_pin.ReactionMap.plot`."""
-    if magnitude.ndim not in (1, 2):
-        raise InvalidInput(f"expected a map of one or two dimensions, got the shape {magnitude.shape}")
-    given: list[Any] = [along]
-    if magnitude.ndim == 2:
-        given = [None, None] if along is None else list(along)  # type: ignore[arg-type]
-    names = [label] if magnitude.ndim == 1 else list(label) if label is not None else [None, None]
-    if len(given) != magnitude.ndim or len(names) != magnitude.ndim:
-        raise InvalidInput(f"expected as many coordinates and labels as dimensions ({magnitude.ndim})")
-    places = [
-        np.arange(count, dtype=float) if values is None else as_finite("along", values, (count,))
-        for values, count in zip(given, magnitude.shape, strict=True)
-    ]
-    figure, axes = new_figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
-    if magnitude.ndim == 1:
-        axes.plot(places[0], magnitude, color=BLACK, linewidth=2.0)
-        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, scale_top(magnitude)))
-        tidy(axes)
-        return figure
-    if any((np.diff(values) <= 0).any() for values in places):
-        raise InvalidInput("expected coordinates that rise")
-    shown = magnitude.T
-    norm, extend = force_scale(shown)
-    image = axes.pcolormesh(*places, shown, cmap="cividis", norm=norm, shading="nearest", rasterized=True)
-    axes.set(xlabel=names[0] or "first dimension", ylabel=names[1] or "second dimension")
-    if np.isnan(shown).any():
-        axes.set_facecolor("0.85")
-        axes.set_title("grey: no answer", fontsize=10, loc="left")
-    bar = figure.colorbar(image, ax=axes, label="|F_s|, N", extend=extend)
-    bar.ax.yaxis.set_major_formatter("{x:g}")
-    return figure
 
 
 def uncertainty_figure(answer: ForceUncertainty) -> Figure:

@@ -96,9 +96,9 @@ def comparison_figure(table: StudyTable) -> Figure:
     return figure
 
 
-def _at_end(ax: Any, value: float, row: int, words: str) -> None:
-    """Words behind the end of a bar."""
-    ax.annotate(words, (value, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL)
+def _at_end(ax: Any, value: float, row: float, words: str, colour: str = BLACK) -> None:
+    """Words behind the end of a bar, or in its place."""
+    ax.annotate(words, (value, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL, color=colour)
 
 
 def _poses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
@@ -154,10 +154,7 @@ def _drives(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
             for name, unit in (("effort_N", " N"), ("effort_Nm", " N m"), ("stroke_mm", " mm"), ("stroke_deg", "°"))
             if np.isfinite(columns[name][row])
         ]
-        ax.annotate(
-            ", ".join(ends) or "no drives", (np.nan_to_num(share[row]), row), (3, 0), textcoords="offset points",
-            va="center", fontsize=_SMALL,
-        )  # fmt: skip
+        _at_end(ax, np.nan_to_num(share[row]), row, ", ".join(ends) or "no drives")
     ax.set(title="drives: largest effort and stroke", xlabel="effort, % of its limit", xlim=(0.0, 170.0))
     ax.set_xticks(np.arange(0, 101, 25))
 
@@ -168,15 +165,14 @@ def _masses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     ax.barh(at, np.nan_to_num(links), 0.6, left=np.nan_to_num(arm), color=GREY, label="other links")
     for missing, words in ((np.isnan(arm) & np.isnan(links), "not known"), (np.isnan(links) & ~np.isnan(arm), "+ ?")):
         for row in np.flatnonzero(missing):
-            place = np.nan_to_num(arm[row]), row
-            ax.annotate(words, place, (3, 0), textcoords="offset points", va="center", fontsize=_SMALL)
+            _at_end(ax, np.nan_to_num(arm[row]), row, words)
     ax.set(title="moving mass", xlabel="kg (?: limbs of unknown mass)")
 
 
 def _say(ax: Any, rows: FloatArray, words: str) -> None:
     """Words in the place of a bar that has no value."""
     for row in rows:
-        ax.annotate(words, (0.0, row), (3, 0), textcoords="offset points", va="center", fontsize=_SMALL, color="0.4")
+        _at_end(ax, 0.0, row, words, "0.4")
 
 
 #: Figures of a study in words.

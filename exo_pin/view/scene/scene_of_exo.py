@@ -14,7 +14,6 @@ from ...core.errors.checked import checked
 from ...core.validation import (
     FloatArray,
     as_choice,
-    as_finite,
     as_positive,
     as_rotation,
     as_single_rotation,
@@ -22,7 +21,7 @@ from ...core.validation import (
 )
 from ...reaction import Reaction
 from .. import LIMB_STYLES
-from ..colours import ACTIVATIONS, BLUE, scale_colours
+from ..colours import ACTIVATIONS, scale_colours
 from ..figure.figure import Figure
 from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks, Placed
 from ..picture.mechanism_picture import Offset, offset_notes, offsets
@@ -37,17 +36,13 @@ if TYPE_CHECKING:
     from ...person import Person
     from ...reaction.assumptions import Question
 
-#: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
-_PRESSURE_TOP = 4e5
-
 
 class Frame(NamedTuple):
-    """What is drawn of a pose: forces and arrows where the device has an arm, pressures of muscles in Pa."""
+    """What is drawn of a pose: forces and arrows where the device has an arm."""
 
     placed: Placed
     forces: ShownForces | None
     arrows: list[DrawnForce]
-    pressures: FloatArray | None
 
 
 @checked
@@ -66,8 +61,7 @@ class Scene(Pages):
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
         and a note on the page. It is 1.79 m tall, or as its wearer (:meth:`~exo_pin.ShoulderExo.worn_by`).
     limbs : {"rods", "muscles"}
-        Of a wrist: rods and cables, or muscles that swell as they shorten and take their colour from tension or
-        pressure.
+        Of a wrist: rods and cables, or muscles that swell as they shorten and take their colour from tension.
     metres_per_newton : float, optional
         Scale of the arrows; left out, the largest force is about 20 cm long. Near singular poses arrows are cut.
     person : Person, optional
@@ -75,8 +69,6 @@ class Scene(Pages):
         contact force of the shoulder joint with their own muscles is drawn beside F_s.
     device : bool
         Whether the device is drawn and acts; False for the bare arm of a ``person``.
-    labels : bool
-        Whether driven joints are named, beside the labels of the forces.
 
     Raises
     ------
@@ -105,7 +97,6 @@ class Scene(Pages):
         metres_per_newton: float | None = None,
         person: Person | None = None,
         device: bool = True,
-        labels: bool = False,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
         as_choice("limb style", limbs, LIMB_STYLES)
@@ -115,7 +106,7 @@ class Scene(Pages):
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
         self._stage = Stage()
         self._device = device
-        self._style, self._asked_scale, self._named = limbs, metres_per_newton, labels
+        self._style, self._asked_scale = limbs, metres_per_newton
         self._without_forces: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
@@ -160,7 +151,7 @@ class Scene(Pages):
         Parameters
         ----------
         exo : ShoulderExo
-            The new one; options are those of the last :meth:`show`, but for pressures, which belong to a design.
+            The new one; options are those of the last :meth:`show`.
 
         Raises
         ------
@@ -184,15 +175,13 @@ class Scene(Pages):
             self._set_exo(exo)
             self.show(self._orientation, **self._asked)
 
-    def show(self, poses: Rotation, pressures: ArrayLike | None = None, **query: Unpack[Question]) -> Reaction | None:
+    def show(self, poses: Rotation, **query: Unpack[Question]) -> Reaction | None:
         """Move everything into a pose and draw its forces.
 
         Parameters
         ----------
         poses : Rotation
             A single pose.
-        pressures : array_like, optional
-            Shape (n,), Pa, gauge: muscles take their colour from them and not from their tension.
         **query
             Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``split``.
 
@@ -201,11 +190,6 @@ class Scene(Pages):
         Reaction or None
             What is drawn; None for a design without an arm. A device that does not reach the pose is not drawn, and
             the page says so.
-
-        Raises
-        ------
-        InvalidInput
-            If ``pressures`` are given for a device without limbs.
 
         Examples
         --------
@@ -217,15 +201,13 @@ class Scene(Pages):
         """
         pose = as_single_rotation("poses", poses)
         with self._stage.update():
-            answer, frames = self._frames(pose, None if pressures is None else self._pressures(pressures, ()), query)
+            answer, frames = self._frames(pose, query)
             self._asked = query
             self._plan(frames)
             self._draw(frames[0])
         return answer
 
-    def play(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
-    ) -> Reaction | None:
+    def play(self, poses: Rotation, times: ArrayLike, **query: Unpack[Question]) -> Reaction | None:
         """Play a motion in the live page, in real time.
 
         Parameters
@@ -234,8 +216,6 @@ class Scene(Pages):
             Poses, shape (k,), {O_B} to {O_A}.
         times : array_like
             Shape (k,), s, rising.
-        pressures : array_like, optional
-            Of the muscles, as in :meth:`show`, shape (k, n), gauge, Pa.
         **query
             Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``motion``, which broadcast to (k,).
 
@@ -252,19 +232,17 @@ class Scene(Pages):
         >>> answer.magnitude.round(1)  # N
         array([26.3, 25.9])
         """
-        stamps, answer, draw = self._motion(poses, times, pressures, query)
+        stamps, answer, draw = self._motion(poses, times, query)
         play_frames(stamps, draw)
         return answer
 
-    def record(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Unpack[Question]
-    ) -> SceneRecording:
+    def record(self, poses: Rotation, times: ArrayLike, **query: Unpack[Question]) -> SceneRecording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
         Parameters
         ----------
-        poses, times, pressures, **query
-            As for :meth:`play`: k poses {O_B} to {O_A} at rising times, s, pressures (k, n), gauge, Pa.
+        poses, times, **query
+            As for :meth:`play`: k poses {O_B} to {O_A} at rising times, s.
 
         Returns
         -------
@@ -280,17 +258,16 @@ class Scene(Pages):
         >>> film.reaction.magnitude.round(1)  # N, with 10 N in the hand
         array([51.9, 41.7, 53.1])
         """
-        stamps, answer, draw = self._motion(poses, times, pressures, query)
+        stamps, answer, draw = self._motion(poses, times, query)
         return record_frames(self._stage, stamps, draw, answer)
 
     def _motion(
-        self, poses: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: Question
+        self, poses: Rotation, times: ArrayLike, query: Question
     ) -> tuple[FloatArray, Reaction | None, Callable[[int], None]]:
         """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
         poses = as_rotation("poses", poses)
         stamps = as_times(times, "pose", poses.shape)
-        air = None if pressures is None else self._pressures(pressures, stamps.shape)
-        answer, frames = self._frames(poses, air, query)
+        answer, frames = self._frames(poses, query)
         self._plan(frames)
 
         def draw(index: int) -> None:
@@ -298,20 +275,15 @@ class Scene(Pages):
 
         return stamps, answer, draw
 
-    def _frames(
-        self, poses: Rotation, pressures: FloatArray | None, query: Question
-    ) -> tuple[Reaction | None, list[Frame]]:
+    def _frames(self, poses: Rotation, query: Question) -> tuple[Reaction | None, list[Frame]]:
         """The answer for poses of shape () or (k,), and 1 or k frames."""
         answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
         each = [poses] if poses.single else [poses[k] for k in range(len(poses))]
         places = zip(each, self._drawn.configurations(poses), self._offsets(poses, query), strict=True)
-        air = [None] * len(each) if pressures is None else list(np.atleast_2d(pressures))
         frames = []
-        for placed, forces, own in zip(
-            (Placed(*place) for place in places), self._forces(poses, answer, query), air, strict=True
-        ):
-            arrows = [] if forces is None else self._drawn.forces(placed, forces)
-            frames.append(Frame(placed, forces, arrows, own))
+        for place, forces in zip(places, self._forces(poses, answer, query), strict=True):
+            placed = Placed(*place)
+            frames.append(Frame(placed, forces, [] if forces is None else self._drawn.forces(placed, forces)))
         return answer, frames
 
     def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
@@ -320,14 +292,6 @@ class Scene(Pages):
         if given is None:
             return [None] * (1 if poses.single else len(poses))
         return offsets(given, poses, query.get("split", "spherical"))
-
-    def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-        if self._exo.wrist is None:
-            raise InvalidInput("pressures are those of a wrist's muscles, and this device has no such limbs")
-        values = as_finite("pressures", pressures, (self._exo.wrist.geometry.limb_count,), stack=True)
-        if values.shape[:-1] != shape:
-            raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
-        return values
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]
@@ -373,11 +337,7 @@ class Scene(Pages):
                 notes.append("the device does not reach this pose, and is not drawn")
             self._figure.show(pose)
             self._arrows.show(frame.arrows)
-            if self._named and reached:
-                points = self._drawn.driven_joints(frame.placed)
-                names = [{"text": name, "at": at.tolist(), "colour": BLUE} for name, at in points.items()]
-                self._stage.set_panel("labels", [*self._stage.panel("labels"), *names])
-            self._colour_muscles(forces, frame.pressures)
+            self._colour_muscles(forces)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
             off = offset_notes(frame.placed.offset, pose.as_matrix())
@@ -387,18 +347,14 @@ class Scene(Pages):
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))
 
-    def _colour_muscles(self, forces: ShownForces | None, pressures: FloatArray | None) -> None:
-        if self._style != "muscles" or not self._device or (forces is None and pressures is None):
+    def _colour_muscles(self, forces: ShownForces | None) -> None:
+        if self._style != "muscles" or not self._device or forces is None:
             return
-        if pressures is not None:
-            values, label, top = np.asarray(pressures) / 1e5, "pressure, bar", _PRESSURE_TOP / 1e5
-        else:
-            assert forces is not None
-            # A muscle that would have to push is drawn white.
-            values, label, top = self._drawn.tensions(forces), "muscle tension, N", self._arrows.tension_top
-        self._muscle_bar = bar(label, 0.0, top)
+        values, top = self._drawn.tensions(forces), self._arrows.tension_top
+        self._muscle_bar = bar("muscle tension, N", 0.0, top)
         self._write_legend()
         colours = scale_colours(values, 0.0, top)
+        # A muscle that would have to push is drawn white.
         colours[np.asarray(values) < 0.0] = 1.0
         self._drawn.colour_muscles(colours)
 

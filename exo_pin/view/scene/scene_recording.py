@@ -158,9 +158,9 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRe
     Returns
     -------
     SceneRecording
-        Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
-        and moments of friction and stops. Limb forces are the run's tensions, as in
-        :meth:`exo_pin.control.plant.run.Run.reaction`. Without pressures if all limbs have motors.
+        Arm, and the forces that this motion takes: those of the reaction query with the run's own motion and moments of
+        friction and stops. Limb forces are the run's tensions, as in
+        :meth:`exo_pin.control.plant.run.Run.reaction`.
 
     Raises
     ------
@@ -176,5 +176,4 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> SceneRe
     after = np.clip(np.searchsorted(run.times, wanted), 1, len(run.times) - 1)
     nearer = wanted - run.times[after - 1] < run.times[after] - wanted
     rows = np.unique(np.where(nearer, after - 1, after))
-    pressures = None if run.plant.motors.all() else np.maximum(run.pressures[rows], 0.0)
-    return scene.record(run.rotations[rows], run.times[rows], pressures, **run.question(rows))
+    return scene.record(run.rotations[rows], run.times[rows], **run.question(rows))

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..colours import channels, hexadecimal, number
-from ..meshcat_viewer import mg
-from .stage import Stage
+from .stage import Stage, mg
 
 IntArray = NDArray[np.intp]
 

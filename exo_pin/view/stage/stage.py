@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -20,8 +21,16 @@ from numpy.typing import ArrayLike
 
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..meshcat_viewer import MeshcatVisualizer, meshcat
 from ..page.live_server import Angles, PoseRequests, Server
+
+with warnings.catch_warnings():
+    # Meshcat 0.3.2 imports a deprecated part of ZeroMQ, which is not used here.
+    warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop", category=DeprecationWarning)
+    import meshcat
+    import meshcat.geometry as mg
+    from pinocchio.visualize import MeshcatVisualizer
+
+__all__ = ["Stage", "mg", "seen_along", "widened"]
 
 #: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
 _SAME_PLACE = 1e-9

@@ -115,7 +115,7 @@ class Optimised(Result):
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("workspace_plots:front_figure", self)
+        return drawn("angle_maps:front_figure", self)
 
     def __str__(self) -> str:
         runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"

@@ -13,67 +13,29 @@ cables this is the wrench-feasible condition of cable robots; the least slack is
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
-from ...core.errors.checked import checked
 from ...core.validation import LARGEST, FloatArray, as_real, broadcast_to
-from ...design import Mechanism
-from ...load_case import Load, Motion
-from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.vectors import SINGULAR, cross, dot, vector
-from ..limbs import STATUS, classify
 
 #: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment with a smaller part normal
 #: to a face lies in it.
 _PARALLEL = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
-class Holding:
-    """Whether limbs hold an arm, for a pose or a stack of shape (...).
-
-    Attributes
-    ----------
-    holdable : ndarray of bool
-        Shape (...): whether forces within the limits balance the arm. False where the pose has no answer at all.
-    margin : ndarray
-        Shape (...), N m. Where holdable: the largest disturbing moment, of any direction, that is held as well
-        (infinite if every moment is). Else: minus the moment that is missing about ``direction``, a lower
-        bound of the missing moment. NaN where the pose is singular.
-    direction : ndarray
-        Shape (..., 3), unit vector, base frame: the axis of least margin; where the pose cannot be held, the
-        Farkas direction that proves it. NaN where every moment is held, and where the pose is singular.
-    status : ndarray of str
-        Shape (...): as in :class:`exo_pin.wrist.limbs.Limbs`.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo = ep.load("four-linear-actuators")
-    >>> pose = exo.pose(60)
-    >>> weak, strong = (wrist.holding(exo.mechanism, pose, lower=-most, upper=most) for most in (20.0, 600.0))
-    >>> bool(weak.holdable), round(float(strong.margin), 1)  # N m of further moment about any axis
-    (False, 54.9)
-    """
-
-    holdable: NDArray[np.bool_]
-    margin: FloatArray
-    direction: FloatArray
-    status: NDArray[np.str_]
-
-
 @kernel
 def moment_margin(
     arms: Any, moment: Any, lower: Any, upper: Any, direction: Any, relief_lower: Any, relief_upper: Any
 ) -> float:
-    """Margin of one pose (see :class:`Holding`); fills ``direction`` and the reliefs.
+    """Margin of one pose, N m; fills ``direction`` and the reliefs.
+
+    Where the pose is held the largest disturbing moment, of any direction, that is held as well (infinite if every
+    moment is); else minus the moment that is missing about ``direction``, a lower bound of the missing moment.
 
     A relief is the relaxation of this limit alone that makes the pose feasible, N; infinite if no relaxation does, 0
     where the pose is held.
@@ -133,65 +95,6 @@ def margin_stack(
             margin[row], direction[row], low[row], high[row] = np.nan, np.nan, np.nan, np.nan
             continue
         margin[row] = moment_margin(arms[row], moment[row], lower[row], upper[row], direction[row], low[row], high[row])
-
-
-@checked
-def holding(
-    mechanism: Mechanism,
-    poses: Rotation,
-    motion: Motion | None = None,
-    load: Load | None = None,
-    lower: ArrayLike = 0.0,
-    upper: ArrayLike = np.inf,
-) -> Holding:
-    """Whether limbs of limited force hold the arm; exact for any number of massless limbs.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With an arm, and massless limbs.
-    poses : Rotation
-        Pose, single or a stack of shape (...).
-    motion : Motion, optional
-        ω and η; the arm is at rest if left out.
-    load : Load, optional
-        On the arm, besides its weight.
-    lower, upper : array_like
-        Least and greatest f_i, N, broadcasting to (..., n). The default is limbs that only pull.
-
-    Returns
-    -------
-    Holding
-
-    Raises
-    ------
-    MissingData
-        If the mechanism has no arm, or ``motion`` is given and the arm has no inertia.
-    InvalidInput
-        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one is above its upper one.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo = ep.load("prototype")
-    >>> limits = (20.0, 200.0, 2000.0)  # N; however hard three limbs pull
-    >>> [bool(wrist.holding(exo.mechanism, exo.pose(60, 30), upper=each).holdable) for each in limits]
-    [False, False, False]
-    """
-    require_massless(mechanism)
-    arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
-    query = as_query(poses, motion, load)
-    n, count = mechanism.limb_count, len(query.matrices)
-    low, high = force_bounds("lower and upper", lower, upper, query.shape, n)
-    _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
-    limbs = classify(mechanism, query.matrices)
-    margin, direction = np.empty(count), np.empty((count, 3))
-    reliefs = np.empty((2, count, n))
-    arms = -limbs.reach[..., None] * limbs.X
-    M, low, high = (np.array(part, order="C") for part in (M, low, high))  # kernels are compiled anew for other kinds
-    margin_stack(arms, M, low, high, limbs.status, margin, direction, *reliefs)
-    rows = (margin >= 0.0, margin, direction, np.array(STATUS)[limbs.status])
-    return Holding(*(part.reshape((*query.shape, *part.shape[1:])) for part in rows))
 
 
 def force_bounds(

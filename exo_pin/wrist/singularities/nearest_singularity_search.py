@@ -1,14 +1,13 @@
-"""The nearest singular pose, its distance as an angle on the rotation group, and forces on the way away from it."""
+"""The nearest singular pose, and its distance as an angle on the rotation group."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
@@ -22,7 +21,7 @@ from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import FOLDED_SINE, cross, dot, triple, vector
 from ..kinematics.assembly import frame_along
 from ..kinematics.inverse import inverse_kinematics
-from .measures import require_three_limbs, singularity
+from .measures import require_three_limbs
 
 #: Number of axes that are searched, on half a sphere, each in both senses. Neighbours are about 12° apart.
 _DIRECTIONS = 150
@@ -207,31 +206,3 @@ def nearest_singularity(geometry: WristGeometry, poses: Rotation) -> NearestSing
         folded.reshape(*shape, 3),
         np.arctan2(sine, cosine).reshape(*shape, 3),
     )
-
-
-#: Angles away from the pose, degrees.
-_ANGLES = (2.0, 5.0, 10.0, 20.0)
-
-
-def beside_singular(
-    geometry: WristGeometry, pose: Rotation, is_upu: ArrayLike | None = None
-) -> tuple[tuple[float, float], ...]:
-    """Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside a single pose.
-
-    Of turns by the same angle the one that leaves fastest counts, about the 26 axes to the corners, edges and faces of
-    a cube.
-
-    Returns
-    -------
-    tuple of (float, float)
-        Angle, degrees, and force, N; angles without a bound of the force are left out.
-    """
-    grid = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
-    axes = grid / np.linalg.norm(grid, axis=1, keepdims=True)
-    found = []
-    for degrees in _ANGLES:
-        poses = Rotation.from_rotvec(np.radians(degrees) * axes) * pose
-        least = float(singularity(geometry, poses, is_upu).amplification.min())
-        if np.isfinite(least):
-            found.append((degrees, least))
-    return tuple(found)

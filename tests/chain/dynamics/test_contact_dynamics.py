@@ -151,7 +151,6 @@ def test_bad_input_is_refused():
         (lambda: chain.inverse_dynamics(case.q, slip={"crank_hinge": 2}), InvalidInput),
         (lambda: chain.inverse_dynamics(case.q, slip={"nobody": 1}), UnknownName),
         (lambda: case.chain.inverse_dynamics(case.q, slip={"crank_hinge": "up"}), InvalidInput),
-        (lambda: chain.forward_dynamics(case.q, method="proximal"), InvalidInput),
         (lambda: slide(limits=(0.0, 1.0)).forward_dynamics([2.0], stops=True), InvalidInput),
         (lambda: slide(limits=(0.0, 1.0)).forward_dynamics([0.0], [-1.0], stops=True), InvalidInput),
         (lambda: slide(friction=-1.0).forward_dynamics([0.0]), InvalidInput),
@@ -159,4 +158,3 @@ def test_bad_input_is_refused():
     ):
         with pytest.raises(error):
             call()
-    assert chain.forward_dynamics(case.q, case.v, method="proximal").method == "proximal"

@@ -37,7 +37,7 @@ def mode_of(chain, stops=(), sliding=(0.0, 0.0)):
 
 
 def pushed(*efforts):
-    return Applied(np.array(efforts), None, "projected", 0.0)
+    return Applied(np.array(efforts), None)
 
 
 REST = np.zeros(2), np.zeros(2)

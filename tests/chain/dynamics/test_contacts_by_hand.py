@@ -66,7 +66,7 @@ def solved(q, effort, friction=0.0):
     q, v = np.array([q]), np.zeros(1)
     rubbing, contacts = contacts_at(state, q, v, True)
     moving_loops(state, q, v)
-    motion = projected_motion(state, q, v, Applied(np.array([effort]), None, "projected", 0.0).plus(rubbing.force))
+    motion = projected_motion(state, q, v, Applied(np.array([effort]), None).plus(rubbing.force))
     return contacts, contact_forces(state, motion, contacts, rubbing.force)
 
 

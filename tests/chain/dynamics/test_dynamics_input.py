@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pinocchio as pin
 import pytest
-from closed_chains import CHAINS
 from mechanisms import four_bar
 
 from exo_pin import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
@@ -128,19 +127,6 @@ def test_a_name_of_a_joint_and_a_closure_is_ambiguous():
     chain = ClosedChain.from_urdf(NAMED.urdf, dataclasses.replace(NAMED.closures, closures=closures))
     with pytest.raises(InvalidInput, match="joint as well as a closure"):
         chain.joint_reaction("crank_hinge", Q)
-
-
-def test_why_pinocchios_dynamics_is_not_applicable():
-    """The reason is the one that holds: closures that have no form there, stabilisation or the rounding."""
-    distance, (open_, q) = CHAINS["loop-distance"], CHAINS["loop-spherical"]
-    for (chain, at), options, reason in (
-        ((open_, q), {"stabilisation": 1.0}, "not applicable with stabilisation:"),
-        ((open_.with_tolerance(1e-6), q), {}, "not applicable with a rounded geometry:"),
-        (distance, {}, f"not applicable with closures {distance[0].closures[0].name}:"),
-    ):
-        with pytest.raises(InvalidInput, match=reason):
-            chain.forward_dynamics(at, method="proximal", **options)
-    assert open_.forward_dynamics(q, method="proximal").method == "proximal"
 
 
 def test_chains_know_whether_springs_dampers_or_friction_act():

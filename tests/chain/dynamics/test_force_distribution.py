@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from closed_motion import wrist
+from exchanged_closures import turned
 from mechanisms import random_wrist
 from scipy.spatial.transform import Rotation
 from self_stress import Open, lexicographic
@@ -36,7 +37,7 @@ def by_side_force(chain, q, normals):
         across /= np.linalg.norm(across)
         axes = np.column_stack([normal, across, np.cross(normal, across)])
         turn = Rotation.from_matrix(R.T @ axes).as_quat()
-        ends = closure.placement_a.turned(turn), closure.placement_b.turned(turn)
+        ends = turned(closure.placement_a, turn), turned(closure.placement_b, turn)
         closures.append(dataclasses.replace(closure, placement_a=ends[0], placement_b=ends[1]))
     return ClosedChain(chain.model, dataclasses.replace(chain.description, closures=tuple(closures)))
 

@@ -5,10 +5,9 @@ import pinocchio as pin
 import pytest
 from mechanisms import four_bar, parallelogram, random_loop
 from moving_chains import ALL, WITH_MASS, drivers, moving
-from spatial_mechanisms import stewart
 from tree_forces import tree_forces
 
-from exo_pin import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
+from exo_pin import InvalidInput, MasslessMotion, SingularConfiguration, UnknownName
 from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.design import Limb, preset
 from exo_pin.wrist_chain import mechanism_urdf
@@ -57,31 +56,22 @@ def test_acceleration_and_multipliers_satisfy_newton_and_the_loops(name):
 @pytest.mark.parametrize("name", [name for name, make in WITH_MASS.items() if "wrist" not in name])
 def test_own_solution_equals_pinocchios_where_both_apply(name):
     case, tau, external = pushed(name)
-    fits = all(closure.type in ("rigid", "spherical", "revolute") for closure in case.chain.closures)
-    assert case.chain.forward_dynamics(case.q, case.v, tau).method == ("proximal" if fits else "projected")
-    if not fits:
-        with pytest.raises(InvalidInput, match="projected"):
-            case.chain.forward_dynamics(case.q, case.v, tau, method="proximal")
+    chain = case.chain
+    found = chain.forward_dynamics(case.q, case.v, tau, external=external).a
+    if not all(closure.type in ("rigid", "spherical") for closure in chain.closures):
+        with pytest.raises(InvalidInput, match="Pinocchio has no constraint"):
+            _ = chain.constraint_models
         return
-    one, other = (
-        case.chain.forward_dynamics(case.q, case.v, tau, external=external, method=method)
-        for method in ("proximal", "projected")
-    )
-    assert (one.method, other.method) == ("proximal", "projected")
-    np.testing.assert_allclose(one.a, other.a, atol=1e-11 * (1 + np.abs(one.a).max()))
-
-
-@pytest.mark.parametrize("turn", [3e-11, 1e-9])
-def test_a_hinge_that_is_slightly_open_is_no_two_points(turn):
-    """An acceleration changes as little as the configuration; that of two points changes a hundred times as much."""
-    case = moving("revolute loop")
-    exact = case.chain.forward_dynamics(case.q, case.v).a
-    q = case.q + turn * np.random.default_rng(0).normal(size=len(case.q))
-    v = case.chain.project_velocity(q, case.v)
-    auto, points = (case.chain.forward_dynamics(q, v, method=method) for method in ("auto", "proximal"))
-    assert auto.method == "projected"
-    assert np.abs(auto.a - exact).max() <= 3 * turn * np.abs(exact).max()
-    assert np.abs(points.a - exact).max() >= (4 if turn < 1e-10 else 100) * np.abs(auto.a - exact).max()
+    model, data = chain.model, chain.model.createData()
+    models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    for constraint in chain.constraint_models:
+        models.append(constraint)
+        datas.append(constraint.createData())
+    pin.initConstraintDynamics(model, data, models, datas)
+    push = tree_forces(chain, case.q, case.v, found).tau - tree_forces(chain, case.q, case.v, found, None, external).tau
+    settings = pin.ProximalSettings(1e-14, 1e-10, 40)
+    expected = pin.constraintDynamics(model, data, case.q, case.v, tau + push, models, datas, settings)
+    np.testing.assert_allclose(found, expected, atol=1e-9 * (1 + np.abs(found).max()))
 
 
 def test_a_rigid_closure_in_place_of_any_type_moves_alike():
@@ -111,11 +101,8 @@ def test_a_rigid_closure_in_place_of_any_type_moves_alike():
     wide[same], push[same] = v, tau
     turning = other.constraint_jacobian(there)[:, other.velocity_slice("pin_hinge")]
     wide[other.velocity_slice("pin_hinge")] = -np.linalg.lstsq(turning, other.constraint_jacobian(there) @ wide)[0]
-    # The pin has no mass: only the projected method takes it.
-    with pytest.raises(MasslessMotion, match="pin_hinge"):
-        other.forward_dynamics(there, wide, push, method="proximal")
+    # The pin has no mass.
     motion = other.forward_dynamics(there, wide, push)
-    assert motion.method == "projected"
     np.testing.assert_allclose(motion.a[same], chain.forward_dynamics(q, v, tau).a, rtol=1e-9, atol=1e-9)
 
 
@@ -126,7 +113,6 @@ def _rotation(placement):
 def test_massless_limbs_are_no_obstacle_as_long_as_every_motion_moves_mass():
     case = moving("prototype")
     motion = case.chain.forward_dynamics(case.q, case.v)
-    assert motion.method == "projected"
     # The arm on its ball joint, no effort in the limbs: Euler's equation with the weight's moment.
     arm = preset("prototype").arm
     R = case.chain.placement(case.q, "arm").rotation
@@ -148,10 +134,9 @@ def test_a_motion_without_mass_is_refused_with_the_joints_that_move_in_it():
     light = named.urdf.replace('<mass value="1.0"', '<mass value="0.0"')
     light = re.sub(r'(i[xyz]{2})="[^"]*"', r'\1="0"', light)
     bare = ClosedChain.from_urdf(light, named.closures)
-    for method in ("auto", "proximal", "projected"):
-        with pytest.raises(MasslessMotion, match=r"crank_hinge|rocker_hinge|coupler_hinge") as caught:
-            bare.forward_dynamics(named.q, method=method)
-        assert "mass" in str(caught.value)
+    with pytest.raises(MasslessMotion, match=r"crank_hinge|rocker_hinge|coupler_hinge") as caught:
+        bare.forward_dynamics(named.q)
+    assert "mass" in str(caught.value)
     assert np.isfinite(chain.forward_dynamics(q).a).all()
 
 
@@ -164,15 +149,14 @@ def test_redundant_closures_leave_the_acceleration_as_it_is():
         ),
     )
     tau = np.random.default_rng(0).normal(size=4)
-    for method in ("proximal", "projected"):
-        one = case.chain.forward_dynamics(case.q, case.v, tau, method=method)
-        two = twice.forward_dynamics(case.q, case.v, tau, method=method)
-        np.testing.assert_allclose(two.a, one.a, rtol=1e-9)
-        # Half of the force in either: least norm.
-        halves = two.forces.multipliers.reshape(2, 3)
-        np.testing.assert_allclose(halves[0], halves[1], atol=1e-9)
-        # Across the plane they are undetermined, and share with the hinges.
-        np.testing.assert_allclose(halves.sum(axis=0)[:2], one.forces.multipliers[:2], atol=1e-9)
+    one = case.chain.forward_dynamics(case.q, case.v, tau)
+    two = twice.forward_dynamics(case.q, case.v, tau)
+    np.testing.assert_allclose(two.a, one.a, rtol=1e-9)
+    # Half of the force in either: least norm.
+    halves = two.forces.multipliers.reshape(2, 3)
+    np.testing.assert_allclose(halves[0], halves[1], atol=1e-9)
+    # Across the plane they are undetermined, and share with the hinges.
+    np.testing.assert_allclose(halves.sum(axis=0)[:2], one.forces.multipliers[:2], atol=1e-9)
 
 
 def test_efforts_by_joint():
@@ -182,32 +166,6 @@ def test_efforts_by_joint():
     tau[case.chain.velocity_slice("flight")] = np.arange(6)
     by_name = case.chain.forward_dynamics(case.q, case.v, {"slide_3": 4.0, "flight": np.arange(6)})
     np.testing.assert_array_equal(by_name.a, case.chain.forward_dynamics(case.q, case.v, tau).a)
-
-
-def test_open_states_close_as_a_critically_damped_oscillator():
-    named = stewart()
-    chain = named.chain()
-    rng = np.random.default_rng(0)
-    q = pin.integrate(chain.model, named.q, 1e-5 * rng.normal(size=chain.model.nv))
-    v = 1e-4 * rng.normal(size=chain.model.nv)
-    with pytest.raises(LoopNotClosed):
-        chain.forward_dynamics(q, v)
-    rate = 30.0
-    a = chain.forward_dynamics(q, v, stabilisation=rate).a
-    J = chain.constraint_jacobian(q)
-    asked = -chain.constraint_drift(q, v) - 2 * rate * J @ v - rate**2 * chain.residual(q)
-    np.testing.assert_allclose(J @ a, asked, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_forces_of_an_open_state_make_its_motion(name):
-    case, tau, external = pushed(name)
-    chain, rng = case.chain, np.random.default_rng(0)
-    q = pin.integrate(chain.model, case.q, 1e-3 * rng.normal(size=chain.model.nv))
-    motion = chain.forward_dynamics(q, case.v, tau, external=external, stabilisation=20.0)
-    multipliers = motion.forces.multipliers
-    asked = tree_forces(chain, q, case.v, motion.a, multipliers, external).tau
-    np.testing.assert_allclose(asked, tau, atol=1e-9 * (1 + np.abs(multipliers).max()))
 
 
 def test_forces_are_those_of_the_time_of_the_motion():
@@ -244,23 +202,18 @@ def test_bad_input_is_refused():
         lambda: chain.forward_dynamics(q, v, np.full(4, np.nan)),
         lambda: chain.forward_dynamics(q, v, {"left_crank_hinge": [1.0, 2.0]}),
         lambda: chain.forward_dynamics(q, v, {"left_crank_hinge": np.inf}),
-        lambda: chain.forward_dynamics(q, v, stabilisation=-1.0),
-        lambda: chain.forward_dynamics(q, v, stabilisation=np.nan),
-        lambda: chain.forward_dynamics(q, v, method="proximal", stabilisation=1.0),
     ):
         with pytest.raises(InvalidInput):
             call()
     for call in (
         lambda: chain.forward_dynamics(q, v, {"knee": 1.0}),
-        lambda: chain.forward_dynamics(q, v, method="exact"),
         lambda: chain.forward_dynamics(q, v, external={"knee": np.zeros(6)}),
     ):
         with pytest.raises(UnknownName):
             call()
 
 
-@pytest.mark.parametrize("method", ["proximal", "projected"])
-def test_a_velocity_without_an_acceleration_is_reported(method):
+def test_a_velocity_without_an_acceleration_is_reported():
     # All cranks along the bar: the bar may rise and tilt to first order, but not both go on.
     named = parallelogram(0.0)
     chain = named.chain()
@@ -268,9 +221,9 @@ def test_a_velocity_without_an_acceleration_is_reported(method):
     assert np.abs(chain.constraint_jacobian(named.q) @ ways.T).max() <= 1e-12
     for v in (ways[0] + ways[1], ways[0] - ways[1]):
         with pytest.raises(SingularConfiguration) as caught:
-            chain.forward_dynamics(named.q, v, method=method)
+            chain.forward_dynamics(named.q, v)
         assert caught.value.opening > 1e-3
-    assert np.isfinite(chain.forward_dynamics(named.q, method="projected").a).all()
+    assert np.isfinite(chain.forward_dynamics(named.q).a).all()
 
 
 def test_unknown_names_and_masked_numbers_are_refused():
@@ -312,11 +265,10 @@ def test_a_link_without_mass_is_the_limit_of_light_ones(name):
         except MasslessMotion:
             continue
         size = np.abs(found.a).max()
-        assert found.method == "projected"
         np.testing.assert_allclose(found.a, saddle_point(light, case.q, case.v, tau), atol=1e-8 * size)
         # The difference is of first order in the mass.
         errors = [
-            np.abs(weighing(share).forward_dynamics(case.q, case.v, tau, method="projected").a - found.a).max() / size
+            np.abs(weighing(share).forward_dynamics(case.q, case.v, tau).a - found.a).max() / size
             for share in (2e-6, 1e-6)
         ]
         assert errors[1] < 1e-3

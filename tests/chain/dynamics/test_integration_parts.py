@@ -108,8 +108,6 @@ def test_rates_are_speed_acceleration_power_and_loss():
         chain._state,
         lambda t, q, v: np.array([7.0 + t]),
         lambda t, q, v: {"block": np.array([3.0, 0.0, 5.0, 0.0, 0.0, 0.0]) * (1.0 + q[0])},
-        "projected",
-        0.0,
         base=np.array([0.5]),
     )
     v, push = 1.5, (3.0 * np.cos(0.3) + 5.0 * np.sin(0.3)) * 1.7
@@ -117,7 +115,7 @@ def test_rates_are_speed_acceleration_power_and_loss():
     force = 9.0 + push - MASS * 9.81 * np.sin(0.3) - 4.0 * v
     np.testing.assert_allclose(found, [v, force / MASS, (9.0 + push) * v, 4.0 * v**2], rtol=1e-12)
     y = np.array([0.2, v, 11.0, 12.0])
-    instant = instant_of(rates, y, True)
+    instant = instant_of(rates, y)
     np.testing.assert_allclose([*instant.q, *instant.v, instant.work, instant.dissipated], [0.7, v, 11.0, 12.0])
 
 
@@ -127,7 +125,7 @@ def test_rates_of_a_turn_are_those_of_its_displacement():
     model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
     model.appendBodyToJoint(1, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
     state = ClosedChain(model, Closures("ball"))._state
-    rates = Rates(state, None, None, "projected", 0.0, base=pin.neutral(model))
+    rates = Rates(state, None, None, base=pin.neutral(model))
     shift, v, h = np.array([0.4, -0.8, 0.3]), np.array([0.5, 0.2, -0.7]), 1e-6
     found = rates(0.0, np.concatenate([shift, v, [0.0, 0.0]]))[:3]
     q = pin.integrate(model, rates.base, shift)
@@ -135,64 +133,9 @@ def test_rates_of_a_turn_are_those_of_its_displacement():
     np.testing.assert_allclose(found, (ends[0] - ends[1]) / (2 * h), atol=1e-8)
 
 
-def crossing(place, direction=0, terminal=False):
-    def event(t, q, v):
-        return q[0] - place
-
-    event.direction, event.terminal = direction, terminal
-    return event
-
-
-def integration(*events):
-    chain = slide(0.0)
-    rates = Rates(chain._state, None, None, "projected", 0.0, base=np.array([1.0]))
-    return EventIntegration(rates, StopRules(None, 0.0), events)
-
-
-def line(speed):
-    """A step from 0 to 2 s in which the block is at 1 + speed t."""
-    return lambda t: np.array([speed * t, speed, 0.0, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("speed", "direction", "seen"),
-    [(1.0, 0, True), (1.0, 1, True), (1.0, -1, False), (-1.0, 0, True), (-1.0, 1, False), (-1.0, -1, True)],
-)
-def test_events_are_found_where_their_value_changes_its_sign_in_their_direction(speed, direction, seen):
-    found, own = integration(crossing(1.0 + 0.73 * speed, direction))._first(line(speed), 0.0, 2.0, at(1.0, speed))
-    assert found is None
-    assert [(event.kind, event.number) for event in own] == ([("event", 0)] if seen else [])
-    assert all(event.time == pytest.approx(0.73, abs=1e-15) for event in own)
-    # One at the start has passed already, one at the very end is in this step.
-    assert integration(crossing(1.0, direction))._first(line(speed), 0.0, 2.0, at(1.0, speed))[1] == []
-    _, last = integration(crossing(1.0 + 2.0 * speed, direction))._first(line(speed), 0.0, 2.0, at(1.0, speed))
-    assert [event.time for event in last] == pytest.approx([2.0] if seen else [], abs=1e-15)
-    _, behind = integration(crossing(1.0 + 2.01 * speed, direction))._first(line(speed), 0.0, 2.0, at(1.0, speed))
-    assert behind == []
-
-
-def test_events_are_in_order_and_a_terminal_one_is_the_last():
-    events = [crossing(1.9), crossing(1.2), crossing(1.85, terminal=True), crossing(1.21)]
-    found, own = integration(*events)._first(line(1.0), 0.0, 2.0, at(1.0, 1.0))
-    assert [event.number for event in own] == [1, 3, 2]
-    assert (found.number, found.terminal, found.time) == (2, True, pytest.approx(0.85))
-    assert len(integration(*events[:2], events[3])._first(line(1.0), 0.0, 2.0, at(1.0, 1.0))[1]) == 3
-
-
-@pytest.mark.parametrize(("apart", "count"), [(0.24, 0), (0.26, 2)])
-def test_events_are_examined_at_eight_instants_of_a_step(apart, count):
-    """A value that is positive for less than an eighth of the step, between two instants, is not seen."""
-    begin = 0.251
-
-    def blip(t, q, v):
-        return 1.0 if begin <= t < begin + apart else -1.0
-
-    _, own = integration(blip)._first(line(1.0), 0.0, 2.0, at(1.0, 1.0))
-    assert len(own) == count
-
-
 def test_sixty_changes_within_a_microsecond_are_enough():
-    own = integration()
+    rates = Rates(slide(0.0)._state, None, None, base=np.array([1.0]))
+    own = EventIntegration(rates, StopRules(None, 0.0))
     own._refuse_crowd([0.0] * 60, 1.0, at())
     with pytest.raises(SimulationStopped, match="more than 60 changes"):
         own._refuse_crowd([0.0] * 61, 1.0, at())
@@ -206,7 +149,7 @@ def test_a_motion_whose_loops_do_not_close_from_there_begins_nowhere_else(monkey
         return Attempt(np.array(q), 1.0, 3, False, True)
 
     monkeypatch.setattr(closing, "attempt", stuck)
-    rates = Rates(named.chain()._state, np.zeros(3), None, "projected", 0.0, base=named.q)
+    rates = Rates(named.chain()._state, np.zeros(3), None, base=named.q)
     with pytest.raises(LoopNotClosed):
-        instant_of(rates, np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), True)
+        instant_of(rates, np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     np.testing.assert_array_equal(tries, [named.q + np.array([0.1, 0.0, 0.0])])

@@ -80,20 +80,18 @@ def test_efforts_of_the_inverse_make_mujocos_loops_move_as_given(name, moving):
         assert np.abs(wrenches - ours)[~unique].max() > 1e-3 * size
 
 
-@pytest.mark.parametrize("method", [pytest.param("proximal", marks=pytest.mark.full), "projected"])
 @pytest.mark.parametrize("name", NAMES)
-def test_forward_dynamics_is_mujocos(name, method):
+def test_forward_dynamics_is_mujocos(name):
     chain, (q, v, _), gravity, load = problem(name, True, seed=3)
     rng = np.random.default_rng(9)
     tau = np.zeros(chain.model.nv)
     driven = chain.velocity_indices(chain.roles.actuated)
     tau[driven] = rng.normal(size=len(driven)) * 5
-    motion = chain.forward_dynamics(q, v, tau, external=load, method=method)
+    motion = chain.forward_dynamics(q, v, tau, external=load)
     (a, a_error), (wrenches, wrench_error), expected = mujocos(name, chain, (q, v, motion.a), gravity, load, tau)
     size = np.abs(expected).max()
     assert a_error < 1e-3 * size
-    # The proximal iteration's rounding is larger.
-    assert np.abs(a - expected).max() < a_error + (1e-9 if method == "projected" else 3e-9) * size
+    assert np.abs(a - expected).max() < a_error + 1e-9 * size
     expressed = [motion.forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
     ours, unique = (np.concatenate([getattr(item, key) for item in expressed]) for key in ("wrench", "unique"))
     size = np.abs(wrenches).max()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mechanisms import parallelogram, random_loop
 
-from exo_pin.chain.dynamics.objectives import bounds_and_multipliers, objective_of
+from exo_pin.chain.dynamics.force_distribution import bounds_and_multipliers, objective_of
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -23,7 +23,7 @@ MASS = 2.0
 def settle(v, q=0.0, restitution=0.5, friction=0.0, before=None, impacts=None, time=3.0, effort=0.0):
     """A block that stands on its lower stop at zero, and what is told of it."""
     state = slide(np.pi / 2, friction, limits=(0.0, 1.0))._state
-    rates = Rates(state, np.array([effort]), None, "projected", 0.0, base=np.array([q]), mode=before)
+    rates = Rates(state, np.array([effort]), None, base=np.array([q]), mode=before)
     rules = StopRules(limits_of(state.model), restitution)
     known = {} if impacts is None else impacts
     instant, mode, found = settled(rates, time, Instant(np.array([q]), np.array([v]), 7.0, 5.0), rules, known)
@@ -140,7 +140,7 @@ def pair():
 def test_a_joint_that_rocks_slowly_comes_to_rest_at_its_third_time(speed, times, thrown):
     """The first joint's slow impact throws the second off its stop, unless that has been thrown off often enough."""
     state = pair()
-    rates = Rates(state, None, None, "projected", 0.0, base=np.zeros(2))
+    rates = Rates(state, None, None, base=np.zeros(2))
     impacts, v = {1: Impacts(1.0, times)}, np.array([-speed * SLOW, 0.0])
     instant, _, found = settled(
         rates, 2.0, Instant(np.zeros(2), v, 0.0, 0.0), StopRules(limits_of(state.model), 0.0), impacts
@@ -191,7 +191,7 @@ def test_an_impact_has_a_speed_in_characteristic_lengths(length, share, hits):
     chain, q = stopped_sliders(length, length)
     state = chain._state
     v, _ = chain.dependent_motion(q, ["slide_both"], [share * REST * chain.characteristic_length])
-    rates = Rates(state, np.zeros(3), None, "projected", 0.0, base=q)
+    rates = Rates(state, np.zeros(3), None, base=q)
     _, _, found = settled(rates, 0.0, Instant(q, v, 0.0, 0.0), StopRules(limits_of(chain.model), 0.5), {})
     assert [event.joints for event in found if event.kind == "impact"] == [("slide_both",)] * hits
 

@@ -2,7 +2,6 @@
 
 import pickle
 
-import changing_axes
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -251,18 +250,6 @@ def test_springs_dampers_and_friction_count_in_stacks():
     each = [rubbing.inverse_dynamics(*one) for one in zip(q, v, a, strict=True)]
     same(found.tau, [forces.tau for forces in each])
     same(found.friction, [forces.friction for forces in each])
-
-
-@pytest.mark.parametrize("kind", ["composite", "universal"])
-def test_joints_whose_axes_change(kind):
-    chain, q = changing_axes.chain(kind)
-    q = np.array([chain.close(row) for row in np.repeat([q], 2, axis=0)])
-    v = chain.project_velocity(q, np.random.default_rng(1).normal(size=(2, chain.model.nv)))
-    a = chain.project_acceleration(q, v, v)
-    drivers = every_driver(chain)
-    found = chain.inverse_dynamics(q, v, a, actuated=drivers)
-    assert not found.failures
-    same(found.tau, [chain.inverse_dynamics(*one, actuated=drivers).tau for one in zip(q, v, a, strict=True)])
 
 
 def test_a_rounded_geometry_in_a_stack():

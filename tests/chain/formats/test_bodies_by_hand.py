@@ -67,12 +67,6 @@ def test_a_screw_is_neither_hinge_nor_slide(screw):
         tree_bodies(chain_of(screw)._state)
 
 
-def test_a_joint_of_two_hinges_is_none_of_them():
-    cross = pin.JointModelUniversal(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
-    with pytest.raises(InvalidInput, match=r"joint 'joint_0' \(JointModelUniversal\) cannot be written"):
-        tree_bodies(chain_of(cross)._state)
-
-
 def test_what_a_format_cannot_hold_is_refused_by_name():
     model = chain_of(pin.JointModelRX()).model
     model.damping, model.armature = np.array([1.0]), np.array([2.0])

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS, NAMED, off
+from exchanged_closures import turned
 from mechanisms import five_bar
 
 from exo_pin import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
@@ -131,7 +132,7 @@ def test_axes_that_point_against_each_other_are_not_closed():
     closures = NAMED["3rrr"].closures
 
     first = closures.closures[0]
-    wrong = dataclasses.replace(first, placement_a=first.placement_a.turned((1.0, 0.0, 0.0, 0.0)))
+    wrong = dataclasses.replace(first, placement_a=turned(first.placement_a, (1.0, 0.0, 0.0, 0.0)))
     flipped = ClosedChain.from_urdf(urdf, dataclasses.replace(closures, closures=(wrong, *closures.closures[1:])))
     assert np.abs(flipped.residual(q)).max() == pytest.approx(np.pi)
     with pytest.raises(LoopNotClosed):

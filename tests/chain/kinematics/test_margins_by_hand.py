@@ -1,15 +1,12 @@
 """Margins of open chains whose effort, travel and play are known by hand, and freedoms that are nobody's."""
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import enlarged, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, with_free_hinge
+from mechanisms import five_bar, four_bar, parallelogram, with_free_hinge
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, Closures, Mobility, Placement
-from exo_pin.chain.kinematics.margins import _plays
+from exo_pin.chain import ClosedChain, Closures, Mobility
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -48,13 +45,8 @@ def test_a_crank_has_its_length_as_effort_and_the_inverse_as_travel(turn):
     margins = found.margins
     assert dict(margins.effort) == pytest.approx({"N m per N": 0.4})
     assert dict(margins.travel) == pytest.approx({"rad per m": 2.5})
-    # A joint's clearance shifts what is behind it by itself, and turns nothing.
-    assert margins.clearance == pytest.approx(1.0)
-    assert margins.clearance_turn == 0.0
-    assert margins.loosest == "j0"
     assert found.idle == 0
     assert "0.4 N m per N on b1" in str(margins)
-    assert "1 mm and 0 mrad per mm of clearance, worst at j0" in str(margins)
 
 
 def test_two_cranks_have_the_singular_values_of_their_jacobian():
@@ -77,7 +69,6 @@ def test_two_cranks_have_the_singular_values_of_their_jacobian():
     # An output that one locked crank does not hold.
     loose = chain.mobility([*q, 0.0], locked=["j2"], actuated=["j0"], frame="b2", part="position").margins
     assert loose.effort["N m per N"] == np.inf
-    assert loose.clearance == np.inf
 
 
 @pytest.mark.parametrize("idle", [0, 1, 2, 3])
@@ -104,7 +95,7 @@ def test_a_slide_and_a_hinge_have_a_margin_for_each_unit():
 @pytest.mark.parametrize("name", ["four-bar", "five-bar", "parallelogram"])
 @pytest.mark.parametrize("axis", range(3))
 def test_margins_of_a_loop_are_the_same_however_it_lies_in_space(name, axis):
-    """The plane of a planar loop is turned: play in it, and its turn about any axis of the world, stay."""
+    """The plane of a planar loop is turned: its turn about any axis of the world, stay."""
     named = {"four-bar": four_bar, "five-bar": five_bar, "parallelogram": parallelogram}[name]()
     chain = named.chain()
     q, joints = chain.close(named.q), [str(name) for name in list(chain.model.names)[1:]]
@@ -118,85 +109,8 @@ def test_margins_of_a_loop_are_the_same_however_it_lies_in_space(name, axis):
     turned = ClosedChain(model, chain.description)
     one, other = (each.mobility(q, actuated=driven, frame=frame) for each in (chain, turned))
     assert (one.kinds, one.idle, one.rank) == (other.kinds, other.idle, other.rank)
-    assert one.margins.clearance > 0.5
     for kind in ("effort", "travel"):
         assert dict(getattr(one.margins, kind)) == pytest.approx(dict(getattr(other.margins, kind)), rel=1e-9)
-    for kind in ("clearance", "clearance_turn"):
-        assert getattr(one.margins, kind) == pytest.approx(getattr(other.margins, kind), rel=1e-9)
-    assert one.margins.loosest == other.margins.loosest
-
-
-def test_play_of_a_four_bar_with_its_crank_locked_is_that_of_a_triangle():
-    """Coupler and rocker are a truss on two pivots, whose play turns them by virtual work."""
-    named = four_bar()
-    chain = named.chain()
-    q = chain.close(named.q)
-    found = chain.mobility(q, actuated=["crank_hinge"], frame="rocker").margins
-    # The rocker's own frame is at its pivot: it moves by the play of that pivot alone, which another joint cannot.
-    assert found.clearance == pytest.approx(1.0)
-    assert found.loosest == "rocker_hinge"
-    # The rocker turns about its pivot where the coupler's line pushes its tip: lever of the coupler's line.
-    tip, pivot = np.array([0.7, 0.4]), np.array([0.4, 0.0])
-    along = np.array([7.0, 1.0]) / np.sqrt(50.0)
-    lever = abs(along[0] * (tip - pivot)[1] - along[1] * (tip - pivot)[0])
-    assert found.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
-    # Where the turn alone is the output, the first joint of the greatest turn: either end of the coupler has it.
-    turned = chain.mobility(q, actuated=["crank_hinge"], frame="rocker", part="orientation").margins
-    assert (turned.clearance, turned.loosest) == (0.0, "crank_hinge")
-    assert turned.clearance_turn == pytest.approx(1.0 / lever, rel=1e-9)
-    large = enlarged(chain, 10.0).mobility(q, actuated=["crank_hinge"], frame="rocker", part="orientation").margins
-    assert (large.clearance, large.loosest) == (0.0, "crank_hinge")
-    assert large.clearance_turn == pytest.approx(0.1 / lever, rel=1e-9)
-
-
-def test_play_moves_the_tip_of_a_four_bar_by_the_angle_of_its_bars():
-    """The tip is on two bars from fixed pivots: play along one moves it across the other, 1/sin of their angle."""
-    named = four_bar()
-    bare = named.chain()
-    model = bare.model.copy()
-    coupler = model.getJointId("coupler_hinge")
-    place = pin.SE3(np.eye(3), np.array([np.sqrt(0.5), 0.0, 0.0]))
-    model.addFrame(pin.Frame("point", coupler, 0, place, pin.FrameType.OP_FRAME))
-    chain = ClosedChain(model, bare.description)
-    q = chain.close(named.q)
-    np.testing.assert_allclose(chain.placement(q, "point").translation, [0.7, 0.4, 0.0], atol=1e-9)
-    found = chain.mobility(q, actuated=["crank_hinge"], frame="point", part="position").margins
-    along, other = np.array([7.0, 1.0]) / np.sqrt(50.0), np.array([3.0, 4.0]) / 5.0
-    assert found.clearance == pytest.approx(1.0 / abs(along[0] * other[1] - along[1] * other[0]), rel=1e-9)
-    # Play at either end of a bar moves the tip alike: the first of these joints is named.
-    assert found.loosest == chain.model.names[1]
-
-
-@pytest.mark.parametrize("named", [planar_3rrr(), random_loop("universal")], ids=["3rrr", "universal"])
-def test_clearance_opens_the_loops_as_moved_joints_and_closures_do(named):
-    """By differences: a joint's place in its parent, and a closure's point on its second link, moved in world axes."""
-    chain, step = named.chain(), 1e-6
-    state, q = chain._state, chain.close(named.q)
-    state.buffers.linearise(q)
-    opened = state.buffers.unit_wrenches()[:, :3].copy()
-    plays = {name: (gap, direct) for name, gap, direct in _plays(state, opened, chain.model.njoints - 1)}
-    assert set(plays) == {*chain.model.names[1:], *(closure.name for closure in chain.closures)}
-    before, poses = chain.residual(q), state.buffers.poses.copy()
-    way = np.array([0.6, -0.3, 0.8])
-    for joint in range(1, chain.model.njoints):
-        model = chain.model.copy()
-        placement = model.jointPlacements[joint]
-        placement.translation = placement.translation + step * poses[model.parents[joint], :3] @ way
-        found = (ClosedChain(model, chain.description).residual(q) - before) / step
-        gap, direct = plays[model.names[joint]]
-        # What the other joints have to close.
-        np.testing.assert_allclose(gap @ way, -found, atol=1e-5)
-        assert direct == float(model.njoints - 1 in carried_by(model, joint))
-    for c, closure in enumerate(chain.closures):
-        link = chain.model.frames[chain.model.getFrameId(closure.frame_b)].placement.rotation
-        carrier = poses[state.topology.joints[c, 1], :3].T @ link
-        where = np.array(closure.placement_b.translation) + step * carrier.T @ way
-        others = list(chain.closures)
-        others[c] = replace(closure, placement_b=Placement(tuple(where), closure.placement_b.quaternion))
-        moved = ClosedChain(chain.model, replace(chain.description, closures=tuple(others)))
-        gap, direct = plays[closure.name]
-        np.testing.assert_allclose(gap @ way, -(moved.residual(q) - before) / step, atol=1e-5)
-        assert direct == 0.0
 
 
 def carried_by(model, joint):
@@ -226,9 +140,6 @@ def test_a_body_that_turns_freely_behind_a_joint_changes_no_margin_of_a_loop(nam
     assert (own.idle, other.idle) == (0, 1)
     for kind in ("effort", "travel"):
         assert dict(getattr(other.margins, kind)) == pytest.approx(dict(getattr(own.margins, kind)), rel=1e-9)
-    for kind in ("clearance", "clearance_turn"):
-        assert getattr(other.margins, kind) == pytest.approx(getattr(own.margins, kind), rel=1e-9)
-    assert other.margins.loosest == own.margins.loosest
 
 
 def test_a_tree_has_no_singular_value_and_no_redundancy():

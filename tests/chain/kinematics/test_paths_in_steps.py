@@ -7,8 +7,6 @@ from closed_chains import CHAINS
 
 from exo_pin import LoopNotClosed
 from exo_pin.chain.kinematics.closing import _follow
-from exo_pin.chain.postures.inverse_kinematics import _random_postures
-from exo_pin.chain.postures.posture_problem import PostureProblem
 
 CHAIN, Q = CHAINS["five_bar"]
 
@@ -61,33 +59,3 @@ def test_steps_that_the_loops_do_not_follow_are_halved():
     with pytest.raises(LoopNotClosed):
         line(1.0, bend=0.6)
     line(1.0, bend=0.3)
-
-
-@pytest.mark.parametrize("name", ["five_bar", "delta", "wrist-floating"])
-def test_random_postures_lie_within_limits_or_half_a_turn(name):
-    chain, q = CHAINS[name]
-    model = chain.model.copy()
-    limited = next(j for j in range(1, model.njoints) if model.nqs[j] == model.nvs[j] == 1)
-    index, lower, upper = model.idx_qs[limited], model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
-    lower[index], upper[index] = 0.2, 0.3
-    model.lowerPositionLimit, model.upperPositionLimit = lower, upper
-    chain = chain.__class__(model, chain.description)
-    held = np.array([model.nv - 1])
-    problem = PostureProblem(chain._state, None, held, None, 1e-12)
-    found = list(_random_postures(problem, q, 40))
-    assert len(found) == 40
-    reach = np.where(chain._state.topology.metres, chain.characteristic_length, np.pi)
-    away = np.array([pin.difference(model, q, one) for one in found]) / reach
-    for joint in range(1, model.njoints):
-        own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
-        if held[0] in range(own.start, own.stop):
-            np.testing.assert_allclose(away[:, held], 0.0, atol=1e-9)
-        elif joint == limited:
-            values = np.array(found)[:, index]
-            assert 0.2 <= values.min() < 0.22
-            assert 0.28 < values.max() <= 0.3
-        elif model.nvs[joint] == 1 and not np.isfinite(lower[model.idx_qs[joint]]):
-            assert 0.85 < np.abs(away[:, own]).max() <= 1.0 + 1e-12
-            assert away[:, own].min() < 0.0 < away[:, own].max()
-    again = list(_random_postures(problem, q, 3))
-    np.testing.assert_array_equal(again, found[:3])

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import TYPES
-from exo_pin.chain.structure.memory.chain_buffers import proximal_constraints
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5
@@ -110,20 +109,6 @@ def test_closures_that_pinocchio_lacks_are_not_handed_to_it(name):
         _ = CHAINS[name].constraint_models
     known = str(refused.value).partition("closures of type ")[2].split(", ")
     assert {"rigid", "spherical"} <= set(known) <= set(TYPES) - {item.type for item in CHAINS[name].closures}
-
-
-def test_a_hinge_is_two_points_of_its_axis_a_characteristic_length_apart():
-    chain = CHAINS["3rrr"]
-    constraints = proximal_constraints(chain.model, chain.closures, chain._state.topology)
-    for c, closure in enumerate(chain.closures):
-        pair = [one for one in constraints if one.name == closure.name]
-        assert len(pair) == 2
-        for place in ("joint1_placement", "joint2_placement"):
-            first, second = (getattr(one, place) for one in pair)
-            apart = second.translation - first.translation
-            np.testing.assert_allclose(apart, chain.characteristic_length * first.rotation[:, 2], atol=1e-12)
-            middle = chain._state.topology.local[c, int(place[5]) - 1, 3]
-            np.testing.assert_allclose((first.translation + second.translation) / 2, middle, atol=1e-12)
 
 
 def test_residual_is_pinocchios_relative_placement(as_pinocchio):

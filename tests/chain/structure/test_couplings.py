@@ -115,18 +115,6 @@ def test_closures_file_and_pickle(tmp_path):
     assert chain.residual(q)[2] == pytest.approx(0.4 - 0.1 - 0.3)
 
 
-def test_a_linear_coupling_can_be_reversed():
-    line = dataclasses.replace(HALF, polynomial=(0.3, -2.0), references=(0.1, 0.2))
-    chain, other = chain_of(line), chain_of(line.reversed())
-    q = chain.close(np.full(5, 0.1))
-    assert np.abs(other.residual(q)).max() < 1e-14
-    again = line.reversed().reversed()
-    assert (again.frame_a, again.references) == (line.frame_a, line.references)
-    assert again.polynomial == pytest.approx(line.polynomial)
-    with pytest.raises(InvalidInput, match="does not determine joint a"):
-        CUBE.reversed()
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -1,4 +1,4 @@
-"""Splits, offset and certificate on the command line."""
+"""Splits and offset on the command line."""
 
 import json
 
@@ -54,29 +54,6 @@ def test_published_effect_of_an_offset(capsys):
     status, out, _ = run(capsys, "reaction", "prototype", "--offset", "0", "0", "-20")
     assert "off the shoulder's by (0, 0, -20) mm" in out
     assert "Force of the shoulder on the arm: 11.8 N" in out
-
-
-def test_certificate(capsys):
-    arguments = [
-        "reaction",
-        "prototype",
-        *POSE,
-        "--compare",
-        "minimal,elastic",
-        "--side-force-limit",
-        "5",
-        "--certificate",
-        *STIFF,
-    ]
-    status, out, _ = run(capsys, *arguments)
-    assert status == 0
-    words = " ".join(out.split())
-    assert "minimal: Unique by equilibrium: f_1, f_2, f_3." in words
-    assert "Chosen by an optimiser: g_1, g_2, g_3, F_s x, F_s y, F_s z." in words
-    assert "g_1 -5.00 to 5.00 N" in words
-    assert "elastic: Determined by stiffness: f_1, f_2, f_3, g_1" in words
-    status, out, _ = run(capsys, *arguments, "--json")
-    assert "Determined by stiffness" in json.loads(out)["elastic"]["certificate"]
 
 
 @pytest.mark.parametrize(

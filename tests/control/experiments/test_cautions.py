@@ -1,16 +1,9 @@
 """What a run of the plant warns of: extrapolated muscle laws, unsafe pressures, forces after a fault."""
 
-import importlib
-
 import numpy as np
-import pytest
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 from exo_pin.muscle import Supply
-
-#: The module, which has the name of its function.
-MODULE = importlib.import_module("exo_pin.control.experiments.sensitivity")
 
 
 def test_share_of_the_identified_range_counts_where_muscles_pull():
@@ -42,20 +35,8 @@ def test_pressures_above_the_safe_one_are_named(tmp_path):
     assert f"# {named[0]}" in (tmp_path / "run.csv").read_text()
 
 
-def test_a_force_after_a_fault_is_a_band_over_the_estimates(monkeypatch):
-    few = [MODULE.MOTOR_CHANGES[0], *(each for each in MODULE.MOTOR_CHANGES if each[0] == "axial stiffness")]
-    monkeypatch.setattr(MODULE, "MOTOR_CHANGES", few)
-    study = ep.experiment("four-cables-torn").replace(duration=0.7, faults=ep.Fault("torn", 0, 0.4))
-    table = ep.control.sensitivity(study)
-    assert len(table["fault_F_s_N"]) == 1 + len(few)
-    tracking = study.run()
-    force = np.linalg.norm(tracking.shoulder_force[tracking.times >= 0.4], axis=1)
-    assert table["fault_F_s_N"][0] == pytest.approx(force.max(), abs=1e-6)
-    least, greatest = MODULE.band_of(table)
-    assert (least, greatest) == (table["fault_F_s_N"].min(), table["fault_F_s_N"].max())
-    assert greatest > 1.1 * least
-    monkeypatch.setattr(MODULE, "MOTOR_CHANGES", [])
-    assert ep.control.fault_band(study) == (table["fault_F_s_N"][0],) * 2
-    assert "control.fault_band" in tracking.cautions[-1]
-    with pytest.raises(InvalidInput, match="with faults"):
-        ep.control.fault_band(study.replace(faults=()))
+def test_a_force_after_a_fault_depends_on_estimates():
+    tracking = ep.experiment("four-cables-torn").replace(duration=0.7, faults=ep.Fault("torn", 0, 0.4)).run()
+    assert "Forces after a fault depend on estimated data" in tracking.cautions[-1]
+    force = np.linalg.norm(tracking.shoulder_force[tracking.times >= 0.4], axis=1).max()
+    assert any(f"|F_s| reaches {force:.0f} N" in text for text in tracking.findings)

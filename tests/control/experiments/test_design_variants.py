@@ -1,7 +1,6 @@
 """Variants of designs and what they can hold: both sides of the body, loads, changes of estimates."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,28 +9,8 @@ from scipy.optimize import lsq_linear
 import exo_pin as ep
 from exo_pin import InvalidInput, control
 from exo_pin.control import hung_outward, missing_moments
-from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.load_case import Load
-from exo_pin.muscle import Supply, Valve, ValveUnit, muscle_model
-
-
-def test_changes_keep_what_they_do_not_change():
-    by_name = {(name, words): change for name, words, change in CHANGES}
-    path, regulator = Valve(1e-9, 0.3), Valve(5e-9, 0.3)
-    plain = ep.experiment("abduction").replace(
-        valves=ValveUnit(path, path, layout="fill and vent"), supply=Supply(4e5, regulator, 1e-3), shoulder_viscous=0.0
-    )
-    supply = by_name["supply", "3 bar"](plain).options.supply
-    assert (supply.pressure, supply.regulator, supply.volume) == (3e5, regulator, 1e-3)
-    # The duty is the command of these valves: zero holds the air, where a 3/2-way valve would vent.
-    pi = by_name["gains of Table 5-5", "error in percent × 2"](plain).controller
-    measured = SimpleNamespace(orientation=plain.reference(0.0).orientation)
-    np.testing.assert_array_equal(pi(0.0, measured), np.zeros(3))
-    # What changes nothing is no row of the table.
-    for key in (("valves", "restrictor × 2"), ("shoulder viscous", "none"), ("shoulder viscous", "× 3")):
-        with pytest.raises(InvalidInput):
-            by_name[key](plain)
-    assert by_name["shoulder viscous", "× 3"](ep.experiment("abduction")).options.shoulder_viscous == 0.12
+from exo_pin.muscle import muscle_model
 
 
 def test_the_arm_hangs_outward_on_both_sides():

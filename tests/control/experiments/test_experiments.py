@@ -12,9 +12,7 @@ from exo_pin.control import (
     flexion,
     missing_moments,
     prototype_options,
-    sensitivity,
 )
-from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.control.experiments.tracking_report import greatest_ratios, out_of_stroke
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
@@ -216,20 +214,6 @@ def test_held_poses_are_those_that_statics_allows():
     assert fine.sum() > 2
     assert (missing[fine] < 1e-9).all()
     assert (missing[(forces < -0.5).any(axis=1)] > 1e-4).all()
-
-
-@pytest.mark.full
-def test_sensitivity_is_a_table_of_named_changes():
-    chosen = [change for change in CHANGES if change[0] in ("centre of mass of the arm", "end fitting of limb 1")]
-    table = sensitivity(ep.experiment("abduction").replace(duration=3.0), chosen[:3])
-    assert list(table["parameter"]) == ["as estimated", *(change[0] for change in chosen[:3])]
-    assert table["start_deg"][1] != table["start_deg"][0]
-    # Every estimate that the plant names has a change, or is no number.
-    names = {change[0] for change in CHANGES}
-    for assumption in tracked("abduction").run.plant.assumptions:
-        words = assumption.name.split(",")[0].replace("_", " ")
-        known = any(part in words for part in (*names, "limbs[", "valves", "volume of the muscles", "force law"))
-        assert known or words == "series spring", assumption.name
 
 
 def test_bad_input_is_refused():

@@ -6,11 +6,10 @@ import json
 import numpy as np
 import pytest
 from command_line import run
-from experiment_runs import one_estimate, tracked
+from experiment_runs import tracked
 
 import exo_pin as ep
 from exo_pin import InvalidInput, control
-from exo_pin.control.experiments.sensitivity import MOTOR_CHANGES
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
 FOUND_DESIGNS = [*MOTORS, "four-muscle-cables"]
@@ -130,8 +129,7 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     assert lowest == sorted(lowest)
     assert max(t.summary()["peak_F_s_N"] for t in (braked, slipping)) < 60.0
     arguments = ["--experiment", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress"]
-    with one_estimate():
-        status, out, _ = run(capsys, "track", *arguments)
+    status, out, _ = run(capsys, "track", *arguments)
     assert status == 0
     assert "cable 2: no current from 1 s on" in out
     figure = torn.plot()
@@ -156,16 +154,6 @@ def test_an_animation_has_the_forces_of_the_run(design):
     np.testing.assert_allclose(recording.reaction.shoulder_force, made.shoulder_force[rows], atol=1e-6)
 
 
-def test_a_sensitivity_table_of_motors_has_no_rows_of_air():
-    table = control.sensitivity(ep.experiment("four-cables-abduction", "pi").replace(duration=0.2))
-    parameters = set(table["parameter"].tolist())
-    assert {"mass and inertia of the arm", "coulomb", "stall ratio", "shoulder viscous"} <= parameters
-    assert not parameters & {
-        "supply", "valves", "dead volume", "braid stiffness", "muscle damping", "muscle friction", "gains of Table 5-5",
-        "polytropic exponent", "stop stiffness", "second flange",
-    }  # fmt: skip
-
-
 def test_a_start_beyond_a_stroke_is_refused():
     exo = ep.load("four-linear-actuators")
     far = control.Turn(ep.shoulder_rotation(-60.0, 0.0, 80.0, degrees=True), [0.0, 0.0, 0.1], duration=1.0)
@@ -180,20 +168,6 @@ def test_poses_beyond_a_stroke_are_marked():
     assert tracking.reachable[0]
     assert not tracking.reachable.all()
     assert any("stroke" in text or "longer" in text or "shorter" in text for text in tracking.findings)
-
-
-@pytest.mark.full
-def test_each_estimate_can_be_changed_behind_the_controller_s_back():
-    experiment = ep.experiment("four-cables-abduction").replace(duration=1.5)
-    chosen = [change for change in MOTOR_CHANGES if change[0] in ("coulomb", "axial stiffness", "stiffness")]
-    table = control.sensitivity(experiment, chosen)
-    # A winch has no lead and no stiffness of its own, so that change is left out.
-    assert table["parameter"].tolist() == ["as estimated", "coulomb", "coulomb", "axial stiffness"]
-    errors = table["rms_error_deg"]
-    assert (errors[1:] > 1.05 * errors[0]).all()
-    assert errors.max() < 3.0
-    standard = control.sensitivity(experiment.replace(duration=0.02))
-    assert len(standard["parameter"]) == len(MOTOR_CHANGES)
 
 
 def test_limbs_through_the_wearer_are_in_the_verdict(tmp_path):

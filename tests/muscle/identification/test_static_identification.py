@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from exo_pin import InvalidInput
-from exo_pin.muscle import NotIdentifiable, find_region, identify_static, muscle_model, select_model, steady_states
+from exo_pin.muscle import NotIdentifiable, find_region, identify_static, muscle_model, steady_states
 from exo_pin.muscle.identification.region import SECOND_ORDER, capability_line, collinear, design_matrix
 
 
@@ -121,7 +121,7 @@ def test_bad_measurements_are_named():
         identify_static(x, p, np.where(f > 60, np.nan, f), 0.3)
     with pytest.raises(InvalidInput, match="zero or more"):
         identify_static(x, -p, f, 0.3)
-    for fit in (identify_static, find_region, select_model):
+    for fit in (identify_static, find_region):
         with pytest.raises(InvalidInput, match="at most 100 bar"):
             fit(x, 1e5 * p, f, 0.3)
         for contraction, length in ((1e3 * x, 0.3), (x, 3e-4), (-1e3 * x, 0.3)):

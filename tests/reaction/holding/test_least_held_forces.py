@@ -12,8 +12,12 @@ from wrists import exo_of, heavy_limbs, random_mechanism, regular_poses
 import exo_pin as ep
 from exo_pin import thesis_rotation
 from exo_pin.design import preset
-from exo_pin.reaction.holding.least_held_forces import least_held_forces, tension_limits
-from exo_pin.reaction.holding.nearest_tensions import missing_moments, nearest_tensions
+from exo_pin.reaction.holding.least_held_forces import (
+    least_held_forces,
+    missing_moments,
+    nearest_tensions,
+    tension_limits,
+)
 
 NONE = (np.zeros((1, 3)), np.zeros((1, 3)))
 

@@ -1,40 +1,12 @@
-"""Sentences of certificates, of cautions and of ranges, from records that are written down, and ends of intervals."""
+"""Sentences of certificates, of cautions and of ranges, from records that are written down."""
 
 import numpy as np
-import pytest
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import Certificate, Components, ForceRange
+from exo_pin.reaction import Certificate, ForceRange
 
 NAN, INF = np.nan, np.inf
-
-
-def components(actuators, intervals, needed=("luck",)):
-    """Of two poses: the first three components as given, the rest unique."""
-    f = np.array(actuators)
-    ends = np.array(intervals, dtype=float)
-    unique, none = np.full((2, 3), "unique"), np.full((2, 3, 2), NAN)
-    return Components(f, unique, unique, ends, none, none, needed)
-
-
-def test_components_word_by_word():
-    ends = [[[1.0, 2.0], [-0.004, 30.0], [0.0, INF]], [[0.5, 1.5], [3.0, 4.0], [NAN, NAN]]]
-    mixed = components([["optimiser", "unique", "bounded"], ["optimiser", "bounded", "none"]], ends)
-    rest = "g_1, g_2, g_3, F_s x, F_s y, F_s z"
-    assert str(mixed) == (
-        f"Unique by equilibrium: f_2 (1 of 2 poses), {rest}. Chosen by an optimiser: f_1. Bounded only, other values "
-        "do as well: f_2 (1 of 2 poses), f_3 (1 of 2 poses). Without an answer: f_3 (1 of 2 poses). Between bounds: "
-        "f_1 0.50 to 2.00 N, f_2 3.00 to 4.00 N, f_3 0.00 to inf N. To determine them: luck."
-    )
-    open_ = components([["assumed"] * 3] * 2, [[[-INF, INF], [NAN, NAN], [-0.0049, 0.006]]] * 2, ())
-    assert str(open_) == (
-        f"Unique by equilibrium: {rest}. Fixed by the assumption of the split: f_1, f_2, f_3. Between bounds: f_3 0.00 "
-        "to 0.01 N."
-    )
-    sure = components([["unique"] * 3] * 2, np.zeros((2, 3, 2)))
-    assert "To determine" not in str(sure)
-    assert "Between bounds" not in str(sure)
 
 
 def certificate(undetermined, f, g, shoulder, torso=True, **more):
@@ -60,8 +32,6 @@ def test_statements_word_by_word():
     assert str(some).endswith("Not determined: none. Assumed: a wish.")
     other = certificate([2], [[False]], [[False]], [[False]], [False], words=("efforts", "structure"))
     assert "Determined: none. Not determined: efforts, structure, shoulder force F_s" in other.statement
-    with pytest.raises(ep.InvalidInput, match="comes with the answer"):
-        _ = other.components
 
 
 def test_ranges_word_by_word():

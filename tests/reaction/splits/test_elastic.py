@@ -221,11 +221,6 @@ def test_locked_lengths_of_a_rigid_shoulder_are_three(worn):
         guided_four.reaction(LIFTED, split="elastic_locked")
 
 
-def test_pressures_refuse_a_device_that_gives_way(worn):
-    with pytest.raises(ep.InvalidInput, match="elastic"):
-        worn.pressures(LIFTED, [None] * 3, split="elastic")
-
-
 def test_design_files_hold_interfaces(tmp_path, worn):
     soft = ep.Interface(np.diag([4e4, 5e4, 6e4, 500, 600, 700]) + 50.0, [0.01, 0.02, -0.2], "measured")
     limits = ep.LimbGuide(60.0, 50.0, largest_bending_moment=20.0, largest_torque=9.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exo_pin.numerics import LeastSquares, solve
-from exo_pin.reaction.splits.spherical import shortest_within
+from exo_pin.reaction.splits.split import shortest_within
 
 
 def program(rng, limb_count):

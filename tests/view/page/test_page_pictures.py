@@ -7,7 +7,7 @@ import base64
 
 import numpy as np
 import pytest
-from page_pictures import EYE, POSES, TARGET, VIEW, check_picture, chroma, make_scene, named_pose, pixel, shot, shot_of
+from page_pictures import EYE, POSES, TARGET, VIEW, check_picture, chroma, make_scene, named_pose, pixel, shot
 from scipy.spatial.transform import Rotation, Slerp
 
 import exo_pin as ep
@@ -155,13 +155,3 @@ def test_wearers_bones_and_muscles_move_and_change_colour(browser):
                 total += 1
         assert seen > 0.6 * total
     assert np.abs(images[0] - images[1]).max() > 0.3
-
-
-def test_muscles_with_more_pressure_are_brighter(browser):
-    scene = make_scene(human=False, limbs="muscles")
-    scene.show(named_pose("rest"), pressures=[0.0, 2e5, 4e5])
-    image = shot_of(browser, scene)
-    # Full pressure is the bright end of the scale.
-    a, b = scene.exo.geometry.base_points, scene.exo.inverse_kinematics(named_pose("rest")).platform_points
-    brightness = [pixel(image, (a[i] + b[i]) / 2).mean() for i in range(3)]
-    assert brightness[0] < brightness[1] < brightness[2]

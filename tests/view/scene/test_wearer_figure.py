@@ -12,7 +12,7 @@ from exo_pin.core.errors import MissingExtra
 from exo_pin.person import MUSCLES
 from exo_pin.person.limb.limb_state import limb_state
 from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
-from exo_pin.view import Sliders
+from exo_pin.view import Scene
 from exo_pin.view.colours import ACTIVATIONS, scale_colours
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
@@ -236,16 +236,17 @@ def _missing(**_):
     raise MissingExtra("person", "myo_sim and mujoco")
 
 
-def test_another_design_and_sliders_keep_the_wearer():
+def test_another_design_keeps_the_wearer():
     exo = ep.load("prototype")
-    sliders = Sliders(exo, dimensions=["r_A"], live=False, person=WEARER)
-    before = sliders.scene.exo.arm.mass
-    sliders.set(flexion=60.0, abduction=30.0, r_A=0.14)
-    worn = sliders.scene.exo
+    scene = Scene(exo, person=WEARER)
+    before = scene.exo.arm.mass
+    scene.replace_exo(exo.replace(geometry=exo.geometry.replace(r_A=0.14)))
+    answer = scene.show(exo.pose(60, 30))
+    worn = scene.exo
     assert worn.arm.mass == before == exo.worn_by(WEARER).arm.mass
-    contact = worn.joint_contact(exo.pose(60, 30, 0), WEARER, sliders.reaction)
+    contact = worn.joint_contact(exo.pose(60, 30, 0), WEARER, answer)
     assert contact.has_result
-    assert f"contact {contact.magnitude:.0f} N" in [label["text"] for label in panel(sliders.scene, "labels")]
+    assert f"contact {contact.magnitude:.0f} N" in [label["text"] for label in panel(scene, "labels")]
 
 
 def test_contact_force_without_a_figure(device):

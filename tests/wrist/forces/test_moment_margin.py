@@ -8,7 +8,6 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.wrist.forces.wrench_feasibility import force_bounds, moment_margin
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -93,32 +92,6 @@ def test_parallel_limbs_span_no_face():
     assert margin_of(flat, np.array([0.3, 0.2, 0.25]), -np.ones(2), np.ones(2))[0] == -0.25
 
 
-def test_poses_have_margins_and_singular_ones_none():
-    exo = ep.load("four-linear-actuators").worn_by(ep.Wearer(1.75, 75, "male"))
-    poses = exo.pose([20, 60], [10, 30])
-    lower, upper = (
-        np.array([[-300.0] * 4, [-500.0, -50.0, -20.0, 0.0]]),
-        np.array([[300.0] * 4, [40.0, 500.0, 50.0, 20.0]]),
-    )
-    found = wrist.holding(exo.mechanism, poses, lower=lower, upper=upper)
-    state = exo.inverse_kinematics(poses)
-    arm = exo.mechanism.arm
-    for k in range(2):
-        arms = np.cross(state.platform_points[k], state.directions[k])
-        weight = arm.mass * np.array(exo.mechanism.gravity)
-        moment = np.cross(poses[k].as_matrix() @ arm.centre_of_mass, weight)
-        corners = np.array([np.array(f) @ arms for f in itertools.product(*zip(lower[k], upper[k], strict=True))])
-        margin = -(ConvexHull(corners).equations @ np.append(moment, 1.0)).max()
-        assert found.margin[k] == pytest.approx(margin, rel=1e-9)
-        assert found.holdable[k] == (margin >= 0.0)
-    three = ep.load("prototype").worn_by(ep.Wearer(1.75, 75, "male"))
-    singular = wrist.holding(three.mechanism, three.pose(abduction=90))
-    assert singular.status == "singular"
-    assert np.isnan(singular.margin)
-    assert np.isnan(singular.direction).all()
-    assert not singular.holdable
-
-
 @pytest.mark.parametrize(
     ("lower", "upper", "error", "message"),
     [
@@ -188,15 +161,3 @@ def test_margins_have_no_unit_of_length(size, tilt):
     for factor in (1.0, size):
         above = margin_of(factor * near, factor * np.array([0.5, 0.0, 1.5]), np.zeros(4), np.ones(4))[0]
         assert above == pytest.approx(-0.5 * factor, rel=1e-4)
-
-
-def test_an_arm_without_inertia_is_held_at_rest_and_not_moved():
-    exo = ep.load("four-linear-actuators")
-    mechanism = exo.mechanism.replace(arm=ep.Arm(3.0, [0.0, 0.0, -0.2]))
-    pose = exo.pose(60)
-    found = wrist.holding(mechanism, pose, lower=-600.0, upper=600.0)
-    assert found.holdable
-    assert found.direction.shape == (3,)
-    assert np.linalg.norm(found.direction) == pytest.approx(1.0, rel=1e-12)
-    with pytest.raises(ep.MissingData, match="inertia"):
-        wrist.holding(mechanism, pose, ep.Motion([0.1, 0.0, 0.0], [0.0, 0.0, 0.0]), lower=-600.0, upper=600.0)

@@ -12,7 +12,6 @@ import exo_pin as ep
 from exo_pin import InvalidInput, thesis_rotation, wrist
 from exo_pin.design import Limb, preset
 from exo_pin.wrist.limbs import _margin
-from exo_pin.wrist.singularities.nearest_singularity_search import beside_singular
 
 DEGREES = {"degrees": True}
 
@@ -179,17 +178,3 @@ def test_the_margin_of_any_number_of_limbs_is_that_of_the_singular_values(count)
         margin = 3.0 / np.sqrt((values**2).sum() * (values**-2.0).sum())
         assert _margin(X, reach) == pytest.approx(margin, rel=1e-6)
         assert values[2] / values[0] * (1.0 - 1e-9) <= margin <= 3.0 * values[2] / values[0] * (1.0 + 1e-9)
-
-
-def test_forces_beside_a_singular_pose_are_those_after_turns_that_leave_it_fastest():
-    exo = ep.load("prototype")
-    pose = exo.pose(abduction=90.0)
-    grid = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
-    axes = np.delete(grid, 13, axis=0)
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    found = beside_singular(exo.geometry, pose)
-    assert [angle for angle, _ in found] == [2.0, 5.0, 10.0, 20.0]
-    for angle, force in found:
-        beside = Rotation.from_rotvec(np.radians(angle) * axes) * pose
-        assert force == pytest.approx(exo.singularity(beside).amplification.min(), rel=1e-9)
-    assert (np.diff([force for _, force in found]) < 0.0).all()

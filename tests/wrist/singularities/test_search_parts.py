@@ -1,20 +1,14 @@
 """Parts of the searches on the singular surface alone: first zeros, least turns, and cells of a grid."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
-from exo_pin import wrist
 from exo_pin.design import preset
-from exo_pin.load_case.ranges_of_motion import grid_rotation
 from exo_pin.numerics.polynomial import MAX_DEGREE
-from exo_pin.wrist import locus_function
 from exo_pin.wrist.singularities import nearest_singularity_search as search
-from exo_pin.wrist.singularities import singularity_free_region as region
 from exo_pin.wrist.singularities.nearest_singularity_search import _first_zero, _nearest
 
 
@@ -80,27 +74,6 @@ def test_no_other_axis_leads_to_the_surface_sooner():
         ends = [surface(step, s * h, a, Rotation.from_rotvec(least * axis).apply(b)) for s in (1, -1)]
         slopes.append((ends[0] - ends[1]) / (2 * h))
     assert np.linalg.norm(np.cross(slopes, axis)) < 1e-5 * np.linalg.norm(slopes)
-
-
-def test_a_pose_belongs_to_the_part_where_a_corner_of_its_cell_does():
-    """One node alone, in the middle of the grid and at its seam, by poses up to two steps from it."""
-    geometry = preset("prototype").geometry
-    part = region.free_region(geometry, step_deg=10.0)
-    sign = np.sign(locus_function(geometry, grid_rotation(*part.axes, side="left"))[0])
-    steps = np.array([-1.4, -0.6, 0.6, 1.4])
-    tried = 0
-    for node in ((0, 9, 20), (5, 12, 0), (20, 6, 11), (35, 9, 35), (11, 8, 30)):
-        angles = [axis[k] + 10.0 * steps for axis, k in zip(part.axes, node, strict=True)]
-        poses = grid_rotation(*angles, side="left")
-        inside = np.zeros_like(part.inside)
-        inside[node] = True
-        alone = replace(part, inside=inside, sign=float(sign[node]))
-        same = np.sign(locus_function(geometry, poses)[0]) == sign[node]
-        near = np.abs(steps) < 1.0
-        cell = near[:, None, None] & near[:, None] & near
-        np.testing.assert_array_equal(alone.contains(poses), cell & same)
-        tried += int((same & ~cell).sum())
-    assert tried > 100
 
 
 def test_axes_are_spread_evenly_over_the_sphere_in_pairs(monkeypatch):
@@ -201,18 +174,3 @@ def test_limbs_count_as_folded_within_a_few_thousandths_of_a_degree(monkeypatch)
     for reach, expected in ((2.8e-5, True), (3.5e-5, False)):
         found = search.nearest_singularity(geometry, Rotation.from_rotvec(reach / share * across) * folded)
         assert found.folded.tolist() == [False, expected, False]
-
-
-@pytest.mark.usefixtures("plain")
-def test_the_fastest_of_26_turns_counts_in_any_pose():
-    geometry = preset("prototype").geometry
-    axes = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], dtype=float)
-    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    used = set()
-    for pose in Rotation.random(25, rng=np.random.default_rng(208)):
-        found = search.beside_singular(geometry, pose)
-        for angle, force in found:
-            beside = wrist.singularity(geometry, Rotation.from_rotvec(np.radians(angle) * axes) * pose).amplification
-            assert force == pytest.approx(beside.min(), rel=1e-12)
-            used.add(int(beside.argmin()))
-    assert len(used) > 13

@@ -1,7 +1,5 @@
 """Sides of the singular surface: of the hanging arm, of starts, of ranges; and when limbs count as folded."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,10 +7,10 @@ from wrists import random_mechanism
 
 from exo_pin import InvalidInput, wrist
 from exo_pin.design import WristGeometry, preset
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation, share_of_volume
-from exo_pin.wrist import daily_crossings, free_region, locus_function
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, share_of_volume
+from exo_pin.wrist import daily_crossings, locus_function
 from exo_pin.wrist.singularities.measures import kind_of
-from exo_pin.wrist.singularities.singularity_free_region import _label_of, side_of_rest
+from exo_pin.wrist.singularities.sides_of_the_surface import side_of_rest
 
 
 def flat():
@@ -39,34 +37,28 @@ def test_a_singular_pose_of_rest_has_no_side_and_is_no_start():
     geometry = flat()
     assert side_of_rest(geometry) == 0
     with pytest.raises(InvalidInput, match="singular pose"):
-        free_region(geometry, step_deg=45.0)
-    with pytest.raises(InvalidInput, match="single rotation"):
-        free_region(geometry, Rotation.random(2, rng=0), step_deg=45.0)
-    for step in (40.0, 89.0):
-        with pytest.raises(InvalidInput, match="divides 90"):
-            free_region(preset("prototype").geometry, step_deg=step)
+        daily_crossings(geometry, step_deg=45.0)
+    with pytest.raises(InvalidInput, match="single"):
+        daily_crossings(geometry, step_deg=45.0, start=Rotation.random(2, rng=0))
 
 
 @pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("start", [None, Rotation.from_rotvec([0.0, -1.2, 0.0])])
 def test_shares_of_a_range_are_those_of_its_nodes(start):
-    """Beyond the surface, not reached, and close to it, by the same rule of volumes."""
+    """Beyond the surface, and close to it, by the same rule of volumes."""
     geometry, step = preset("prototype").geometry, 30.0
     (found,) = daily_crossings(geometry, [ADL_BOX], step, start=start)
     poses, axes = ADL_BOX.poses(step), ADL_BOX.axes(step)
     smooth, determinant = locus_function(geometry, poses)
     here, _ = locus_function(geometry, Rotation.identity() if start is None else start)
-    region = free_region(geometry, start, step)
     assert found.range is ADL_BOX
     for share, member in (
         (found.across, smooth * here < 0.0),
-        (found.unreachable, ~region.contains(poses)),
         (found.close, np.abs(determinant) < 0.05),
     ):
         expected = share_of_volume(member, axes)
         assert float(share) == float(expected)
         assert 0.0 < float(share) < 1.0
-    assert found.unreachable >= found.across
 
 
 @pytest.mark.usefixtures("plain")
@@ -89,54 +81,3 @@ def test_limbs_are_folded_by_their_angle_and_not_by_their_reach(size):
 def test_kinds_of_poses_by_margin():
     margin, folded = np.array([0.0, 0.9e-3, 1.1e-3, 1.0, 1.0]), np.array([False] * 4 + [True])
     assert kind_of(margin, folded).tolist() == ["singular", "near", "regular", "regular", "folded"]
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("step", [30.0, 22.5])
-def test_the_region_of_a_start_is_its_side_of_the_grid(step):
-    """The prototype's surface has two sides: their nodes and shares make up all of the rotation group."""
-    geometry = preset("prototype").geometry
-    here, there = (free_region(geometry, pose, step) for pose in (None, Rotation.from_rotvec([0.6, 0.0, 0.0])))
-    for region in (here, there):
-        flexion, abduction, internal = region.axes
-        np.testing.assert_array_equal(flexion, np.arange(-180.0, 180.0, step))
-        np.testing.assert_array_equal(internal, flexion)
-        np.testing.assert_array_equal(abduction, np.arange(-90.0, 90.0 + step / 2, step))
-        assert region.components == 2
-        assert region.inside.shape == (len(flexion), len(abduction), len(flexion))
-    smooth, _ = locus_function(geometry, grid_rotation(*here.axes, side="left"))
-    assert (here.sign, there.sign) == (-1.0, 1.0)
-    # Between sheets closer than a step a node may be cut off.
-    for region, side in ((here, smooth < 0.0), (there, smooth > 0.0)):
-        assert (region.inside <= side).all()
-        assert (region.inside != side).mean() < 3e-3
-    assert float(here.share) + float(there.share) == pytest.approx(1.0, abs=5e-3)
-    # Nodes by the volume they stand for, cos of abduction; of half a step at the poles.
-    weights = np.broadcast_to(np.cos(np.radians(here.axes[1]))[None, :, None], smooth.shape)
-    assert float(here.share) == pytest.approx((weights * here.inside).sum() / weights.sum(), abs=0.02)
-    assert here.contains(Rotation.identity())
-    assert not there.contains(Rotation.identity())
-
-
-@pytest.mark.usefixtures("plain")
-def test_a_pose_has_the_label_of_the_nearest_node_on_its_side():
-    """Each node has a label of its own here."""
-    geometry = preset("prototype").geometry
-    region = free_region(geometry, step_deg=30.0)
-    smooth, _ = locus_function(geometry, grid_rotation(*region.axes, side="left"))
-    nodes = grid_rotation(*region.axes, side="left").as_quat().reshape(-1, 4)
-    side, labels = replace(region, inside=smooth < 0.0), np.arange(smooth.size).reshape(smooth.shape)
-    asked = 0
-    for pose in Rotation.random(12, rng=np.random.default_rng(312)):
-        if not side.contains(pose):
-            with pytest.raises(InvalidInput, match="too coarse"):
-                _label_of(side, labels, pose)
-            continue
-        away = (Rotation.from_quat(nodes) * pose.inv()).magnitude()
-        away[smooth.ravel() >= 0.0] = np.inf
-        found = _label_of(side, labels, pose)
-        assert away[found] == pytest.approx(away.min(), abs=1e-9)
-        asked += 1
-    assert asked > 3
-    with pytest.raises(InvalidInput, match="too coarse"):
-        _label_of(replace(region, inside=np.zeros_like(region.inside)), labels, Rotation.identity())

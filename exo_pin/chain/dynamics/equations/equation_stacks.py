@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from ....core.compiled import kernel
@@ -79,38 +78,15 @@ def trees_of_stack(
         Shapes (n, nq), (n, nv) and (n, nv); None counts as zero.
     pushes : callable, optional
         Takes the poses and returns wrenches on the joints' bodies, shape (n, njoints, 6), as ``forces`` are given, or
-        None; counted where the axes of all joints are constant.
+        None.
     """
     speed, rate = (np.zeros((len(q), state.nv)) if part is None else part for part in (v, a))
     forest = forest_of(state)
-    if forest is not None:
-        poses, J, dJ = forest.kinematics(q, v)
-        tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))
-    else:
-        poses, J, dJ, tau, forces = _one_by_one(state, q, v, speed, rate)
+    poses, J, dJ = forest.kinematics(q, v)
+    tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))
     if state.passive.has_springs or state.passive.damping.any():
         tau -= state.passive.force(q, v)
     return TreeStack(poses, J, dJ, tau, forces)
-
-
-def _one_by_one(
-    state: ChainState, q: FloatArray, v: FloatArray | None, speed: FloatArray, rate: FloatArray
-) -> TreeStack:
-    """The same of a tree whose joints have axes that change."""
-    work, count = state.buffers, len(q)
-    out = TreeStack(
-        *(np.zeros((count, *part.shape)) for part in (work.poses, work.J, work.dJ, work.still, work.forces))
-    )
-    for k in range(count):
-        if v is None:
-            pin.computeJointJacobians(state.model, work.data, q[k])
-        else:
-            work.jacobian_rates(q[k], v[k])
-            out.dJ[k] = work.dJ
-        out.poses[k], out.J[k] = work.poses, work.J
-        out.tau[k] = pin.rnea(state.model, work.data, q[k], speed[k], rate[k])
-        out.forces[k] = work.forces
-    return out
 
 
 def equations_of_stack(

@@ -25,7 +25,7 @@ from ....core.validation import FloatArray, as_finite, as_mapping, frozen
 from ...kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ...kinematics.structural_rank import structural_rank
 from ...structure.chain_state import CLOSED, ChainState
-from ...structure.motion_axes import carried_joints
+from ...structure.motion_axes import carried_joints, symmetric
 from . import equation_kernels as kernels
 from .solution_kernels import largest_of_loops, solutions
 
@@ -39,6 +39,8 @@ REST = 1e-3
 STILL = OPENING * REST
 #: Largest error of the equations of motion, as a share of the forces of the coordinate's joint and loops.
 EXACT = 1e-7
+#: A motion whose inertia is below this share of the largest counts as moving no mass.
+MASSLESS = 1e-13
 #: A singular value above this is certain in an exact geometry.
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
 #: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
@@ -384,3 +386,21 @@ def add_push(state: ChainState, name: str, given: FloatArray, poses: FloatArray,
     force, moment = (np.einsum("...ij,...j->...i", to_local, part) for part in (given[..., :3], given[..., 3:]))
     out[..., frame.parentJoint, :3] += force
     out[..., frame.parentJoint, 3:] += moment + np.cross(frame.placement.translation, force)
+
+
+def inertia_matrix(state: ChainState, q: FloatArray) -> FloatArray:
+    """M, shape (nv, nv), rotors included. Pinocchio fills the upper half."""
+    nv = state.model.nv
+    found: FloatArray = symmetric(np.reshape(pin.crba(state.model, state.buffers.data, q), (nv, nv)).T)
+    return found
+
+
+def massless_joints(state: ChainState, q: FloatArray, basis: FloatArray) -> list[str]:
+    """Joints that move in the motion of least inertia among those of a basis, the most moved first."""
+    column = state.topology.column
+    M = inertia_matrix(state, q) * column[:, None] * column
+    way = np.abs(basis @ np.linalg.eigh(basis.T @ M @ basis)[1][:, 0])
+    names = [str(name) for name in list(state.model.names)[1:]]
+    moved = {name: float(way[state.velocity_slice(name)].max(initial=0.0)) for name in names}
+    largest = max(moved.values())
+    return sorted((name for name in names if moved[name] > 0.1 * largest), key=lambda name: -moved[name])

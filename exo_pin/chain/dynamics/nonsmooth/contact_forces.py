@@ -25,7 +25,7 @@ from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
 from ...structure.motion_axes import Limits, limits_of
 from .joint_friction import REST, Rubbing, friction_of, joint_names
-from .projected_motion import ProjectedMotion
+from .projected_motion import Applied, ProjectedMotion, projected_motion
 
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
@@ -210,3 +210,15 @@ def impact(
         raise SolverFailed("the impact", np.inf, "every velocity of the loops moves a joint into its stop")
     after = v + motion.response @ (rows.T @ found.force)
     return np.asarray(after)
+
+
+def with_contacts(
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied, stops: bool
+) -> tuple[FloatArray, ContactForces]:
+    """Acceleration and forces with friction and stops; :func:`moving_loops` must have been called."""
+    rubbing, contacts = contacts_at(state, q, v, stops)
+    motion = projected_motion(state, q, v, applied.plus(rubbing.force))
+    if not len(contacts.place):
+        return only_sliding(motion.a, rubbing.force)
+    found = contact_forces(state, motion, contacts, rubbing.force)
+    return found.a, found

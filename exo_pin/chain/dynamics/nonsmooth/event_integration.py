@@ -1,4 +1,4 @@
-"""Time integration from event to event: friction that sticks and slips, stops, and the caller's own events.
+"""Time integration from event to event: friction that sticks and slips, and stops.
 
 Every step is SciPy's DOP853 in one mode. The events are examined at eight instants of the step, from its dense output,
 and the first is located by bisection; the step ends there. Two events of the same kind within an eighth of a step that
@@ -7,10 +7,7 @@ cancel each other are not noticed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -19,11 +16,9 @@ import scipy
 from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
+from ..crossing import Crossings, Piece, moving_joints
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
-
-#: A function of time, q and v that is zero at an event; ``terminal`` and ``direction`` as SciPy's ``solve_ivp``.
-EventFunction = Callable[[float, FloatArray, FloatArray], float]
 
 #: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad; friction
 #: is exceeded by this share of half its range.
@@ -32,14 +27,6 @@ _BACK, _DEPTH, _EXCEEDED = 1e-10, 1e-13, 1e-9
 _INSTANTS, _HALVINGS = 8, 60
 #: Most changes of mode within a time, s.
 _CROWD, _MOMENT = 60, 1e-6
-
-
-class _Found(NamedTuple):
-    """An event in a step: its time, and the caller's event or -1."""
-
-    time: float
-    number: int
-    terminal: bool
 
 
 @dataclass
@@ -52,23 +39,20 @@ class EventIntegration:
         The differential equations.
     stops : StopRules
         Limits that are stops.
-    events : sequence of callable
-        The caller's events.
     """
 
     rates: Rates
     stops: StopRules
-    events: Sequence[EventFunction]
 
     def run(
-        self, instant: Instant, when: FloatArray, projection: bool, tolerances: tuple[float, float], progress: bool
-    ) -> tuple[list[Instant], int, list[MotionEvent], float | None]:
-        """States at the times ``when``, steps, events, and the time of a terminal event, whose state is the last.
+        self, instant: Instant, when: FloatArray, tolerances: tuple[float, float], progress: bool
+    ) -> tuple[list[Instant], int, list[MotionEvent]]:
+        """States at the times ``when``, steps, and events.
 
         Raises
         ------
-        SimulationStopped
-            If the steps become too small, the energy jumps, or no motion is possible.
+        LoopNotClosed, MasslessMotion, SimulationStopped
+            As :meth:`ClosedChain.simulate`.
         """
         rates, steps, step, short = self.rates, 0, None, 0
         crowd: list[float] = []
@@ -76,34 +60,40 @@ class EventIntegration:
         self._impacts: dict[int, Impacts] = {}
         instant, found = self._settled(time, instant)
         states = [instant]
+        crossings, passage = Crossings(rates), None
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
             while time < target and len(states) < len(when):
                 rates.base = instant.q
                 y = first_state(instant, 0 if rates.mode is None else len(rates.mode.index))
                 rtol, atol = tolerances
-                solver = scipy.integrate.DOP853(rates, time, y, end, first_step=step, rtol=rtol, atol=atol)
+                bound = end if passage is None else passage.end
+                if passage is None:
+                    bound, passage = crossings.ahead(time, instant, end)
+                step = None if step is None else min(step, bound - time)
+                solver = scipy.integrate.DOP853(rates, time, y, bound, first_step=step, rtol=rtol, atol=atol)
                 short = taken(solver, instant, short)
                 inside = solver.dense_output()
-                event, own = self._first(inside, time, float(solver.t), instant)
-                found += own
-                last = float(solver.t) if event is None else event.time
+                crossings.pieces.append(Piece(time, float(solver.t), rates.base, inside))
+                change = self._change(inside, time, float(solver.t))
+                last = float(solver.t) if change is None else change
                 while len(states) < len(when) and when[len(states)] <= last:
-                    states.append(instant_of(rates, inside(float(when[len(states)])), projection))
-                y = solver.y if event is None else inside(last)
-                before, instant = instant, instant_of(rates, y, projection)
-                if not rates.stabilisation:
-                    refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
+                    states.append(instant_of(rates, inside(float(when[len(states)]))))
+                y = solver.y if change is None else inside(last)
+                before, instant = instant, instant_of(rates, y)
+                refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
                 time, steps, step = last, steps + 1, min(solver.h_abs, end - last) or None
-                if event is not None and event.terminal:
-                    if when[len(states) - 1] < time:
-                        states.append(instant)
-                    return states, steps, found, time
-                if event is not None:
+                if passage is not None and time >= passage.end:
+                    joints = moving_joints(rates.state, passage.near.motion)
+                    instant, passage, crossed = crossings.arrived(time, instant, passage)
+                    if crossed is not None:
+                        found.append(MotionEvent(crossed, "crossing", joints))
+                if change is not None:
                     instant, changes = self._settled(time, instant)
-                    found, step = found + changes, None
+                    found, step, passage, rates.carried = found + changes, None, None, None
+                    crossings.pieces.clear()
                     crowd = [t for t in crowd if t > time - _MOMENT] + [time]
                     self._refuse_crowd(crowd, time, instant)
-        return states, steps, found, None
+        return states, steps, found
 
     def _settled(self, time: float, instant: Instant) -> tuple[Instant, list[MotionEvent]]:
         """The state in which the motion continues, and what happened; sets the mode of a motion with contacts."""
@@ -126,65 +116,23 @@ class EventIntegration:
                 "depend on the sign of v switch without end: make them continuous",
             )
 
-    def _first(
-        self, inside: scipy.integrate.DenseOutput, start: float, end: float, instant: Instant
-    ) -> tuple[_Found | None, list[MotionEvent]]:
-        """The first change of mode or terminal event in a step, and the caller's events up to it."""
-        earlier, own = start, []
-        values = [float(event(start, instant.q.copy(), instant.v.copy())) for event in self.events]
+    def _change(self, inside: scipy.integrate.DenseOutput, start: float, end: float) -> float | None:
+        """The time of the first change of mode in a step, by bisection; None for none."""
+        earlier = start
         for later in np.linspace(start, end, _INSTANTS + 1)[1:].tolist():
-            change = None
             if self._ends(inside, later):
-                change = self._located(partial(self._ends, inside), earlier, later)
-            crossed = sorted(self._crossed(inside, values, earlier, later))
-            for passed in crossed:
-                if change is not None and passed.time > change:
-                    break
-                own.append(MotionEvent(passed.time, "event", (), passed.number))
-                if passed.terminal:
-                    return passed, own
-            if change is not None:
-                return _Found(change, -1, False), own
+                for _ in range(_HALVINGS):
+                    middle = 0.5 * (earlier + later)
+                    if not earlier < middle < later:
+                        break
+                    earlier, later = (earlier, middle) if self._ends(inside, middle) else (middle, later)
+                return float(later)
             earlier = later
-        return None, own
-
-    def _crossed(
-        self, inside: scipy.integrate.DenseOutput, values: list[float], earlier: float, later: float
-    ) -> list[_Found]:
-        """The caller's events between two instants; ``values`` are those at the first, and become those at the last."""
-        found = []
-        for number, event in enumerate(self.events):
-            old, new = values[number], self._value(event, inside, later)
-            values[number] = new
-            way = float(getattr(event, "direction", 0))
-            if (old < 0.0 <= new and way >= 0.0) or (old > 0.0 >= new and way <= 0.0):
-                at = self._located(partial(self._passed, event, inside, old), earlier, later)
-                found.append(_Found(at, number, bool(getattr(event, "terminal", False))))
-        return found
-
-    def _passed(self, event: EventFunction, inside: scipy.integrate.DenseOutput, before: float, time: float) -> bool:
-        """Whether an event's value no longer has the sign that it had before."""
-        return self._value(event, inside, time) * np.sign(before) <= 0.0
+        return None
 
     def _state(self, inside: scipy.integrate.DenseOutput, time: float) -> tuple[FloatArray, FloatArray]:
         nv, y = self.rates.state.nv, inside(time)
         return np.asarray(pin.integrate(self.rates.state.model, self.rates.base, y[:nv])), y[nv : 2 * nv].copy()
-
-    def _value(self, event: EventFunction, inside: scipy.integrate.DenseOutput, time: float) -> float:
-        return float(event(time, *self._state(inside, time)))
-
-    @staticmethod
-    def _located(passed: Callable[[float], bool], earlier: float, later: float) -> float:
-        """The first time, by bisection, at which an event has passed."""
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (earlier + later)
-            if not earlier < middle < later:
-                break
-            if passed(middle):
-                later = middle
-            else:
-                earlier = middle
-        return later
 
     def _ends(self, inside: scipy.integrate.DenseOutput, time: float) -> bool:
         """Whether the mode has ended before a time of a step."""

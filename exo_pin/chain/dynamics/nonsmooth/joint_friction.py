@@ -27,7 +27,6 @@ from ....core.errors import InvalidInput, UnsupportedDynamics
 from ....core.records import keeps_read_only
 from ....core.validation import FloatArray, as_mapping, as_real, frozen
 from ...structure.chain_state import ActuatedCoordinates, ChainState
-from ..force_distribution import Bound
 
 #: A coordinate moves or accelerates if it does so by more than this, characteristic lengths and rad a second (and
 #: squared).
@@ -166,18 +165,6 @@ def bearing_drive(drive: ActuatedCoordinates, rubbing: Rubbing) -> ActuatedCoord
     return ActuatedCoordinates(
         frozen(np.union1d(drive.driven, rubbing.rest)), frozen(np.setdiff1d(drive.passive, rubbing.rest))
     )
-
-
-def friction_bounds(
-    state: ChainState, drive: ActuatedCoordinates, rubbing: Rubbing, force: FloatArray, slope: FloatArray
-) -> list[Bound]:
-    """Bounds on the friction of joints at rest without actuator, given joint forces and their change per unit of z."""
-    found = []
-    for k in np.intersect1d(rubbing.rest, drive.passive):
-        (joint,) = joint_names(state, np.array([k]))
-        low, high = float(rubbing.low[k]), float(rubbing.high[k])
-        found.append(Bound(f"friction of {joint}", float(force[k]), slope[k], low, high))
-    return found
 
 
 def resting_friction(

@@ -18,9 +18,8 @@ from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ..equations.equations_of_motion import moving_loops
-from .constrained_acceleration import acceleration
 from .contact_forces import Contacts
-from .projected_motion import Applied, projected_motion, response_at
+from .projected_motion import Applied, acceleration, projected_motion, response_at
 
 #: Singular values of the rows that stick below this share of the largest count as zero.
 _RANK = 1e-8

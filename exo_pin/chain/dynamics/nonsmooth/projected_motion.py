@@ -5,28 +5,41 @@ a = a_0 + Z z with J Z = 0 and J a_0 = -J̇ v, (ZᵀMZ) z = Zᵀ(forces - M a_0)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ....core.errors import MasslessMotion
+from ....core.errors import LoopNotClosed, MasslessMotion, SolverFailed
 from ....core.records import keeps_read_only
 from ....core.validation import FloatArray
-from ...kinematics.closing import residual_of_rank
+from ...kinematics.closing import NOTHING_HELD, nearest_closed
 from ...kinematics.kernels.dependent_kernels import nearest_motion
-from ...structure.chain_state import ChainState
-from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
-from ..equations.equations_of_motion import open_tree
+from ...kinematics.rank import rank_tolerance
+from ...structure.chain_state import CLOSED, ChainState
+from ..equations.equation_kernels import clear_motion
+from ..equations.equations_of_motion import (
+    MASSLESS,
+    LoopMotion,
+    inertia_matrix,
+    massless_joints,
+    moving_loops,
+    open_tree,
+)
 
 #: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
 _LOCKED = 1e-9
+#: Most steps from open loops of a motion in time to closed ones.
+_NEAR = 20
 
 
 @keeps_read_only
 class Applied(NamedTuple):
-    """What makes a motion, and how it is computed.
+    """What makes a motion.
 
     Attributes
     ----------
@@ -34,16 +47,10 @@ class Applied(NamedTuple):
         Shape (nv,), N and N m.
     external : mapping or None
         Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
-    method : {"proximal", "projected"}
-        How the equations of motion are solved.
-    stabilisation : float
-        Rate of Baumgarte's terms, 1/s.
     """
 
     efforts: FloatArray
     external: Mapping[str, ArrayLike] | None
-    method: str
-    stabilisation: float
 
     def plus(self, force: FloatArray) -> Applied:
         """The same with generalised forces, shape (nv,), added to the efforts."""
@@ -99,7 +106,7 @@ def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: A
         If some motion has no inertia.
     """
     work, column = state.buffers, state.topology.column
-    right = -stabilising(state, v, applied.stabilisation) - work.drift
+    right = -work.drift
     forces = column * (applied.efforts - open_tree(state, q, v, np.zeros(state.model.nv), applied.external))
     # a = start + column basis z: metres in characteristic lengths, as the rows.
     M, start, basis, ways, sizes = _reduced(state, q, right)
@@ -133,12 +140,92 @@ def _reduced(
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.array([])
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)
-    if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
+    if not sizes[0] > MASSLESS * max(float(sizes[-1]), float(np.abs(np.diag(M)).max(initial=0.0))):
         raise MasslessMotion(massless_joints(state, q, basis))
     return M, start, basis, ways, sizes
 
 
-def stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
-    """Baumgarte's terms; the buffers must be linearised."""
-    work = state.buffers
-    return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap
+def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
+    """The scaled residual with which the rank of open loops is that of the closed ones nearby.
+
+    Within a step of an integration and in a stabilised motion the loops are open. Redundant rows of an overconstrained
+    mechanism contradict each other there, in proportion to ``gap``, and must not become constraints.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain; its buffers are linearised at q afterwards.
+    q : ndarray
+        Shape (nq,).
+    gap : float
+        Largest scaled residual there.
+    """
+    least = state.uncertainty(min(gap, CLOSED))
+    if gap <= max(least, CLOSED):
+        return least
+    work, top, joints = state.buffers, state.topology, state.model.njoints
+
+    def spectrum(at: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+        work.linearise(at)
+        scaled = work.jacobian * top.row_scale[:, None] * top.column
+        values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
+        kept = [rank_tolerance(work.jacobian.shape, float(values[0]), joints, size) for size in (least, gap)]
+        return values, np.asarray(np.count_nonzero(values > np.array(kept)[:, None], axis=1))
+
+    values, ranks = spectrum(q)
+    found = least
+    if ranks[0] != ranks[1]:
+        with suppress(LoopNotClosed):
+            there = nearest_closed(state, q, NOTHING_HELD, 1e-12, _NEAR)[0]
+            rank = int(spectrum(there)[1][0])
+            if 0 < rank < ranks[0]:
+                # Between the two singular values, whatever their sizes.
+                between = math.sqrt(float(values[rank - 1] * values[rank]))
+                found = between / rank_tolerance(work.jacobian.shape, float(values[0]), 0, 1.0)
+        work.linearise(q)
+    return found
+
+
+#: What :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns.
+Missed = tuple[float, float, float, bool]
+
+
+def clear_acceleration(
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied
+) -> tuple[LoopMotion, FloatArray | None, Missed | None]:
+    """The loops of a moving chain, and its acceleration by projection, without friction and stops.
+
+    Returns
+    -------
+    tuple
+        What :func:`moving_loops` returns; the acceleration, and what
+        :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns for it, None where it is in doubt.
+    """
+    work, top, nv = state.buffers, state.topology, state.nv
+    work.jacobian_rates(q, v)
+    forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
+    lower = np.reshape(pin.crba(state.model, work.data, q), (nv, nv)).T
+    found, clear, a, error = clear_motion.run(
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
+        work.drift, lower, forces, (state.tolerance, CLOSED, MASSLESS),
+    )  # fmt: skip
+    return (found, a, error) if clear else (found, None, None)
+
+
+def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
+    """Acceleration without dry friction and stops, for the integrator.
+
+    Raises
+    ------
+    MasslessMotion
+        If some motion has no inertia.
+    SolverFailed
+        If the answer is not finite.
+    """
+    _, a, _ = clear_acceleration(state, q, v, applied)
+    if a is None:
+        moving_loops(state, q, v)
+        a = projected_motion(state, q, v, applied).a
+    if not np.isfinite(a).all():
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
+    return a

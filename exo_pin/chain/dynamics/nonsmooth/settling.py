@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
-from ...structure.inertia import inertia_matrix
 from ...structure.motion_axes import Limits
-from ..equations.equations_of_motion import moving_loops
+from ..equations.equations_of_motion import inertia_matrix, moving_loops
 from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names
@@ -49,11 +48,9 @@ class MotionEvent(NamedTuple):
         s.
     kind : str
         "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached",
-        "stop left", or "event" for one of the caller's.
+        "stop left", or "crossing" of a singular configuration.
     joints : tuple of str
-        The joints concerned.
-    number : int
-        Index of the caller's event, otherwise -1.
+        The joints concerned; of a crossing, those that move in the other motion that is possible there.
 
     Examples
     --------
@@ -67,7 +64,6 @@ class MotionEvent(NamedTuple):
     time: float
     kind: str
     joints: tuple[str, ...]
-    number: int = -1
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from ....core.validation import FloatArray, frozen
 from ...structure.chain_state import ChainState
 from ..equations.motion_kernels import wrenches_of_stack
 from ..reactions import ClosedForces
-from ..wrenches import JointReaction, expressed, on_body, own_frame, transmitting_part
-from .certificates import certified
+from ..wrenches import JointReaction, certified, expressed, on_body, own_frame, transmitting_part
 
 
 @checked

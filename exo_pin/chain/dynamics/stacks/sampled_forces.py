@@ -17,7 +17,6 @@ from ....core.validation import LARGEST, FloatArray, as_mapping, as_real, frozen
 from ...kinematics import closing
 from ...kinematics.loops import BLOCK, project_acceleration, project_velocity
 from ...structure.chain_state import ActuatedCoordinates, ChainState
-from ...structure.memory.chain_buffers import forest_of
 from ..equations.equation_stacks import passes, trees_of_stack
 from ..equations.equations_of_motion import add_push
 from ..equations.motion_kernels import NUMBERS, forces_of_stack, forces_size
@@ -113,7 +112,7 @@ def stack_of_forces(
         q, v, a = _closed(state, (q, v, a), np.flatnonzero(finite), errors, progress)
     arrays, done = _empty(state, len(q)), np.zeros(len(q), dtype=np.bool_)
     usable = finite & np.array([k not in errors and state.has_unit_turns(row) for k, row in enumerate(q)], dtype=bool)
-    if fast is not None and forest_of(state) is not None and not state.tolerance:
+    if fast is not None and not state.tolerance:
         done = _compiled(state, (q, v, a), wrenches, usable, fast, arrays, progress)
     bounded: dict[int, ClosedForces] = {}
     rest = [int(k) for k in np.flatnonzero(~done) if int(k) not in errors]

@@ -20,7 +20,7 @@ from typing import Any
 
 from ....core.errors import FileFormatError, InvalidInput, MissingExtra
 from ....core.errors.base import shown, warn
-from ....core.files.text_files import read_file
+from ....core.files.atomic import read_file
 from ....core.records import OneProcess
 from ..digits import geometry_words
 from ..xml_elements import parse_xml

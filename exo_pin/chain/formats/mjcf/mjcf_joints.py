@@ -26,8 +26,7 @@ import pinocchio as pin
 from ....core.errors import InvalidInput
 from ....core.errors.base import warn
 from ....core.validation import FloatArray
-from ...structure.inertia import lawful_moments
-from ..bodies import TreeBody
+from ..bodies import TreeBody, lawful_moments
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_elements import as_numbers
 

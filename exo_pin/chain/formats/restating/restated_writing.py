@@ -31,7 +31,7 @@ from ..mjcf.mjcf_writing import mjcf_document
 from ..sdf.sdf_frames import RESERVED
 from ..sdf.sdf_writing import FORMS as SDF_FORMS
 from ..sdf.sdf_writing import sdf_text
-from ..urdf.urdf_mimic import linear
+from ..urdf.urdf_values import linear
 from ..urdf.urdf_writing import urdf_text
 from .restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
 

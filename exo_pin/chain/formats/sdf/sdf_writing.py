@@ -41,7 +41,7 @@ from ..bodies import (
     welded_to_arm,
     without,
 )
-from ..urdf.urdf_mimic import linear
+from ..urdf.urdf_values import linear
 from ..xml_elements import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
 from .sdf_model import write_sdf_shape

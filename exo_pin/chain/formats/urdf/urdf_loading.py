@@ -14,9 +14,8 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -34,9 +33,16 @@ from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words,
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
-from .urdf_mimic import coupled_joints, mimic_couplings, with_mimics
 from .urdf_shapes import urdf_shapes
-from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
+from .urdf_values import (
+    check_joint,
+    check_origin,
+    coupled_joints,
+    inertia_of,
+    mimic_couplings,
+    unread_physics,
+    with_mimics,
+)
 
 #: Longest chain of links that is read. Pinocchio's reader calls itself once a link, and the stack of a thread
 #: (8 MiB) ends between 3,000 and 4,000 links.
@@ -129,8 +135,6 @@ def checked_urdf(
         left.say("not_urdf", name if count == 1 else f"{name}, {count} times")
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
-    for material in root.all("material"):
-        _drawn(check_material, material, left)
     robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
     for link in links.values():
         _check_link(link, version, left)
@@ -144,7 +148,9 @@ def checked_urdf(
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
         warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning)
-    return CheckedUrdf(ET.tostring(robot, encoding="unicode"), mimics, words, tuple(urdf_shapes(root, folder)))
+    return CheckedUrdf(
+        ET.tostring(robot, encoding="unicode"), mimics, words, tuple(urdf_shapes(root, folder, version, left))
+    )
 
 
 def _version(root: Element) -> tuple[int, int]:
@@ -171,24 +177,13 @@ def _named(root: Element, tag: str) -> dict[str, Element]:
     return found
 
 
-def _drawn(check: Callable[[Element], None], picture: Element, left: LeftOut) -> None:
-    """Check what is drawn, which may be wrong: it has no effect on the motion."""
-    try:
-        check(picture)
-    except FileFormatError as error:
-        left.say("pictures", str(error))
-
-
 def _check_link(link: Element, version: tuple[int, int], left: LeftOut) -> None:
-    """A link's origin, pictures, mass and inertia."""
+    """A link's origin, mass and inertia."""
     origin = link.first("origin")
     if origin is not None:
         check_origin(origin, version)
         if vector(origin, "xyz", NOTHING).any() or vector(origin, "rpy", NOTHING).any():
             raise origin.error("a link has no origin of its own in URDF: place its joint, its inertial or its visual")
-    for child in link.children:
-        if child.tag in ("visual", "collision"):
-            _drawn(partial(check_picture, version=version), child, left)
     inertial = link.first("inertial")
     if inertial is not None:
         check_origin(inertial.first("origin"), version)
@@ -298,7 +293,7 @@ def load_model(
     FileFormatError
         If the URDF or the closures file is not valid; the message names the place and line, see
         :mod:`exo_pin.chain.formats.urdf.urdf_loading`. Mimic joints become closures, see
-        :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
+        :mod:`exo_pin.chain.formats.urdf.urdf_values`.
     UnknownName
         If a root joint, frame, joint or closure type is not known.
     InvalidInput

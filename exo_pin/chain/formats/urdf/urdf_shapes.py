@@ -11,14 +11,16 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError
 from ...structure.description import Shape
+from ..leaving_out import LeftOut
 from ..xml_elements import NOTHING, Element, as_numbers, number, vector
+from .urdf_values import check_origin
 
 #: Of every kind the attributes that are its size.
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 
 
-def urdf_shapes(root: Element, folder: Path | None) -> Iterator[Shape]:
-    """Visuals and collision shapes of a checked document; those with a fault, which the check names, are left out.
+def urdf_shapes(root: Element, folder: Path | None, version: tuple[int, int], left: LeftOut) -> Iterator[Shape]:
+    """Visuals and collision shapes of a checked document; those with a fault, which is said, are left out.
 
     Parameters
     ----------
@@ -26,13 +28,20 @@ def urdf_shapes(root: Element, folder: Path | None) -> Iterator[Shape]:
         The ``<robot>``.
     folder : Path or None
         Where its file stands.
+    version : tuple of int
+        Of URDF.
+    left : LeftOut
+        Where faults are put down.
     """
-    colours = {item.attributes.get("name"): _colour(item) for item in root.all("material")}
+    colours = {item.attributes.get("name"): _colour(item, left) for item in root.all("material")}
     for link in root.all("link"):
         for picture in (child for child in link.children if child.tag in ("visual", "collision")):
             try:
-                yield _shape(link.attributes["name"], picture, colours, folder)
-            except (FileFormatError, KeyError, ValueError):
+                check_origin(picture.first("origin"), version)
+                yield _shape(link.attributes["name"], picture, colours, folder, left)
+            except FileFormatError as error:
+                left.say("pictures", str(error))
+            except (KeyError, ValueError):  # what is missing or unknown was said before
                 continue
 
 
@@ -55,22 +64,30 @@ def found_file(name: str, folder: Path | None) -> str:
     return name
 
 
-def _colour(material: Element) -> tuple[float, ...] | None:
+def _colour(material: Element, left: LeftOut) -> tuple[float, ...] | None:
     try:
         return tuple(vector(material.first("color"), "rgba", (0.0,) * 4).tolist()) if material.first("color") else None
-    except FileFormatError:
+    except FileFormatError as error:
+        left.say("pictures", str(error))
         return None
 
 
 def _shape(
-    link: str, picture: Element, colours: dict[str | None, tuple[float, ...] | None], folder: Path | None
+    link: str,
+    picture: Element,
+    colours: dict[str | None, tuple[float, ...] | None],
+    folder: Path | None,
+    left: LeftOut,
 ) -> Shape:
     geometry, origin, material = picture.first("geometry"), picture.first("origin"), picture.first("material")
-    (shape,) = (child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag)
+    shapes = [child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag]
+    if len(shapes) != 1:
+        raise picture.error(f"expected one shape, got {len(shapes)}")
+    shape = shapes[0]
     place = pin.SE3(pin.rpy.rpyToMatrix(vector(origin, "rpy", NOTHING)), vector(origin, "xyz", NOTHING))
     colour = None
     if material is not None and picture.tag == "visual":
-        colour = _colour(material) if material.first("color") else colours.get(material.attributes.get("name"))
+        colour = _colour(material, left) if material.first("color") else colours.get(material.attributes.get("name"))
     file = None
     if shape.tag == "mesh":
         size = tuple(vector(shape, "scale", (1.0, 1.0, 1.0)).tolist())
@@ -79,6 +96,8 @@ def _shape(
         size = tuple(vector(shape, "size", NOTHING).tolist())
     else:
         size = tuple(number(shape, key) for key in _SIZES[shape.tag])
+    if shape.tag != "mesh" and min(size) < 0.0:
+        raise shape.error(f"expected sizes of zero or more, got {size}")
     return Shape.at(link, shape.tag, size, place, file, colour, picture.tag)
 
 

@@ -6,16 +6,27 @@ taken to be known to half a unit of its last digit: with the matrix H of these h
 negative by |H|, and larger than the sum of the others by 3 |H| (Weyl's inequality, |.| the spectral norm), but by no
 more than half of itself; an entry on the diagonal may be negative by its own half unit. Computer-aided design prints
 noise instead of zero as well: moments below the mass times a micrometre squared count as zero.
+
+Mimic joints of a URDF as couplings: position = multiplier times the other joint's position + offset.
+
+A coupling of the closures file that says the same of the same two joints stands for the mimic joint, with its own name
+and place among the rows. Otherwise the coupling is called after the joint, ``finger_mimic``, and comes last.
+
+A continuous joint that is coupled has one number for its position, which counts turns, instead of cosine and sine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
-from ...structure.inertia import lawful_moments
+from ...structure.closures import Closure
+from ...structure.description import Closures
+from ..bodies import free_name, lawful_moments
 from ..joint_data import NO_LIMIT
 from ..leaving_out import LeftOut
 from ..xml_elements import NOTHING, Element, half_unit, number, numbers, vector
@@ -199,42 +210,89 @@ def _check_limit(joint: Element, kind: str, version: tuple[int, int], left: Left
 _LIMITS = ("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk")
 
 
-def check_picture(picture: Element, version: tuple[int, int]) -> None:
-    """A ``<visual>`` or ``<collision>``: one shape of positive size, a mesh's scale, a colour of four numbers.
+#: Largest difference, relative and absolute, of numbers that say the same: rounding of references.
+_SAME = 1e-12
+
+
+def mimic_couplings(joints: Mapping[str, Element], left: LeftOut) -> tuple[Closure, ...]:
+    """The couplings that the joints' ``<mimic>`` elements state.
+
+    Parameters
+    ----------
+    joints : mapping of str to Element
+        The joints by name.
+    left : LeftOut
+        Where a fixed joint's ``<mimic>`` is put down, which has no effect. A joint that follows a fixed one is held.
 
     Raises
     ------
     FileFormatError
-        If it is anything else.
+        If a mimic joint or the joint that it follows is no hinge or slide, or there is no such joint, or it is the
+        joint itself.
     """
-    check_origin(picture.first("origin"), version)
-    geometry = picture.first("geometry")
-    if geometry is None:
-        raise picture.error("<geometry> is missing")
-    shapes = [child for child in geometry.children if ":" not in child.tag]
-    if len(shapes) != 1:
-        raise geometry.error(f"expected one shape, got {len(shapes)}")
-    shape = shapes[0]
-    if shape.tag == "capsule" and version < (1, 1):
-        raise shape.error('needs <robot version="1.1">: URDF 1.0 has no capsules')
-    for attribute, count in (("radius", 1), ("length", 1), ("size", 3)):
-        if attribute in shape.attributes and min(numbers(shape, attribute, count)) < 0.0:
-            raise shape.error(f"expected zero or more, got {shape.attributes[attribute]!r}", attribute)
-    if "scale" in shape.attributes:
-        numbers(shape, "scale", 3)
-    material = picture.first("material")
-    if material is not None and picture.tag == "visual":
-        check_material(material)
+    found = []
+    for name, joint in joints.items():
+        mimic = joint.first("mimic")
+        if mimic is None:
+            continue
+        if joint.attributes["type"] == "fixed":
+            left.say("mimic", f"joint {name!r} is fixed")
+            continue
+        leader = mimic.attributes["joint"]
+        if leader not in joints:
+            raise mimic.error(f"there is no joint {leader!r}", "joint")
+        if leader == name:
+            raise mimic.error("a joint cannot mimic itself", "joint")
+        held = joints[leader].attributes["type"] == "fixed"
+        for one in (name,) if held else (name, leader):
+            kind = joints[one].attributes["type"]
+            if kind not in ("revolute", "continuous", "prismatic"):
+                raise mimic.error(f"expected hinges and slides; joint {one!r} is {kind}", "joint")
+        powers = (number(mimic, "offset", 0.0), number(mimic, "multiplier", 1.0))
+        if held:
+            found.append(Closure(f"{name}_mimic", "coupling", "universe", name, polynomial=powers[:1]))
+        else:
+            found.append(Closure(f"{name}_mimic", "coupling", leader, name, polynomial=powers))
+    return tuple(found)
 
 
-def check_material(material: Element) -> None:
-    """A ``<material>``'s colour.
+def coupled_joints(couplings: Sequence[Closure]) -> frozenset[str]:
+    """Names of the joints of all couplings among closures."""
+    return frozenset(name for item in couplings if item.polynomial is not None for name in (item.frame_a, item.frame_b))
+
+
+def linear(coupling: Closure) -> tuple[float, float] | None:
+    """Offset and multiplier of a coupling, None where it is not linear or holds a joint."""
+    constant, slope, *higher = (*(coupling.polynomial or ()), 0.0, 0.0)
+    if coupling.frame_a == "universe" or any(higher):
+        return None
+    r_a, r_b = coupling.references
+    return r_b + constant - slope * r_a, slope
+
+
+def with_mimics(closures: Closures, mimics: Sequence[Closure]) -> Closures:
+    """Closures with those couplings of mimic joints that they do not state themselves.
 
     Raises
     ------
-    FileFormatError
-        If it is not four numbers.
+    InvalidInput
+        If they state another linear coupling of the same two joints, in the same order.
     """
-    colour = material.first("color")
-    if colour is not None and "rgba" in colour.attributes:
-        numbers(colour, "rgba", 4)
+    more = []
+    taken = {closure.name for closure in closures.closures}
+    for mimic in mimics:
+        stated = [
+            other
+            for other in closures.closures
+            if (other.type, other.frame_a, other.frame_b) == ("coupling", mimic.frame_a, mimic.frame_b)
+        ]
+        if not stated:
+            more.append(dataclasses.replace(mimic, name=free_name(mimic.name, taken)))
+        for other in stated:
+            numbers = linear(other)
+            if numbers is None or not np.allclose(numbers, mimic.polynomial or (), rtol=_SAME, atol=_SAME):
+                raise InvalidInput(
+                    f"joint {mimic.frame_b!r} mimics {mimic.frame_a!r} with offset and multiplier {mimic.polynomial} "
+                    f"in the URDF; closure {other.name!r} couples them otherwise: take one of the two out"
+                )
+    return dataclasses.replace(closures, closures=(*closures.closures, *more)) if more else closures

@@ -34,8 +34,8 @@ from ...structure.description import Closures, JointProperties, Root, Shape
 from ..bodies import LINKS_AND_SITES, TreeBody, free_name, one_sided, tree_bodies, welded_to_arm, without, world_link
 from ..joint_data import NO_LIMIT
 from ..xml_elements import MOMENTS, as_numbers
-from .urdf_mimic import linear
 from .urdf_shapes import write_urdf_shape
+from .urdf_values import linear
 
 #: Materials by name, red, green, blue, alpha.
 COLOURS = {

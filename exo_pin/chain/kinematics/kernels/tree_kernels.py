@@ -14,45 +14,38 @@ from numpy.typing import NDArray
 
 from ....core.compiled import kernel
 from ....core.validation import FloatArray, frozen
-from ...structure.motion_axes import ConstantAxes
 from ...structure.projection import compose
 
 #: Joints by what moves them: a hinge, slide or screw along an axis, a hinge by cosine and sine, a ball, a free flight,
-#: a shift, a motion in the plane, a ball that rolls in an ellipsoid.
-SCREW, ENDLESS, BALL, FLIGHT, SHIFT, PLANE, ELLIPSOID = range(7)
+#: a shift, a motion in the plane.
+SCREW, ENDLESS, BALL, FLIGHT, SHIFT, PLANE = range(6)
 _KINDS = {
     "JointModelSpherical": BALL,
     "JointModelFreeFlyer": FLIGHT,
     "JointModelTranslation": SHIFT,
     "JointModelPlanar": PLANE,
-    "JointModelEllipsoid": ELLIPSOID,
 }
 
 #: Parent, kind, first index in q and in v of each joint, shape (n, 4); placements, shape (n, 4, 3), as the kernels
-#: have poses; axes of hinges, slides and screws with angular and linear part, or an ellipsoid's radii twice, shape
-#: (n, 2, 3); and, of each joint of the model itself, its joint here. A plain tuple, because Numba takes it faster
-#: than a named one.
-Tree = tuple[NDArray[np.int64], FloatArray, FloatArray, NDArray[np.int64]]
+#: have poses; axes of hinges, slides and screws with angular and linear part, shape (n, 2, 3). A plain tuple,
+#: because Numba takes it faster than a named one.
+Tree = tuple[NDArray[np.int64], FloatArray, FloatArray]
 
 
-def tree_arrays(axes: ConstantAxes) -> Tree:
+def tree_arrays(model: pin.Model) -> Tree:
     """The arrays of a tree."""
-    model = axes.model
     links, places = np.zeros((model.njoints, 4), dtype=np.int64), np.zeros((model.njoints, 4, 3))
     motions = np.zeros((model.njoints, 2, 3))
     places[0, :3] = np.eye(3)
     for j in range(1, model.njoints):
         kind, place = model.joints[j], model.jointPlacements[j]
         code = _KINDS.get(kind.shortname())
-        if code == ELLIPSOID:
-            own = kind.extract() if isinstance(kind, pin.JointModel) else kind
-            motions[j] = own.radius_x, own.radius_y, own.radius_z
-        elif code is None:
+        if code is None:
             code = SCREW if kind.nq == 1 else ENDLESS
             motions[j] = _motion(kind)
         links[j] = model.parents[j], code, kind.idx_q, kind.idx_v
         places[j, :3], places[j, 3] = place.rotation.T, place.translation
-    return frozen(links), frozen(places), frozen(motions), axes.tree[2]
+    return frozen(links), frozen(places), frozen(motions)
 
 
 def _motion(kind: pin.JointModel) -> FloatArray:
@@ -108,36 +101,7 @@ def _sliding(pose: Any, x: float, y: float, z: float, out: Any) -> None:
 
 
 @kernel(fills=True)
-def _place_ellipsoid(radii: Any, a: float, b: float, c: float, out: Any) -> None:
-    """Pose of a ball turned by X-Y-Z angles whose centre is on an ellipsoid, where the ball's z axis points."""
-    sa, ca, sb, cb, sc, cc = math.sin(a), math.cos(a), math.sin(b), math.cos(b), math.sin(c), math.cos(c)
-    out[0, 0], out[0, 1], out[0, 2] = cb * cc, ca * sc + sa * sb * cc, sa * sc - ca * sb * cc
-    out[1, 0], out[1, 1], out[1, 2] = -cb * sc, ca * cc - sa * sb * sc, sa * cc + ca * sb * sc
-    out[2, 0], out[2, 1], out[2, 2] = sb, -sa * cb, ca * cb
-    for k in range(3):
-        out[3, k] = radii[k] * out[2, k]
-
-
-@kernel(fills=True)
-def _ellipsoid_motions(radii: Any, a: float, b: float, before: Any, pose: Any, J: Any) -> None:
-    """World twists of the three angles, shape (3, 6); ``before`` is the pose of the joint's frame at rest."""
-    sa, ca, sb, cb = math.sin(a), math.cos(a), math.sin(b), math.cos(b)
-    _turning(pose, 0.0, 0.0, 1.0, J[2])
-    # The point moves with the angles, and not as the turn about its own place would move it.
-    for k in range(3):
-        J[0, 3 + k] = before[0, k]
-        J[1, 3 + k] = ca * before[1, k] + sa * before[2, k]
-        J[0, k] = -radii[1] * ca * cb * before[1, k] - radii[2] * sa * cb * before[2, k]
-        J[1, k] = radii[0] * cb * before[0, k] + radii[1] * sa * sb * before[1, k] - radii[2] * ca * sb * before[2, k]
-    p = pose[3]
-    for i in range(2):
-        J[i, 0] += p[1] * J[i, 5] - p[2] * J[i, 4]
-        J[i, 1] += p[2] * J[i, 3] - p[0] * J[i, 5]
-        J[i, 2] += p[0] * J[i, 4] - p[1] * J[i, 3]
-
-
-@kernel(fills=True)
-def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) -> None:
+def place_tree(tree: Any, q: Any, local: Any, poses: Any, J: Any) -> None:
     """Fill poses and world Jacobian of a tree.
 
     Parameters
@@ -146,16 +110,16 @@ def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) ->
         What :func:`exo_pin.chain.kinematics.kernels.tree_kernels.tree_arrays` returns.
     q : ndarray
         Shape (nq,).
-    local, whole : ndarray
-        Room for the pose of a joint in two steps, shape (2, 4, 3), and for all joints of the tree, shape (n, 4, 3).
+    local : ndarray
+        Room for the pose of a joint in two steps, shape (2, 4, 3).
     poses : ndarray
         Shape (njoints, 4, 3), filled: rows 0 to 2 are the columns of R, row 3 is p.
     J : ndarray
         Shape (nv, 6), filled: the transposed Jacobian, linear part first, about the world's origin.
     """
-    links, places, motions, carriers = tree
+    links, places, motions = tree
     own, between = local[0], local[1]
-    _no_turn(whole[0])
+    _no_turn(poses[0])
     for j in range(1, len(links)):
         parent, kind, a, b = links[j, 0], links[j, 1], links[j, 2], links[j, 3]
         _no_turn(own)
@@ -173,23 +137,17 @@ def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) ->
             own[0, 0], own[0, 1] = q[a + 2], q[a + 3]
             own[1, 0], own[1, 1] = -q[a + 3], q[a + 2]
             own[3, 0], own[3, 1] = q[a], q[a + 1]
-        elif kind == ELLIPSOID:
-            _place_ellipsoid(axis, q[a], q[a + 1], q[a + 2], own)
         else:
             if kind == FLIGHT:
                 _turn_of(q[a + 3], q[a + 4], q[a + 5], q[a + 6], own)
             for k in range(3):
                 own[3, k] = q[a + k]
         compose(places[j], own, between)
-        compose(whole[parent], between, whole[j])
-        pose = whole[j]
+        compose(poses[parent], between, poses[j])
+        pose = poses[j]
         if kind in (SCREW, ENDLESS):
             _turning(pose, axis[0], axis[1], axis[2], J[b])
             _sliding(pose, slide[0], slide[1], slide[2], J[b])
-            continue
-        if kind == ELLIPSOID:
-            compose(whole[parent], places[j], between)
-            _ellipsoid_motions(axis, q[a], q[a + 1], between, pose, J[b : b + 3])
             continue
         if kind == PLANE:
             _turning(pose, 0.0, 0.0, 1.0, J[b + 2])
@@ -202,10 +160,6 @@ def place_tree(tree: Any, q: Any, local: Any, whole: Any, poses: Any, J: Any) ->
             for k in range(2 if kind == PLANE else 3):
                 _turning(pose, 0.0, 0.0, 0.0, J[b + k])
                 _sliding(pose, 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0, J[b + k])
-    for j in range(len(carriers)):
-        for i in range(4):
-            for k in range(3):
-                poses[j, i, k] = whole[carriers[j], i, k]
 
 
 @kernel(fills=True)
@@ -241,7 +195,7 @@ def step_tree(tree: Any, move: Any, q: Any) -> None:
             _turn_plane(q, a, move[b])
         elif kind == BALL:
             turn_quaternion(q, a, move[b], move[b + 1], move[b + 2])
-        elif kind in (SHIFT, ELLIPSOID):
+        elif kind == SHIFT:
             for k in range(3):
                 q[a + k] += move[b + k]
         elif kind == PLANE:

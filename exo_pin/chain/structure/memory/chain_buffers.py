@@ -22,28 +22,22 @@ from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
 from ...kinematics.kernels import closure_kernels as kernels
 from ...kinematics.kernels.closure_kernels import unit_wrenches
-from ..closures import Closure
-from ..motion_axes import ConstantAxes
 from ..topology import IntArray, Topology
 
 #: How many arrays are packed of each kind.
-_INTEGERS = 12
+_INTEGERS = 10
 
 
-#: Pinocchio's constraints of closures, by the rules of their types.
-PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
-#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
-_PROXIMAL = (1e-14, 1e-10, 40)
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
 _COORDINATES = 64
 
 
-def packed_constants(topology: Topology, axes: ConstantAxes) -> tuple[IntArray, FloatArray]:
+def packed_constants(model: pin.Model, topology: Topology) -> tuple[IntArray, FloatArray]:
     """Where each array starts and all integers; all other numbers."""
     owners, carried, per_newton, length = topology.bodies
     joints, local, kinds, distances, rows, signs, supports, coupled, polynomials = topology.loops
     row_scale, column, blocks = topology.scales
-    integers = joints, kinds, rows, coupled, *blocks, owners, *axes.tree
+    integers = joints, kinds, rows, coupled, *blocks, owners, np.array(model.parents)
     numbers = np.array([length]), local, distances, signs, supports, polynomials, row_scale, column, carried, per_newton
     starts = [np.cumsum([0, *(part.size for part in parts)]) for parts in (integers, numbers)]
     starts[0] += len(starts[0]) + len(starts[1])
@@ -64,14 +58,14 @@ def unpacked_constants(whole: Any, numbers: Any) -> Any:
     Returns
     -------
     tuple
-        ``loops``, ``scales`` and ``bodies`` of :class:`exo_pin.chain.structure.topology.Topology`, and the ``tree`` of
-        :class:`exo_pin.chain.structure.motion_axes.ConstantAxes`.
+        ``loops``, ``scales`` and ``bodies`` of :class:`exo_pin.chain.structure.topology.Topology`, and of
+        each joint its parent, of each coordinate its joint.
     """
     joints, kinds, rows = _three(whole, whole, 0)
     coupled, block_rows, block_columns = _three(whole, whole, 3)
     row_starts, column_starts, owners = _three(whole, whole, 6)
-    blocks, tree, starts = (
-        (block_rows, block_columns, row_starts, column_starts), _three(whole, whole, 9), whole[_INTEGERS + 1 :],
+    blocks, parents, starts = (
+        (block_rows, block_columns, row_starts, column_starts), whole[whole[9] : whole[10]], whole[_INTEGERS + 1 :],
     )  # fmt: skip
     local, distances, signs = _three(starts, numbers, 1)
     supports, polynomials, row_scale = _three(starts, numbers, 4)
@@ -81,8 +75,8 @@ def unpacked_constants(whole: Any, numbers: Any) -> Any:
         joints.reshape((m, 2)), local.reshape((m, 2, 4, 3)), kinds, distances, rows, signs.reshape((m, nv)),
         supports.reshape((m, 2, nv)), coupled.reshape((couplings, 5)), polynomials.reshape((couplings, 7)),
     )  # fmt: skip
-    joints_of_chain = len(tree[2])
-    return loops, (row_scale, column, blocks), (owners, carried.reshape((joints_of_chain, m)), per_newton, length), tree
+    bodies = owners, carried.reshape((len(parents), m)), per_newton, length
+    return loops, (row_scale, column, blocks), bodies, (parents, owners)
 
 
 class ChainBuffers(OneProcess):
@@ -92,17 +86,15 @@ class ChainBuffers(OneProcess):
     ----------
     data : pinocchio.Data
         Overwritten by every call.
-    rate_data : pinocchio.Data
-        The same, or that of the model with constant axes where joints do not have them.
     poses : ndarray
         Shape (njoints, 4, 3), a window on ``data.oMi``: rows 0 to 2 are the columns of R, row 3 is p.
     forces : ndarray
         Shape (njoints, 6), a window on ``data.f``.
     tree : ndarray
-        Shape (njoints, 6), a window on ``rate_data.of``, which derivatives of RNEA fill: the same as the forces, in
+        Shape (njoints, 6), a window on ``data.of``, which derivatives of RNEA fill: the same as the forces, in
         world axes about the world's origin.
     tau : ndarray
-        Shape (nv,), a window on ``rate_data.tau``.
+        Shape (nv,), a window on ``data.tau``.
     trees : tuple of ndarray
         Shape (nv, nv), windows on the derivatives of RNEA with respect to q, v and a, of the last the lower half.
     constants : tuple of ndarray
@@ -113,7 +105,7 @@ class ChainBuffers(OneProcess):
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
-        Shape (nv, 6), windows on ``data.J`` and ``rate_data.dJ``, transposed.
+        Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
     q, v, a : ndarray
@@ -122,11 +114,10 @@ class ChainBuffers(OneProcess):
         Shape (nv,), zeros.
     """
 
-    def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
-        self._model, self._topology, self._axes = model, topology, axes
+    def __init__(self, model: pin.Model, topology: Topology) -> None:
+        self._model, self._topology = model, topology
         # Not createData(), which makes two and copies one.
         self.data = pin.Data(model)
-        self.rate_data = pin.Data(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -134,12 +125,12 @@ class ChainBuffers(OneProcess):
         self.poses = pose_window(self.data.oMi, count)
         self.forces = force_window(self.data.f, count)
         self.external = force_window(self.external_vector, count)
-        self.tree, self.tau = force_window(self.rate_data.of, axes.model.njoints), np.asarray(self.rate_data.tau)
+        self.tree, self.tau = force_window(self.data.of, model.njoints), np.asarray(self.data.tau)
         # Pinocchio fills the upper half of M; its rows are written as columns.
-        parts = self.rate_data.dtau_dq, self.rate_data.dtau_dv, self.rate_data.M.T
+        parts = self.data.dtau_dq, self.data.dtau_dv, self.data.M.T
         by_q, by_v, lower = (np.reshape(part, (model.nv, model.nv)) for part in parts)
         self.trees: tuple[FloatArray, FloatArray, FloatArray] = by_q, by_v, lower
-        self.J, self.dJ = jacobian_window(self.data.J, model.nv), jacobian_window(self.rate_data.dJ, model.nv)
+        self.J, self.dJ = jacobian_window(self.data.J, model.nv), jacobian_window(self.data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
@@ -147,7 +138,7 @@ class ChainBuffers(OneProcess):
         motion = np.zeros(model.nq + 2 * model.nv)
         self.q, self.v, self.a = np.split(motion, [model.nq, model.nq + model.nv])
         self.unit = np.zeros((rows, 6))
-        self.constants = packed_constants(topology, axes)
+        self.constants = packed_constants(model, topology)
         self.for_derivatives = self.poses, self.J, self.dJ, motion, self.trees, self.constants, self.jacobian_rate
 
     def residual(self, q: FloatArray) -> float:
@@ -173,9 +164,7 @@ class ChainBuffers(OneProcess):
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
         """Fill the poses, ``J``, ``dJ`` and ``q``."""
         np.copyto(self.q, q)
-        self._axes.jacobian_rate(self.rate_data, q, v)
-        if self._axes.differs:
-            pin.computeJointJacobians(self._model, self.data, q)
+        pin.computeJointJacobiansTimeVariation(self._model, self.data, q, v)
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
@@ -184,49 +173,6 @@ class ChainBuffers(OneProcess):
             self.poses, self.J, self.dJ, v, self._topology.loops, self.q, self.jacobian_rate, self.drift
         )
         return self.drift
-
-
-class ProximalProblem(OneProcess):
-    """Pinocchio's memory for the constrained dynamics of one chain and one thread.
-
-    Attributes
-    ----------
-    data : pinocchio.Data
-        The thread's own, with the layout of the constraints added.
-    models, datas
-        Pinocchio's vectors of constraints.
-    settings : pinocchio.ProximalSettings
-        Absolute accuracy, proximal parameter and most steps.
-    """
-
-    def __init__(self, model: pin.Model, data: pin.Data, constraints: list[pin.RigidConstraintModel]) -> None:
-        self.data, self.settings = data, pin.ProximalSettings(*_PROXIMAL)
-        self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for constraint in constraints:
-            self.models.append(constraint)
-            self.datas.append(constraint.createData())
-        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
-
-
-def proximal_constraints(
-    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
-) -> list[pin.RigidConstraintModel]:
-    """Pinocchio's constraints of closures, all of which have some there, for its constrained dynamics.
-
-    A hinge is two points on its axis, a characteristic length apart: six rows of rank five, which the proximal
-    iteration takes.
-    """
-    models, axes, half = [], pin.ReferenceFrame.LOCAL, 0.5 * topology.length
-    for c, closure in enumerate(closures):
-        joints, a, b = topology.joints[c].tolist(), topology.frame(c, 0), topology.frame(c, 1)
-        form = PINOCCHIO[closure.kind.rules]
-        kind = pin.ContactType.CONTACT_6D if form == "6D" else pin.ContactType.CONTACT_3D
-        for along in (-half, half) if form == "two 3D" else (0.0,):
-            step = pin.SE3(np.eye(3), np.array([0.0, 0.0, along]))
-            constraint = pin.RigidConstraintModel(kind, model, joints[0], a * step, joints[1], b * step, axes)
-            constraint.name = closure.name
-            models.append(constraint)
-    return models
 
 
 def _address(array: Any) -> int:
@@ -275,7 +221,7 @@ class Forest(OneProcess):
     Parameters
     ----------
     model : pinocchio.Model
-        The tree. The axes of its joints must be constant in their own frames.
+        The tree.
     """
 
     def __init__(self, model: pin.Model) -> None:
@@ -374,16 +320,8 @@ class Forest(OneProcess):
         return (np.concatenate([rows, np.repeat(rows[-1:], short, axis=0)]) if short else rows).ravel()
 
 
-def forest_of(state: Any) -> Forest | None:
-    """This thread's memory of a chain for stacks, with its model's masses; None where axes of joints are not constant.
-
-    Parameters
-    ----------
-    state : ChainState
-        The chain.
-    """
-    if state.axes.differs or state.axes.ellipsoids:
-        return None
+def forest_of(state: Any) -> Forest:
+    """This thread's memory of a chain for stacks, with its model's masses."""
     found: Forest | None = getattr(state._local, "forest", None)
     if found is None:
         found = state._local.forest = Forest(state.model)

@@ -11,7 +11,7 @@ from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.urdf.urdf_shapes import write_urdf_shape
-from exo_pin.chain.formats.urdf.urdf_values import check_picture, inertia_of
+from exo_pin.chain.formats.urdf.urdf_values import inertia_of
 from exo_pin.chain.formats.urdf.urdf_writing import Document, Picture, urdf_text
 from exo_pin.chain.formats.xml_elements import as_numbers, parse_xml
 from exo_pin.chain.structure.description import Shape
@@ -55,16 +55,6 @@ def test_a_capsule_is_a_cylinder_with_a_ball_at_either_end():
     np.testing.assert_allclose(Rotation.from_euler("xyz", angles).as_matrix(), turn.as_matrix(), atol=1e-12)
     colours = [numbers(part.find("material/color"), "rgba").tolist() for part in (cylinder, *balls)]
     assert colours == [[1.0, 0.0, 0.0, 0.5]] * 3
-
-
-@pytest.mark.parametrize(("version", "has"), [((1, 0), False), ((1, 1), True), ((1, 2), True)])
-def test_capsules_came_with_the_second_version_of_urdf(version, has):
-    picture = parse_xml('<visual><geometry><capsule radius="0.1" length="0.2"/></geometry></visual>')
-    if has:
-        check_picture(picture, version)
-        return
-    with pytest.raises(FileFormatError, match=r"URDF 1\.0 has no capsules"):
-        check_picture(picture, version)
 
 
 @pytest.mark.parametrize(

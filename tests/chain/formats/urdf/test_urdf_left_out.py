@@ -7,7 +7,7 @@ from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.structure.inertia import lawful_moments
+from exo_pin.chain.formats.bodies import lawful_moments
 
 #: No effect on the motion: text, what stands for it, and what is said.
 SAID = [

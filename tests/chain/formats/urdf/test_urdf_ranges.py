@@ -131,7 +131,6 @@ def test_what_a_version_has(version):
         (text, 1.0, 1.2), (text.replace('rpy="0 0 0.5"', 'quat_xyzw="0 0 0 1"'), 1.1, 1.2),
         (text.replace('effort="3" ', ""), 1.2, 1.2), (text.replace('velocity="4"', ""), 1.2, 1.2),
         (text.replace('lower="-1"', ""), 1.0, 1.1), (text.replace('upper="1"', 'upper="1" jerk="1"'), 1.0, 1.2),
-        (text.replace("box size", 'capsule radius="1" length="1" size').replace(' size="1 1 1"', ""), 1.1, 1.2),
     ):  # fmt: skip
         left = LeftOut()
         try:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closure, Closures, read_closures
-from exo_pin.chain.formats.urdf.urdf_mimic import linear
+from exo_pin.chain.formats.urdf.urdf_values import linear
 from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
 
 

@@ -1,34 +1,11 @@
-"""Chains with joints whose motion subspace changes with q, closed in a random configuration."""
+"""Chains with joints of several coordinates, closed in a random configuration."""
 
 import numpy as np
 import pinocchio as pin
 
 from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Placement
 
-
-def sequence():
-    composite = pin.JointModelComposite()
-    composite.addJoint(pin.JointModelRX())
-    composite.addJoint(pin.JointModelRevoluteUnaligned(0.6, 0.0, 0.8), _place(5))
-    composite.addJoint(pin.JointModelPY(), _place(6))
-    return composite
-
-
-def nested():
-    composite = pin.JointModelComposite()
-    composite.addJoint(pin.JointModelSpherical(), _place(7))
-    composite.addJoint(pin.JointModelUniversal(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])), _place(8))
-    composite.addJoint(sequence(), _place(9))
-    return composite
-
-
 KINDS = {
-    "composite": sequence,
-    "nested composite": nested,
-    "universal": lambda: pin.JointModelUniversal(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])),
-    "SphericalZYX": pin.JointModelSphericalZYX,
-    "ellipsoid": lambda: pin.JointModelEllipsoid(0.3, 0.2, 0.1),
-    # Two whose subspace is constant.
     "spherical": pin.JointModelSpherical,
     "planar": pin.JointModelPlanar,
 }

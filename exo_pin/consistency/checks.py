@@ -1,4 +1,4 @@
-"""Checks of a closed chain that is not a wrist."""
+"""The checks of a device of any kind: of its chain, drives, arm and springs, and those that only a wrist has."""
 
 from __future__ import annotations
 
@@ -12,15 +12,22 @@ from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
 from ..core.conventions import shoulder_rotation
-from ..core.errors import LoopNotClosed, MasslessMotion, NearSingularConfiguration, SingularConfiguration
+from ..core.errors import ExoPinError, LoopNotClosed, MasslessMotion, NearSingularConfiguration, SingularConfiguration
 from ..core.errors.checked import checked
 from ..core.tables import enumerated
 from ..core.validation import FloatArray
+from ..design import Arm, Mechanism
 from ..device import ChainDevice
 from ..device.device_model import device_model
 from ..device.parts.laws import covered_force
 from ..device.postures import placements, postures
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..load_case.pose_stacks import pose_matrices
+from ..reaction.constraints.actuator_limits import closed_length_limits
+from ..wrist import inverse_kinematics, singularity
+from ..wrist_chain import mechanism_urdf
+from ..wrist_chain.equilibrium import EquilibriumModel
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
 #: Largest distance of the checked configurations from the first closed one, rad and characteristic lengths.
@@ -103,7 +110,7 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     if not light:
         return Finding("inertia", "pass", text)
     try:
-        chain.without_friction().forward_dynamics(found[0], method="projected")
+        chain.without_friction().forward_dynamics(found[0])
     except MasslessMotion as error:
         return Finding("inertia", "note", f"{text}; {error}")
     except (NearSingularConfiguration, SingularConfiguration):
@@ -230,3 +237,137 @@ def _end(within: int, without: int, inside: Callable[[float], bool]) -> float:
         middle = 0.5 * (ins + out)
         ins, out = (middle, out) if inside(middle) else (ins, middle)
     return ins
+
+
+#: Largest angle of the poses from the neutral pose, rad.
+_SPREAD = 1.0
+
+
+def _wrist_conditions(mechanism: Mechanism) -> Finding:
+    """Di Gregorio's two conditions: one axis of every universal joint meets O, the others are parallel in a limb.
+
+    Each UPU limb then adds one redundant row beside the ball joint, and three of them hold O without it.
+    """
+    upu = [i for i, limb in enumerate(mechanism.limbs) if limb.kind == "UPU"]
+    if not upu:
+        return Finding("wrist conditions", "note", "no UPU limbs, so none are needed")
+    # Kinematics needs no mass; where the design has none, any will do.
+    arm = mechanism.arm if mechanism.arm is not None else Arm(1.0, np.array([0.0, 0.0, -0.2]))
+    wrist, rng = EquilibriumModel(mechanism.replace(arm=arm)), np.random.default_rng(0)
+    axes = rng.normal(size=(POSES, 3))
+    axes *= (_SPREAD * rng.random(POSES) / np.linalg.norm(axes, axis=1))[:, None]
+    poses = mechanism.geometry.neutral * Rotation.from_rotvec(np.vstack([np.zeros(3), axes]))
+    configurations = [wrist.configuration(pose.as_matrix(), pose.as_quat()) for pose in poses]
+    model, worst = wrist.chain.model, 0.0
+    data = model.createData()
+    for q in configurations:
+        J = pin.computeJointJacobians(model, data, q)
+
+        def axis(name: str, J: FloatArray = J) -> FloatArray:
+            return J[:, model.joints[model.getJointId(name)].idx_v]
+
+        for i in upu:
+            limb = f"limb_{i + 1}_"
+            # The moment of an axis about O is its distance from O; of parallel axes the cross product vanishes.
+            through = [np.linalg.norm(axis(limb + name)[:3]) for name in ("platform_y", "base_y")]
+            parallel = np.linalg.norm(np.cross(axis(limb + "platform_x")[3:], axis(limb + "base_x")[3:]))
+            worst = np.max([worst, *through, parallel])
+    text = f"axes miss O or each other's direction by at most {worst:.1e} m, rad"
+    q = configurations[int(np.argmax(singularity(mechanism.geometry, poses).smallest_singular_value))]
+    whole = wrist.chain.mobility(q)
+    good = worst <= 1e-12 and whole.degrees_of_freedom == 3 and whole.rows - whole.rank == len(upu)
+    if len(upu) >= 3:
+        alone = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
+        # The arm flies freely, with its origin at O.
+        freed = np.concatenate([np.zeros(alone.model.nq - len(q)), q])
+        freedom = alone.mobility(alone.close(freed)).degrees_of_freedom
+        text += f"; without the ball joint {freedom} degrees of freedom"
+        good = good and freedom == 3
+    return Finding.of("wrist conditions", good, text)
+
+
+def _neutral_pose(mechanism: Mechanism) -> Finding:
+    """Limbs of some length, not folded, and the distance of the neutral pose from singularity."""
+    geometry = mechanism.geometry
+    state = inverse_kinematics(geometry, geometry.neutral)
+    margin = singularity(geometry, geometry.neutral, mechanism.is_upu)
+    lengths = ", ".join(f"{length * 1e3:.1f}" for length in state.lengths)
+    text = f"limbs {lengths} mm, {margin.kind}, limb force up to {float(margin.amplification):.3g} N per N m"
+    if state.lengths.min() < 1e-6:
+        return Finding("neutral pose", "fail", text)
+    if margin.kind != "regular":
+        return Finding("neutral pose", "note", f"{text}: choose another neutral pose, or another geometry")
+    shortest, longest = closed_length_limits(mechanism)
+    beyond = np.flatnonzero((state.lengths < shortest) | (state.lengths > longest)) + 1
+    if beyond.size:
+        limbs = ", ".join(f"limb {number}" for number in beyond)
+        return Finding("neutral pose", "note", f"{text}; outside the stroke of {limbs}")
+    return Finding("neutral pose", "pass", text)
+
+
+#: The checks of a wrist by name, in the order they run.
+WRIST_CHECKS: dict[str, Callable[[Mechanism], Finding]] = {
+    "wrist conditions": _wrist_conditions,
+    "neutral pose": _neutral_pose,
+}
+
+
+def _check_of_wrist(name: str, mechanism: Mechanism) -> Finding:
+    """An error because of the mechanism itself is a failure."""
+    try:
+        return WRIST_CHECKS[name](mechanism)
+    except ExoPinError as error:
+        return Finding(name, "fail", str(error))
+
+
+@checked
+def check(device: Device | Mechanism, chain: ClosedChain | None = None) -> Report:
+    """Run every check on a device: of its chain, its springs, and a wrist's closed forms.
+
+    Parameters
+    ----------
+    device : Device or Mechanism
+        Of any kind, or the record of a wrist; without an arm the kinematic checks still run.
+    chain : ClosedChain, optional
+        Its chain with the arm of who wears it; as the device has it if left out.
+
+    Returns
+    -------
+    Report
+        A check that cannot run because of the device itself counts as failed, with the error as its evidence.
+
+    Examples
+    --------
+    >>> from exo_pin.consistency import check
+    >>> from exo_pin.device import ChainDevice, Route, Spring, TableLaw
+    >>> strut = Route.over(("universe", [0.0, 0.0, -0.4]), ("arm", [0.0, 0.0, -0.2]))
+    >>> law = TableLaw((0.3, 0.5), (-40.0, -10.0))  # m, N
+    >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+    >>> print(check(device.replace(springs=[Spring("strut", law, route=strut)])).findings[-1].detail)
+    spring 'strut': law covers 47° to 108° of flexion, 47° to 108° of abduction
+    """
+    asked = as_device(device)
+    held = None
+    try:
+        own = asked.as_chain()
+        held = own.structure.rank
+    except LoopNotClosed:  # as the check of the loops says
+        pass
+    except ExoPinError as error:
+        return Report(asked.name, (Finding("chain", "fail", str(error)),))
+    findings = check_chain(own.chain if chain is None else chain, held).findings
+    if all(finding.outcome != "fail" for finding in findings):
+        lacking = _lacking(asked.arm)
+        if lacking:
+            findings = (*(each for each in findings if each.name != "inertia"), Finding("inertia", "note", lacking))
+        findings += (springs(own),) if own.springs else ()
+    record = asked.accelerate("check")
+    own_checks = () if record is None else tuple(_check_of_wrist(name, record) for name in WRIST_CHECKS)
+    return Report(asked.name, findings + own_checks)
+
+
+def _lacking(arm: Arm | None) -> str:
+    """What forces need of an arm and do not have; empty if nothing."""
+    if arm is None:
+        return "no arm in the file: forces need one (--person 1.75,75,male)"
+    return "" if arm.inertia is not None else f"{arm.mass:.4g} kg without inertia: reaction forces in motion need one"

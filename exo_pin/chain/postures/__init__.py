@@ -1,1 +1,0 @@
-"""Postures of closed chains that are best in some sense: inverse kinematics by tasks, static equilibrium."""

@@ -1,0 +1,99 @@
+"""Motions through flat parallelograms: problem A02 of the IFToMM benchmarks, N windows of bars of 1 m and 1 kg.
+
+While the windows stay parallelograms all cranks turn by one angle φ from the x axis, with
+φ'' = -c cos φ, c = 3 g (3 N + 1) / (2 (4 N + 1)).
+"""
+
+import numpy as np
+import pytest
+import scipy
+
+import exo_pin as ep
+from exo_pin.chain import Closure
+from exo_pin.core.errors import SimulationStopped
+
+#: Place of the first crank's end at 1, 5 and 10 s from upright with 1 m/s, m.
+A02 = {
+    1: ((-0.26071268, -0.96541644), (-0.94490819, -0.32733549), (0.47838506, 0.87815018)),
+    2: ((-0.19502030, -0.98079921), (-0.81131046, -0.58461555), (0.32845811, 0.94451854)),
+    40: ((-0.11535688, -0.99332411), (-0.54019005, -0.84154305), (0.18051223, 0.98357274)),
+}
+
+
+def windows(N, kind):
+    crank = '<inertial mass="1" pos="0 0 .5" diaginertia="0.08333333333333333 0.08333333333333333 1e-4"/>'
+    bar = '<inertial mass="1" pos=".5 0 0" diaginertia="1e-4 0.08333333333333333 0.08333333333333333"/>'
+    bodies = ""
+    for k in range(N + 1):
+        inner = f'<body pos="0 0 1"><joint name="b{k}" axis="0 1 0"/>{bar}<site name="end{k}" pos="1 0 0"/></body>'
+        bodies += (
+            f'<body pos="{k} 0 0"><joint name="c{k}" axis="0 1 0"/>{crank}<site name="top{k}" pos="0 0 1"/>'
+            f"{inner if k < N else ''}</body>"
+        )
+    chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    axis = {"axis": (0, 1, 0)} if kind == "revolute" else {}
+    for k in range(N):
+        chain = chain.with_closure(Closure(f"loop{k}", kind, f"end{k}", f"top{k + 1}", **axis))
+    return chain
+
+
+def moved(N, kind, start, speed, times):
+    """A run from cranks at an angle, rad, with a speed, rad/s, and the largest error of the first crank's end, m."""
+    chain = windows(N, kind)
+    cranks = np.array([1.0 if str(name)[0] == "c" else -1.0 for name in list(chain.model.names)[1:]])
+    run = chain.simulate((np.pi / 2 - start) * cranks, -speed * cranks, times)
+    c = 3 * 9.81 * (3 * N + 1) / (2 * (4 * N + 1))
+    exact = scipy.integrate.solve_ivp(
+        lambda t, y: [y[1], -c * np.cos(y[0])], times[[0, -1]], [start, speed], "DOP853", times, rtol=1e-12, atol=1e-13
+    ).y[0]
+    end = np.column_stack([np.sin(run.q[:, 0]), np.cos(run.q[:, 0])])
+    return run, end, float(np.abs(end - np.column_stack([np.cos(exact), np.sin(exact)])).max())
+
+
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+@pytest.mark.parametrize("N", [1, 2, pytest.param(40, marks=pytest.mark.full)])
+def test_windows_stay_parallelograms(N, kind):
+    run, end, error = moved(N, kind, np.pi / 2, -1.0, np.linspace(0.0, 10.0, 101))
+    np.testing.assert_allclose(end[[10, 50, 100]], A02[N], atol=2e-6)
+    assert error < 2e-6
+    assert run.energy_drift < 1e-7
+    assert np.array_equal(run.opening[np.isfinite(run.opening)], run.opening)
+    assert run.opening.max() < 1e-9
+    # The cranks turn once in less than two seconds, and are flat twice a turn.
+    crossings = [event for event in run.events if event.kind == "crossing"]
+    assert len(crossings) == len(run.events) == 10
+    assert "b0" in crossings[0].joints
+    for event in crossings:
+        k = int(np.searchsorted(run.times, event.time))
+        assert end[k - 1, 1] * end[k, 1] < 0.0
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+@pytest.mark.parametrize("N", [1, 3, 10, 20])
+def test_no_start_speed_is_silently_wrong(N, kind):
+    right = 0
+    speeds = np.random.default_rng(N).uniform(0.2, 2.0, 25)
+    for speed in speeds:
+        try:
+            right += moved(N, kind, np.pi / 2, -speed, np.linspace(0.0, 10.0, 21))[2] < 1e-3
+        except SimulationStopped:
+            continue
+    assert right == len(speeds)
+
+
+@pytest.mark.parametrize("short", [0.1, 0.003, 1e-4, -1e-4, -0.003, -0.1])
+def test_cranks_may_turn_back_next_to_the_line(short):
+    # From hanging, with the speed that takes them to an angle above the line, or short of it.
+    c = 3 * 9.81 * 4 / (2 * 5)
+    run, _, error = moved(1, "revolute", -np.pi / 2, np.sqrt(2 * c * (np.sin(short) + 1)), np.linspace(0.0, 2.0, 21))
+    assert error < 1e-4
+    assert all(event.kind == "crossing" for event in run.events)
+    assert bool(run.events) == (short >= 0.003)
+
+
+def test_a_flat_window_at_rest_is_not_decided():
+    # It may fall as a parallelogram or as an antiparallelogram.
+    chain = windows(1, "spherical")
+    with pytest.raises(SimulationStopped, match="singular"):
+        chain.simulate([np.pi / 2, -np.pi / 2, np.pi / 2], np.zeros(3), np.linspace(0.0, 1.0, 11))

@@ -121,6 +121,9 @@ class SoftEquations:
         where it would with a rigid cuff.
     """
 
+    #: Whether x is counted anew where a path ends.
+    _counts_anew = True
+
     def __init__(
         self,
         soft: SoftModel,
@@ -336,7 +339,7 @@ class SoftEquations:
         if reached < 1.0 and self._begin is not self._unloaded:
             self._begin_at(self._unloaded)
             x, reached = self._path(0.0)
-        while reached < 1.0:
+        while reached < 1.0 and self._counts_anew:
             last, ended = reached, self.lacking
             self._start_from(x, reached)
             x, reached = self._path(last)

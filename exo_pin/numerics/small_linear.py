@@ -214,20 +214,13 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
     int
         The rank.
     """
-    n, m, rank = len(order), W.shape[1], 0
+    n, m, rank, best, longest = len(order), W.shape[1], 0, -1, cut * cut
     for c in range(n):
         order[c] = c
-    while rank < min(m, n):
-        best, longest = -1, cut * cut
-        for c in range(rank, n):
-            if allowed[order[c]]:
-                total = 0.0
-                for r in range(rank, m):
-                    total += W[c, r] * W[c, r]
-                if total > longest:
-                    best, longest = c, total
-        if best < 0:
-            break
+        total = _square(W[c])
+        if allowed[c] and total > longest:
+            best, longest = c, total
+    while best >= 0:
         order[rank], order[best] = order[best], order[rank]
         for r in range(m):
             W[rank, r], W[best, r] = W[best, r], W[rank, r]
@@ -235,21 +228,54 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
         diagonal[rank] = -size if pivot > 0.0 else size
         W[rank, rank] = pivot - diagonal[rank]
         half[rank] = longest + size * abs(pivot)
-        for c in range(rank + 1, len(W)):
+        best, longest = -1, cut * cut
+        fours = (len(W) - rank - 1) // 4
+        for i in range(fours):
+            _reflect_four(W, half, rank, rank + 1 + 4 * i)
+        for c in range(rank + 1 + 4 * fours, len(W)):
             reflect(W, half, rank, W[c])
         rank += 1
+        for c in range(rank, n):
+            total = _square(W[c, rank:])
+            if allowed[order[c]] and total > longest:
+                best, longest = c, total
     return rank
+
+
+@kernel(inline=True, fills=True)
+def _reflect_four(W: Any, half: Any, k: int, c: int) -> None:
+    """:func:`reflect` for four columns from c on, whose sums do not wait for each other."""
+    v, a, b, d, e = W[k, k:], W[c, k:], W[c + 1, k:], W[c + 2, k:], W[c + 3, k:]
+    to_a, to_b, to_d, to_e = 0.0, 0.0, 0.0, 0.0
+    for r in range(len(v)):
+        to_a, to_b, to_d, to_e = to_a + v[r] * a[r], to_b + v[r] * b[r], to_d + v[r] * d[r], to_e + v[r] * e[r]
+    size = 1.0 / half[k]
+    to_a, to_b, to_d, to_e = size * to_a, size * to_b, size * to_d, size * to_e
+    for r in range(len(v)):
+        a[r] -= to_a * v[r]
+        b[r] -= to_b * v[r]
+        d[r] -= to_d * v[r]
+        e[r] -= to_e * v[r]
+
+
+@kernel(inline=True, fills=True)
+def _square(b: Any) -> float:
+    """Square of the length of a vector."""
+    total = 0.0
+    for r in range(len(b)):
+        total += b[r] * b[r]
+    return total
 
 
 @kernel(fills=True)
 def reflect(W: Any, half: Any, k: int, b: Any) -> None:
     """Apply one reflector to b, of at least as many numbers as W has in a column."""
-    along = 0.0
-    for r in range(k, W.shape[1]):
-        along += W[k, r] * b[r]
+    v, own, along = W[k, k:], b[k:], 0.0
+    for r in range(len(v)):
+        along += v[r] * own[r]
     along /= half[k]
-    for r in range(k, W.shape[1]):
-        b[r] -= along * W[k, r]
+    for r in range(len(v)):
+        own[r] -= along * v[r]
 
 
 @kernel(fills=True)

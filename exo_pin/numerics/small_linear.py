@@ -222,8 +222,9 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
             best, longest = c, total
     while best >= 0:
         order[rank], order[best] = order[best], order[rank]
+        one, other = W[rank], W[best]
         for r in range(m):
-            W[rank, r], W[best, r] = W[best, r], W[rank, r]
+            one[r], other[r] = other[r], one[r]
         size, pivot = math.sqrt(longest), W[rank, rank]
         diagonal[rank] = -size if pivot > 0.0 else size
         W[rank, rank] = pivot - diagonal[rank]
@@ -281,10 +282,12 @@ def reflect(W: Any, half: Any, k: int, b: Any) -> None:
 @kernel(fills=True)
 def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b, which is multiplied by Qᵀ, by the solution with the triangle."""
-    for i in range(rank - 1, -1, -1):
-        for j in range(i + 1, rank):
-            b[i] -= W[j, i] * b[j]
-        b[i] /= diagonal[i]
+    for j in range(rank - 1, -1, -1):
+        column = W[j]
+        last = b[j] / diagonal[j]
+        for i in range(j):
+            b[i] -= column[i] * last
+        b[j] = last
 
 
 @kernel(fills=True)

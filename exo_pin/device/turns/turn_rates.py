@@ -221,8 +221,9 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: i
         for i in range(rank):
             y[i] = W[n + len(shared) + k - wide, i] if k >= wide else 0.0
         for j in range(len(shared)):
+            column = W[n + j]
             for i in range(rank):
-                y[i] -= W[n + j, i] * x[j]
+                y[i] -= column[i] * x[j]
         for j in range(rank, n):
             out[owned[first + own_order[first + j]]] = x[left + j - rank]
             for i in range(rank):

@@ -188,7 +188,7 @@ def followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool
         count = -math.floor((at - 1.0) / (_WHOLE * step))
         size = (1.0 - at) / count
         to, middle = at + size if count > 1 else 1.0, at + 0.5 * size
-        longer, there = _step(device, idle, node, volume, base, u, at, to, idle and count > 1, room, stages, full)
+        longer, there = _step(device, idle, node, volume, base, u, at, to, idle, room, stages, full)
         if checked and not idle and longer >= _SAFE:
             longer, between = _step(device, False, node, volume, base, u, at, middle, False, room, stages, half)
             if longer >= _SAFE:

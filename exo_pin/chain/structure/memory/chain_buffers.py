@@ -35,7 +35,7 @@ PINOCCHIO = {("xyz", "xyz"): "6D", ("xyz", ""): "3D", ("xyz", "xy"): "two 3D"}
 #: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
 _PROXIMAL = (1e-14, 1e-10, 40)
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 64
+_COORDINATES = 128
 
 
 def packed_constants(topology: Topology, axes: ConstantAxes) -> tuple[IntArray, FloatArray]:

@@ -230,11 +230,7 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
         W[rank, rank] = pivot - diagonal[rank]
         half[rank] = longest + size * abs(pivot)
         best, longest = -1, cut * cut
-        fours = (len(W) - rank - 1) // 4
-        for i in range(fours):
-            _reflect_four(W, half, rank, rank + 1 + 4 * i)
-        for c in range(rank + 1 + 4 * fours, len(W)):
-            reflect(W, half, rank, W[c])
+        reflect_rows(W, half, rank, W, rank + 1)
         rank += 1
         for c in range(rank, n):
             total = _square(W[c, rank:])
@@ -243,20 +239,24 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
     return rank
 
 
-@kernel(inline=True, fills=True)
-def _reflect_four(W: Any, half: Any, k: int, c: int) -> None:
-    """:func:`reflect` for four columns from c on, whose sums do not wait for each other."""
-    v, a, b, d, e = W[k, k:], W[c, k:], W[c + 1, k:], W[c + 2, k:], W[c + 3, k:]
-    to_a, to_b, to_d, to_e = 0.0, 0.0, 0.0, 0.0
-    for r in range(len(v)):
-        to_a, to_b, to_d, to_e = to_a + v[r] * a[r], to_b + v[r] * b[r], to_d + v[r] * d[r], to_e + v[r] * e[r]
-    size = 1.0 / half[k]
-    to_a, to_b, to_d, to_e = size * to_a, size * to_b, size * to_d, size * to_e
-    for r in range(len(v)):
-        a[r] -= to_a * v[r]
-        b[r] -= to_b * v[r]
-        d[r] -= to_d * v[r]
-        e[r] -= to_e * v[r]
+@kernel(fills=True)
+def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
+    """:func:`reflect` for the rows of B from one on, four at a time, whose sums do not wait for each other."""
+    v, size, fours = W[k, k:], 1.0 / half[k], (len(B) - first) // 4
+    for i in range(fours):
+        s = first + 4 * i
+        a, b, c, d = B[s, k:], B[s + 1, k:], B[s + 2, k:], B[s + 3, k:]
+        to_a, to_b, to_c, to_d = 0.0, 0.0, 0.0, 0.0
+        for r in range(len(v)):
+            to_a, to_b, to_c, to_d = to_a + v[r] * a[r], to_b + v[r] * b[r], to_c + v[r] * c[r], to_d + v[r] * d[r]
+        to_a, to_b, to_c, to_d = size * to_a, size * to_b, size * to_c, size * to_d
+        for r in range(len(v)):
+            a[r] -= to_a * v[r]
+            b[r] -= to_b * v[r]
+            c[r] -= to_c * v[r]
+            d[r] -= to_d * v[r]
+    for s in range(first + 4 * fours, len(B)):
+        reflect(W, half, k, B[s])
 
 
 @kernel(inline=True, fills=True)

@@ -32,12 +32,15 @@ _CORRECTIONS, _CONTRACTION = 9, 0.35
 @kernel
 def new_room(tree: Any, column: Any, loops: Any) -> Any:
     """Arrays that the functions here fill again and again."""
-    links, nv, rows = len(tree[0]), len(column), loops[4][-1]
+    links, nv, starts, most = len(tree[0]), len(column), loops[4], 0
+    rows = starts[-1]
+    for c in range(len(starts) - 1):
+        most = max(most, starts[c + 1] - starts[c])
     size = max(nv, rows) + 1
     return (
         (np.zeros((2, 4, 3)), np.zeros((links, 4, 3)), np.zeros((len(tree[3]), 4, 3)), np.zeros((nv, 6))),
         (new_scratch(), np.zeros(rows), np.zeros((rows, nv))),
-        (np.zeros((nv + 2) * rows), np.zeros((nv + 2) * rows), np.ones(size, dtype=np.bool_)),
+        (np.zeros((len(starts), nv + 2, most)), np.zeros((nv + 2) * rows), np.ones(size, dtype=np.bool_)),
         (np.zeros(size), np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.int64)),
         (np.zeros((nv, nv)), np.zeros((nv, nv)), np.zeros((nv, nv)), np.zeros(nv)),
         (np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(size), np.zeros(size)),
@@ -52,7 +55,7 @@ def _closure_columns(device: Any, c: int, own: Any, shared: Any, u: Any, room: A
     The square of the longest column of coordinates is returned.
     """
     first, (row_scale, column), arm = device[1][4][c], device[2], device[5][1]
-    n, m, longest = len(own) + len(shared), W.shape[1], 0.0
+    n, m, longest = len(own) + len(shared), device[1][4][c + 1] - first, 0.0
     gap, jacobian, scale = room[1][1][first:], room[1][2][first:], row_scale[first:]
     for k in range(n):
         v, total = own[k] if k < len(own) else shared[k - len(own)], 0.0
@@ -151,18 +154,18 @@ def _own_eliminated(device: Any, b: int, u: Any, room: Any, sides: int) -> Any:
     buffer, _, allowed = room[2]
     diagonal, half, order, taken = room[3]
     shared = joint[joint_starts[b] : joint_starts[b + 1]]
-    wide, high, rank, longest, volume, place = len(shared), 0, 0, 0.0, 0.0, 0
+    wide, high, rank, longest, volume = len(shared), 0, 0, 0.0, 0.0
     for e in range(closure_starts[b], closure_starts[b + 1]):
         first = own_starts[e]
         own, m = owned[first : own_starts[e + 1]], rows[closures[e] + 1] - rows[closures[e]]
-        n, width = len(own), len(own) + len(shared) + sides
-        W = buffer[place : place + width * m].reshape((width, m))
+        n = len(own)
+        W = buffer[e, : n + len(shared) + sides]
         longest = max(longest, math.sqrt(_closure_columns(device, closures[e], own, shared, u, room, W)))
         # Of what is not clear the rest of the block decides.
         cut = FREE if len(shared) == 0 else _CLEAR
         found = pivoted_qr(W, allowed[:n], order[first : first + n], cut * longest, diagonal[first : first + n], half)
         found = min(found, rank_of[b] - rank)
-        taken[e], rank, place = found, rank + found, place + width * m
+        taken[e], rank = found, rank + found
         wide, high = wide + n - found, high + m - found
         volume += _log_product(diagonal[first:], found)
     return wide, high, rank, longest, volume
@@ -174,12 +177,10 @@ def _left_over(device: Any, b: int, room: Any, V: Any, sides: int) -> None:
     rows, (closures, closure_starts, _, own_starts, _, joint_starts), taken = device[1][4], device[3], room[3][3]
     shared = joint_starts[b + 1] - joint_starts[b]
     V[:] = 0.0
-    place, filled, left, wide = 0, 0, shared, len(V) - sides
+    filled, left, wide = 0, shared, len(V) - sides
     for e in range(closure_starts[b], closure_starts[b + 1]):
         n, m, found = own_starts[e + 1] - own_starts[e], rows[closures[e] + 1] - rows[closures[e]], taken[e]
-        width = n + shared + sides
-        W = room[2][0][place : place + width * m].reshape((width, m))
-        place += width * m
+        W = room[2][0][e]
         for i in range(found, m):
             for k in range(shared):
                 V[k, filled] = W[n + k, i]
@@ -198,7 +199,7 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: i
     From column k of the coordinates that are independent this is the motion with that one at 1, and from the last
     columns the solutions with all of them at zero.
     """
-    rows, (closures, closure_starts, owned, own_starts, joint, joint_starts) = device[1][4], device[3]
+    _, closure_starts, owned, own_starts, joint, joint_starts = device[3]
     diagonal, _, own_order, taken = room[3]
     x, y = room[5][2], room[5][3]
     shared, wide = joint[joint_starts[b] : joint_starts[b + 1]], len(V) - sides
@@ -211,13 +212,10 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: i
         x[order[k]] = 1.0
     for j in range(len(shared)):
         out[shared[j]] = x[j]
-    place, left = 0, len(shared)
+    left = len(shared)
     for e in range(closure_starts[b], closure_starts[b + 1]):
-        first, m, rank = own_starts[e], rows[closures[e] + 1] - rows[closures[e]], taken[e]
+        W, first, rank = room[2][0][e], own_starts[e], taken[e]
         n = own_starts[e + 1] - first
-        width = n + len(shared) + sides
-        W = room[2][0][place : place + width * m].reshape((width, m))
-        place += width * m
         for i in range(rank):
             y[i] = W[n + len(shared) + k - wide, i] if k >= wide else 0.0
         for j in range(len(shared)):

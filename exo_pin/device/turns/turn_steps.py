@@ -26,11 +26,11 @@ from .turn_rates import closed_near, moved, rates
 __all__ = ["followed"]
 
 #: First step of the arm, rad, without and with idle freedoms; the largest; the shortest.
-_FIRST, _LARGEST = (0.35, 0.65), (0.6, 0.8)
+_FIRST, _LARGEST = (0.35, 0.7), (0.6, 0.8)
 SHORTEST = 1e-6
 #: Two ways to one configuration agree to this, m and rad; the largest error of idle freedoms, as the embedded methods
 #: show it, rad and characteristic lengths: ten times the real one or more.
-_ALIKE, SETTLED = 1e-7, 5e-6
+_ALIKE, SETTLED = 1e-7, 1e-5
 #: The next step over a verified one, at most, and a shorter one over one that fails, at least; the part of the step
 #: that the error allows which is taken.
 _LONGER, _SHORTER, _SAFE = 2.0, 0.2, 0.9

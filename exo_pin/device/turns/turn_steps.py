@@ -26,7 +26,7 @@ from .turn_rates import closed_near, moved, rates
 __all__ = ["followed"]
 
 #: First step of the arm, rad, without and with idle freedoms; the largest; the shortest.
-_FIRST, _LARGEST = (0.35, 0.7), (0.6, 0.8)
+_FIRST, _LARGEST = (0.35, 0.75), (0.6, 0.8)
 SHORTEST = 1e-6
 #: Two ways to one configuration agree to this, m and rad; the largest error of idle freedoms, as the embedded methods
 #: show it, rad and characteristic lengths: ten times the real one or more.

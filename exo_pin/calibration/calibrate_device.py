@@ -21,9 +21,8 @@ from ..core.validation import (
     frozen,
     require_method,
 )
-from .estimation import CalibrationProblem, MeasurementErrors, estimate
-from .information import Information, whitening
-from .length_model import LengthModel, as_unknowns
+from .information import Information
+from .length_model import CalibrationProblem, LengthModel, MeasurementErrors, as_unknowns, estimate, whitening
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
 from .result import Calibration, FittedDevice
 from .search.solutions import solutions

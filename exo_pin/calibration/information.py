@@ -11,7 +11,7 @@ import scipy
 from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, ReadOnly, frozen
-from .length_model import LengthModel, Lengths
+from .length_model import LengthModel
 
 #: Components below this part of the largest are left out of a description.
 _SMALL = 0.05
@@ -90,18 +90,6 @@ _RANK = 1e-10
 _TOUCHES = 1e-6
 #: A direction whose standard deviation is beyond this part of the joints' distance from the centre is not determined.
 _TOO_UNCERTAIN = 0.1
-
-
-def whitening(lengths: Lengths, length_noise: float, orientation_noise: float) -> FloatArray:
-    """Matrices that make the errors of one pose's lengths independent with standard deviation 1, shape (N, n, n).
-
-    An error of the measured orientation moves all lengths of its pose at once: the covariance is
-    σ_l² 1 + σ_R² G Gᵀ with G the lengths' derivatives by a turn of the arm (errors in variables, to first order).
-    """
-    G = lengths.by_orientation
-    n = G.shape[1]
-    covariance = length_noise**2 * np.eye(n) + orientation_noise**2 * (G @ np.swapaxes(G, 1, 2))
-    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 @checked

@@ -11,9 +11,7 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .estimation import CalibrationProblem, Estimate
-from .information import whitening
-from .length_model import labels
+from .length_model import CalibrationProblem, Estimate, labels, whitening
 
 if TYPE_CHECKING:
     from .result import Calibration

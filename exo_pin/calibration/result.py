@@ -16,9 +16,8 @@ from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_positive
 from ..load_case import CentreOffset
-from .estimation import FINEST, UNIT, CalibrationProblem, Estimate, MeasurementErrors
 from .information import Information, Undetermined
-from .length_model import LengthModel
+from .length_model import FINEST, UNIT, CalibrationProblem, Estimate, LengthModel, MeasurementErrors
 from .plausibility import as_poses
 from .report import OUTLIER, contradiction
 from .search.starts import distances

@@ -1,5 +1,6 @@
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
+from .dynamics.force_stacks import ClosedForcesStack as ClosedForcesStack
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL
 from .dynamics.inverse_dynamics import PUSH as PUSH
@@ -7,7 +8,6 @@ from .dynamics.nonsmooth.settling import MotionEvent as MotionEvent
 from .dynamics.reactions import ClosedForces as ClosedForces
 from .dynamics.reactions import JointReaction as JointReaction
 from .dynamics.simulation import Simulation as Simulation
-from .dynamics.stacks.force_stacks import ClosedForcesStack as ClosedForcesStack
 from .formats.closures_file import read_closures as read_closures
 from .formats.closures_file import write_closures as write_closures
 from .kinematics.mobility import Margins as Margins

@@ -79,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
             options = _parser(given).parse_args(given)
             if any(getattr(options, name, None) is not None for name in (*_FILES, "folder")) or _extras(options):
-                import_module(".options.outputs", __name__).check_outputs(options, _extras(options))
+                import_module(".options.query_options", __name__).check_outputs(options, _extras(options))
             return int(options.run(options))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
@@ -299,6 +299,6 @@ def deliver(
     finally:
         # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
         if files:
-            import_module(".options.outputs", __name__).write_outputs(options, json, columns, save, figure, page)
+            import_module(".options.query_options", __name__).write_outputs(options, json, columns, save, figure, page)
     for path in files if not plain else ():
         print(path)

@@ -24,8 +24,7 @@ from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.sides_of_the_surface import side_of_rest
 from . import deliver, main
-from .options.outputs import joined_json
-from .options.query_options import configuration, design, named_numbers, numbers, pose, pose_words, refuse
+from .options.query_options import configuration, design, joined_json, named_numbers, numbers, pose, pose_words, refuse
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6

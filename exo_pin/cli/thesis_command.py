@@ -24,7 +24,10 @@ def run_thesis(options: argparse.Namespace) -> int:
     everything = ledger()
     chosen = {id(row) for section in sections for entry in section.entries for row in entry.select(everything)}
     rows = [row for row in everything if id(row) in chosen]
-    parts = [_summary(sections, rows), *([ledger_table(rows) if options.all else condensed(rows)] if rows else [])]
+    parts = [
+        "\n".join(aligned(summary(sections, rows), words=1)),
+        *([ledger_table(rows) if options.all else condensed(rows)] if rows else []),
+    ]
     if options.reasons or options.section is not None:
         parts.append(_reasons(sections))
     else:
@@ -36,10 +39,6 @@ def run_thesis(options: argparse.Namespace) -> int:
         columns=lambda: {name: [getattr(row, name) for row in rows] for name in _TEXTS},
     )
     return 0
-
-
-def _summary(sections: list[Section], rows: list[Row]) -> str:
-    return "\n".join(aligned(summary(sections, rows), words=1))
 
 
 def _reasons(sections: list[Section]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -118,13 +117,8 @@ def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     return Finding("inertia", "pass", f"{text}, none in {light} links; every motion has inertia")
 
 
-#: The checks of a robot that is not a wrist, after that of its loops.
-CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
-    "closure Jacobian": closure_jacobian,
-    "mobility": mobility,
-    "joint limits": _chain_limits,
-    "inertia": _chain_inertia,
-}
+#: The checks of every robot.
+CHAIN_CHECKS = ("loops", "closure Jacobian", "mobility", "joint limits", "inertia")
 
 
 @checked
@@ -151,9 +145,10 @@ def check_chain(chain: ClosedChain, held: int | None = None) -> Report:
     ['loops', 'closure Jacobian', 'mobility', 'joint limits', 'inertia']
     """
     loops, found = _chain_loops(chain)
-    checks = CHAIN_CHECKS | {"mobility": partial(mobility, held=held)}
-    rest = tuple(run(chain, found) for run in checks.values()) if found else ()
-    return Report(chain.description.name, (loops, *rest))
+    if not found:
+        return Report(chain.description.name, (loops,))
+    rest = (closure_jacobian(chain, found), mobility(chain, found, held))
+    return Report(chain.description.name, (loops, *rest, _chain_limits(chain, found), _chain_inertia(chain, found)))
 
 
 #: Elevations, degrees, and halvings of their step at an end of what is covered: to 0.1°.
@@ -305,17 +300,14 @@ def _neutral_pose(mechanism: Mechanism) -> Finding:
     return Finding("neutral pose", "pass", text)
 
 
-#: The checks of a wrist by name, in the order they run.
-WRIST_CHECKS: dict[str, Callable[[Mechanism], Finding]] = {
-    "wrist conditions": _wrist_conditions,
-    "neutral pose": _neutral_pose,
-}
+#: The checks that a wrist has besides.
+WRIST_CHECKS = ("wrist conditions", "neutral pose")
 
 
 def _check_of_wrist(name: str, mechanism: Mechanism) -> Finding:
     """An error because of the mechanism itself is a failure."""
     try:
-        return WRIST_CHECKS[name](mechanism)
+        return _wrist_conditions(mechanism) if name == WRIST_CHECKS[0] else _neutral_pose(mechanism)
     except ExoPinError as error:
         return Finding(name, "fail", str(error))
 

@@ -1,7 +1,6 @@
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.motor_loop import LengthController as LengthController
-from .controllers.motor_loop import LengthGains as LengthGains
 from .controllers.tension_program import Tensions as Tensions
 from .controllers.tension_program import missing_moments as missing_moments
 from .controllers.tension_program import tensions_for_motion as tensions_for_motion
@@ -13,7 +12,6 @@ from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import options_for as options_for
-from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
 from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
 from .experiments.catalogue import with_longer_muscles as with_longer_muscles

@@ -5,8 +5,11 @@ capsule along its longest edge that holds it, an ellipsoid in the same way. Mesh
 the arm or to the torso do not count: cuff and harness touch the wearer. A limb among the roles whose actuator's family
 is known is the capsule of that family between its joints, as a wrist's limb is, whatever it looks like. Pieces of
 routes between two bodies count as cables of 3 mm radius; those that run along one body do not, nor do the springs of a
-device without drives, which may lie on the body. Limbs and cables are looked at beside one another, too, joined where
-their ends are (:mod:`exo_pin.wrist.clearance.clearance`); links are not.
+device without drives, which may lie on the body.
+
+Limbs and cables are looked at beside one another, too, joined where their ends are
+(:mod:`exo_pin.wrist.clearance.clearance`), and so are links of different limbs: of the parts that are left of a device
+without torso, arm and links that join more than two others. Links of one limb beside one another are not.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ from ..wrist.clearance.clearance import LIMB_RADII, BodyShape, beyond, displaced
 from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
 from .device_model import DeviceModel, device_model
 from .parts.routes import PlacedRoute
-from .postures import placements, postures
+from .postures import placements, reached_postures
 
 if TYPE_CHECKING:
     from ..chain.structure.description import LimbRole
@@ -93,8 +96,10 @@ class LinkGaps(Gaps):
         self._capsules, found = link_capsules(device), _pieces(device)
         self.parts = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(piece.name for piece in found))
         self.unknown = (() if self._body is not None else (NOBODY,)) + (() if self.parts else ("shapes of the links",))
-        links = len(set(self._capsules.names))
-        self.left_out = ("links beside one another",) if links > 1 else ()
+        own = set(zip(self._capsules.names, _link_pairs(device).limbs.tolist(), strict=True))
+        several = len(own) > len({limb for _, limb in own})
+        self.left_out = ("links of one limb beside one another",) if several else ()
+        self.left_out += ("limbs and cables beside links",) if own and found else ()
         self.left_out += tuple(f"the mesh of {name}" for name in self._capsules.left_out)
 
     @cached_property
@@ -121,7 +126,7 @@ class LinkGaps(Gaps):
     def _configurations(self, model: DeviceModel, rows: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.bool_]]:
         if self._placed is not None:
             return self._placed.q[rows], self._placed.reached[rows]
-        found = postures(model, self._matrices[rows])
+        found = reached_postures(model, self._matrices[rows])
         return found.q, found.reached
 
     @cached_property
@@ -201,6 +206,64 @@ def link_capsules(device: ChainDevice) -> Capsules:
     return Capsules(np.array(rows).reshape(-1, 7), np.array(radii, dtype=float), tuple(names), left_out)
 
 
+class _LinkPairs(NamedTuple):
+    """Capsules of different limbs, shape (K, 2), their fittings as of :func:`_cable_pairs`, and the limb of each."""
+
+    pairs: NDArray[np.intp]
+    cuts: FloatArray
+    limbs: NDArray[np.intp]
+
+
+@lru_cache(maxsize=64)
+def _link_pairs(device: ChainDevice) -> _LinkPairs:
+    """Of the capsules of links, whose joints on a body that both limbs end at may share a fitting."""
+    ends, radii = link_capsules(device)[:2]
+    joined = _joined(device)
+    limb_of, bodies = _limb_numbers(joined, device.arm_index), ends[:, 6].astype(np.intp)
+    limbs = limb_of[bodies]
+    pairs = np.argwhere(np.triu((limbs[:, None] != limbs) & (limbs >= 0) & (limbs[:, None] >= 0)))
+    cuts = np.zeros((len(pairs), 4))
+    for cut, (i, j) in zip(cuts, pairs, strict=True):
+        one, other = joined[bodies[i]], joined[bodies[j]]
+        for body in one.keys() & other.keys():
+            here, there = joined[body][int(bodies[i])], joined[body][int(bodies[j])]
+            fitting = fitting_radius(tuple(here.tolist()), tuple(there.tolist()), radii[i] + radii[j])
+            places = ((ends[i, :3], one), (ends[i, 3:6], one), (ends[j, :3], other), (ends[j, 3:6], other))
+            away = [np.linalg.norm(end - own[body]) for end, own in places]
+            cut[:] = np.maximum(cut, fitting - np.array(away))
+    return _LinkPairs(pairs, cuts, limbs)
+
+
+def _joined(device: ChainDevice) -> list[dict[int, FloatArray]]:
+    """Of each body, by index of its joint: the bodies that joints and closures join to it, and where on it, m."""
+    state, model = device.chain._state, device.chain.model
+    found: list[dict[int, FloatArray]] = [{} for _ in range(model.njoints)]
+    for joint in range(1, model.njoints):
+        found[model.parents[joint]][joint] = np.array(model.jointPlacements[joint].translation)
+        found[joint][model.parents[joint]] = np.zeros(3)
+    for closure in device.chain.closures:
+        if closure.kind.is_coupling:
+            continue
+        (a, at_a), (b, at_b) = (
+            (int(frame.parentJoint), np.array(frame.placement.act(np.array(place.translation))))
+            for frame, place in (
+                (model.frames[state.frame_index(name)], place)
+                for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+            )
+        )
+        found[a][b], found[b][a] = at_a, at_b
+    return found
+
+
+def _limb_numbers(joined: list[dict[int, FloatArray]], arm: int) -> NDArray[np.intp]:
+    """Number of the limb that each body belongs to, shape (njoints,); -1 of torso, arm and bodies that join limbs."""
+    number = np.array([-1 if body in (0, arm) or len(own) > 2 else body for body, own in enumerate(joined)])
+    for _ in joined:
+        for body, own in enumerate(joined):
+            number[[other for other in own if min(number[other], number[body]) >= 0]] = number[body]
+    return number
+
+
 class _Piece(NamedTuple):
     """A straight piece ``k`` of a route from one body to another, with its radius, m."""
 
@@ -264,12 +327,39 @@ def _of_model(
             points = route.points(every) - model.centre
             first[k, i], second[k, i] = points[piece], points[piece + 1]
     out = np.full((len(q), len(parts), 3), np.inf)
-    pairs, cuts = _cable_pairs(pieces, shapes)
+    linked, (pairs, cuts) = _link_pairs(device), _cable_pairs(pieces, shapes)
+    pairs, cuts = np.concatenate([linked.pairs, pairs]), np.concatenate([linked.cuts, cuts])
     _fill_gaps(
-        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm),
-        pairs, cuts, out,
-    )  # fmt: skip
+        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm), out
+    )
+    if len(pairs):
+        _fill_beside(first, second, radii, owner, pairs, cuts, out[:, :, 2])
     return out
+
+
+def _fill_beside(
+    first: FloatArray,
+    second: FloatArray,
+    radii: FloatArray,
+    owner: NDArray[np.intp],
+    pairs: NDArray[np.intp],
+    cuts: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fill the least gaps of each part to others, shape (N, P); only pairs of pieces that may be nearest are asked."""
+    (i, j), both = pairs.T, radii[pairs].sum(axis=1)
+    kinds = np.unique(np.sort(owner[pairs], axis=1), axis=0, return_inverse=True)[1].ravel()
+    for k in range(len(first)):
+        # Fittings end at the middle at most, so that the distance of the middles bounds that of the pieces.
+        middle, half = 0.5 * (first[k] + second[k]), 0.5 * np.linalg.norm(second[k] - first[k], axis=1)
+        apart = np.linalg.norm(middle[i] - middle[j], axis=1) - both
+        most = np.full(kinds.max() + 1, np.inf)
+        np.minimum.at(most, kinds, apart)
+        near = np.flatnonzero(apart - half[i] - half[j] <= most[kinds])
+        gap, one, other = np.empty(len(near)), i[near], j[near]
+        _pair_distances(first[k, one], second[k, one], first[k, other], second[k, other], cuts[near], gap)
+        for own in (one, other):
+            np.minimum.at(out[k], owner[own], gap - both[near])
 
 
 def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -293,10 +383,9 @@ def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], F
 
 @kernel(stack=True)
 def _fill_gaps(
-    first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, pairs: Any, cuts: Any,
-    out: Any,
-) -> None:  # fmt: skip
-    """Fill the least gaps of each part to arm, torso and other cables."""
+    first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, out: Any
+) -> None:
+    """Fill the least gaps of each part to arm and torso."""
     for k in range(first.shape[0]):
         moved = vector(shift, k)
         for part in range(2):
@@ -319,10 +408,12 @@ def _fill_gaps(
                 for i in range(first.shape[1]):
                     gap = segment_distance(vector(first[k], i), vector(second[k], i), a, b) - radii[i] - rows[j, 6]
                     out[k, owner[i], part] = min(out[k, owner[i], part], gap)
-        for pair in range(pairs.shape[0]):
-            i, j = pairs[pair, 0], pairs[pair, 1]
-            p, q = beyond(vector(first[k], i), vector(second[k], i), cuts[pair, 0], cuts[pair, 1])
-            r, t = beyond(vector(first[k], j), vector(second[k], j), cuts[pair, 2], cuts[pair, 3])
-            gap = segment_distance(p, q, r, t) - radii[i] - radii[j]
-            out[k, owner[i], 2] = min(out[k, owner[i], 2], gap)
-            out[k, owner[j], 2] = min(out[k, owner[j], 2], gap)
+
+
+@kernel(stack=True)
+def _pair_distances(p: Any, q: Any, r: Any, t: Any, cuts: Any, out: Any) -> None:
+    """Fill the distances between segments pq and rt beyond their fittings, shape (M,), m."""
+    for k in range(p.shape[0]):
+        one = beyond(vector(p, k), vector(q, k), cuts[k, 0], cuts[k, 1])
+        other = beyond(vector(r, k), vector(t, k), cuts[k, 2], cuts[k, 3])
+        out[k] = segment_distance(one[0], one[1], other[0], other[1])

@@ -35,11 +35,12 @@ class DeviceSingularity(Result, ReadOnly):
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
         a singular configuration). Springs and loads have no part in it.
     smallest_singular_value : ndarray
-        Shape (...), of the moments per unit of effort, m or dimensionless, over all efforts that leave the device's
-        own motions at rest.
+        Shape (...), of the moments per unit of effort, over all efforts that leave the device's own motions at rest:
+        in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
     margin : ndarray
         Shape (...), from 0 to 1, of as many moments as the device can make in general; as of
-        :attr:`exo_pin.Reaction.margin`.
+        :attr:`exo_pin.Reaction.margin`. Where some drives have efforts in N and others in N m, moments of the former
+        count over the mean lever of their drives.
     freedom : ndarray
         Shape (...), from 0 to 1: turn of the arm about its worst axis over the motion of all joints that it needs,
         metres over the chain's characteristic length.
@@ -47,6 +48,10 @@ class DeviceSingularity(Result, ReadOnly):
         Shape (..., 3), base frame: the axis about which the drives hold least.
     self_stresses : ndarray of int
         Shape (...): reactions that equilibrium does not determine.
+    determinant : ndarray
+        Shape (...): of the moments per unit of effort of three drives that hold the arm alone, in which joints have no
+        other motion, in the units of their efforts; its sign differs on the two sides of the singular surface. NaN of
+        other devices.
     """
 
     kind: NDArray[np.str_]
@@ -55,6 +60,7 @@ class DeviceSingularity(Result, ReadOnly):
     freedom: FloatArray
     lost_direction: FloatArray
     self_stresses: NDArray[np.int64]
+    determinant: FloatArray
 
 
 def _found(device: ChainDevice, poses: Rotation) -> tuple[tuple[int, ...], DeviceEquilibrium]:
@@ -88,7 +94,7 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
     n = len(device.efforts)
-    moments = moments_of(found.state.moment_of_f[:, :, :n])
+    moments = moments_of(found.state.moment_of_f[:, :, :n] / np.array(device.structure.scales))
     U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
     there, margin = _filled(found), found.margin
     kind = np.full(len(found.q), "regular", dtype="<U15")
@@ -108,7 +114,14 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         found.freedom.reshape(shape),
         np.where(there[:, None], U[:, :, 2], np.nan).reshape(*shape, 3),
         found.self_stresses.reshape(shape),
+        np.where(there, moment_volume(device, found), np.nan).reshape(shape),
     )
+
+
+def moment_volume(device: ChainDevice, found: DeviceEquilibrium) -> FloatArray:
+    """See :attr:`DeviceSingularity.determinant`, shape (N,): with idle motions, which have no axes, it has no sign."""
+    rows = found.state.moment_of_f[..., : len(device.efforts)]
+    return np.linalg.det(rows) if rows.shape[1:] == (3, 3) else np.full(len(rows), np.nan)
 
 
 @dataclass(frozen=True, eq=False)

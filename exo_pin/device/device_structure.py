@@ -34,6 +34,11 @@ class Structure:
         Freedoms of the chain that leave the arm where it is.
     held : int
         Independent ones of these on which drives or brakes act.
+    scales : tuple of float
+        What the moments of each drive and brake count over in the margin, shape (p,). Where some have efforts in N and
+        others in N m, of those in N the lever: root mean square of their moments per N, over that of the others' per
+        N m, at rest and in three more poses, m. Then neither the unit of length nor the size of a crank, nor a gear of
+        all hinges, changes the margin, and a slide on a crank counts as the hinge that it turns. Else 1.
     """
 
     moments: int
@@ -41,6 +46,7 @@ class Structure:
     self_stresses: int
     idle: int
     held: int = 0
+    scales: tuple[float, ...] = field(default=(), kw_only=True)
     #: Independent rows of equilibrium that drives and brakes can meet.
     rank: int = field(init=False)
 
@@ -62,8 +68,9 @@ def structure_of(device: DeviceRecord) -> Structure:
 
 def general_configurations(model: DeviceModel) -> FloatArray:
     """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq)."""
-    turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
-    found = postures(model, turns.as_matrix())
+    turns = np.array([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
+    outward = 1.0 if model.device.side == "left" else -1.0  # the mirror image in the mirror images of the poses
+    found = postures(model, Rotation.from_rotvec(turns * [outward, 1.0, outward]).as_matrix())
     return found.q[found.reached]
 
 
@@ -84,11 +91,20 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     size = np.abs(every).max(axis=(1, 2), initial=0.0)
     independent = _rank(moments_of(every), NONE * np.where(size > 0.0, size, 1.0))
     open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE))
+    scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
-        Structure(*numbers)
+        Structure(*numbers, scales=scales)
         for numbers in np.stack([independent, open_, motions.self_stresses, motions.idle_count, held], axis=1).tolist()
     )
-    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0))
+    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0, scales=scales))
+
+
+def _scales(rows: FloatArray, are_in_newton: list[bool]) -> tuple[float, ...]:
+    """See :attr:`Structure.scales`; of rows of equilibrium of N poses, shape (N, r, p)."""
+    square, in_newton = (rows**2).sum(axis=(0, 1)), np.array(are_in_newton, dtype=bool)
+    levers = [np.sqrt(square[chosen].mean()) if chosen.any() else 0.0 for chosen in (in_newton, ~in_newton)]
+    lever = float(levers[0] / levers[1]) if min(levers) > 0.0 else 1.0
+    return tuple(np.where(in_newton, lever, 1.0).tolist())
 
 
 def _rank(matrices: FloatArray, least: FloatArray) -> NDArray[np.intp]:

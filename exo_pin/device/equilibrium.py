@@ -17,12 +17,12 @@ cover has its kinematics and no loads: it is not evaluated.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import LoopNotClosed
 from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
@@ -34,7 +34,7 @@ from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
 from .device_model import DeviceModel, device_model
 from .device_structure import Structure
-from .postures import Postures, postures
+from .postures import reached_postures
 from .turns.given_postures import GivenPosture, posed
 
 __all__ = ["device_equilibrium"]
@@ -187,12 +187,8 @@ def device_equilibrium(
     model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
     structure, own = device.structure, len(device.efforts)
     state = DeviceState.zeros(count, p, model.attachments.entries, structure.held)
-    try:
-        found = postures(model, query.matrices, progress)
-        found = found if posture is None else posed(model, found, posture)
-    except LoopNotClosed:
-        q = np.tile(model.held.neutral(), (count, 1))
-        found = Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
+    given = None if posture is None else partial(posed, given=posture)
+    found = reached_postures(model, query.matrices, progress, given)
     out = DeviceEquilibrium(
         state, found.q, np.full((count, p), np.nan), np.full(count, _NOT_SOLVED, dtype=np.int8), found.reached,
         found.share, np.full(count, np.nan), np.full((count, 3), np.nan),
@@ -246,11 +242,11 @@ def _fill(
     out.unheld[rows] = found.unheld[good]
 
 
-def margins(rows: FloatArray, general: int) -> tuple[FloatArray, FloatArray]:
-    """Margins of the rows M_f of N poses, of ``general`` moments, and the axes of the least ones, (N,) and (N, 3)."""
-    U, values, _ = np.linalg.svd(moments_of(rows))
+def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, and the axes of the least moments, shapes (N,) and (N, 3)."""
+    U, values, _ = np.linalg.svd(moments_of(rows / np.array(structure.scales)))
     values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
-    margin = margin_of_values(values[:, :general]) if general else np.ones(len(rows))
+    margin = margin_of_values(values[:, : structure.moments]) if structure.moments else np.ones(len(rows))
     return margin, U[:, :, 2].copy()
 
 
@@ -264,15 +260,14 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDA
     here, structure : Freedoms, Structure
         Motions of the device in these poses, and in general.
     """
-    general = structure.moments
-    margin, axis = margins(rows, general)
-    of_idle = np.linalg.svd(rows[:, 3:], compute_uv=False)
+    margin, axis = margins(rows, structure)
+    of_idle = np.linalg.svd(rows[:, 3:] / np.array(structure.scales), compute_uv=False)
     firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
     loaded = here.unheld.any(axis=1)
     # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.
     lost = (here.held > structure.held) | ((here.held + here.free > structure.idle) & loaded)
     # Where drives turn the arm about fewer axes than there are drives, only rounding would decide what they give.
-    few = (margin < SINGULAR_MARGIN) & (general == 3)
+    few = (margin < SINGULAR_MARGIN) & (structure.moments == 3)
     near = (margin < NEAR_MARGIN) | ~firm
     kinds = [_SINGULAR, _NO_EQUILIBRIUM, _SINGULAR, _NEAR_SINGULAR]
     return np.select([lost, loaded, few, near], kinds, _OK).astype(np.int8), margin, axis

@@ -7,6 +7,7 @@ joints move as little as they can.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ __all__ = [
     "placements",
     "posture_rule",
     "postures",
+    "reached_postures",
 ]
 
 #: Singular value of the loops' rows, relative to the largest, below which a motion is free.
@@ -113,6 +115,19 @@ def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False) -
         for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
             found.q[k] = settled(model, found.q[k])
     return Postures(found.q, found.why == REACHED, found.share, found.why)
+
+
+def reached_postures(
+    model: DeviceModel, matrices: FloatArray, progress: bool = False, given: Callable[..., Postures] | None = None
+) -> Postures:
+    """As :func:`postures`, then as ``given``; none is reached where the loops do not close with the arm hanging."""
+    try:
+        found = postures(model, matrices, progress)
+        return found if given is None else given(model, found)
+    except LoopNotClosed:
+        count = len(matrices)
+        q = np.tile(model.held.neutral(), (count, 1))
+        return Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
 
 
 def _undriven(model: DeviceModel) -> int:

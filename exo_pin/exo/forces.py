@@ -106,7 +106,7 @@ def reaction(
         Of a device with joints that move while the arm rests: their values by name, rad or m, or with the unit in the
         name (``{"elbow_deg": 30}``), each a number or one a pose; or configurations of its chain. If left out, idle
         joints move as little as they can along the straight turn from rest, and undriven ones settle.
-        ``answer.range("postures")`` has the range over all of them.
+        :func:`exo_pin.reaction.posture_range` has the range over all of them.
     progress : bool
         Whether to show a progress bar.
 

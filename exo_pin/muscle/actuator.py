@@ -211,28 +211,3 @@ class Muscle:
         2.74
         """
         return self.model.pressure_for(force, self.contraction(length), outside)
-
-    def stiffness(self, length: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
-        """How much harder the muscle pulls per metre of limb length, at constant pressure.
-
-        Parameters
-        ----------
-        length, pressure : array_like
-            Shapes that broadcast to (...): limb length in m, gauge pressure in Pa.
-        outside : {"raise", "mark"}
-            What to do outside the model's validity range.
-
-        Returns
-        -------
-        ndarray or numpy.ma.MaskedArray
-            df/dl, shape (...), N/m. A longer limb is a less contracted muscle, so this is minus the model's dF/dx.
-
-        Examples
-        --------
-        >>> from exo_pin.muscle import Muscle, muscle_model
-        >>> muscle = Muscle(model=muscle_model("best").scaled(0.25), end_fitting=0.05)
-        >>> pressure = muscle.pressure_for(20.0, 0.27)  # Pa
-        >>> round(float(muscle.stiffness(0.27, pressure)))  # N/m, of 20 N at 270 mm
-        667
-        """
-        return -self.model.stiffness(self.contraction(length), pressure, outside)

@@ -62,13 +62,7 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(
-    equations: _Equations,
-    rows: NDArray[np.intp],
-    scale: FloatArray,
-    start: float = 0.0,
-    near: FloatArray | None = None,
-) -> Path:
+def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray, start: float = 0.0) -> Path:
     """Follow the paths of some rows.
 
     Parameters
@@ -82,8 +76,6 @@ def follow(
         the step, for unknowns in which the equations are linear.
     start : float
         λ at which x = 0 solves the equations.
-    near : ndarray, optional
-        Shape (N, m): a guess of the ends, the first trial instead of a step along the tangent; accepted as one.
 
     Returns
     -------
@@ -96,8 +88,6 @@ def follow(
     while left.size:
         goal = np.minimum(at[left] + step[left], 1.0)
         trial = x[left] + tangent[left] * (goal - at[left])[:, None]
-        if near is not None:
-            trial, near = near[left], None
         good = np.flatnonzero(_corrected(equations, rows[left], trial, goal, scale))
         slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
         same = side == sign[left[good]]

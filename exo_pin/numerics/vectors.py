@@ -157,8 +157,8 @@ def margin_of_values(values: ArrayLike) -> FloatArray:
     Parameters
     ----------
     values : array_like
-        Singular values, shape (..., r), of efforts of one kind; moments of those in N over a length where there are
-        others in N m.
+        Singular values, shape (..., r), of efforts of one unit; where some are in N and others in N m, with the moments
+        of the former over their mean lever (:attr:`exo_pin.device.device_structure.Structure.scales`).
     """
     squares = np.asarray(values, dtype=float) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):

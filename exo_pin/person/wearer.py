@@ -22,11 +22,10 @@ from ..reaction.constraints.glenoid_cone import GlenoidCone
 from .contact.assumption_range import ContactOptions, ContactQuestion, ContactRange, contact_range
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
-from .contact.result import JointContact
+from .contact.result import JointContact, build_table
 from .limb.limb_state import LIMIT_NAMES, LimbGeometry, as_joint_angle, limb_by_elevation, limb_state
 from .limb.muscle_table import BY_SEX, MODEL_MASS, MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
-from .reading_tables import build_table
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

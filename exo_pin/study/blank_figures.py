@@ -20,8 +20,7 @@ _NONE_HELD = "it holds no pose"
 _NO_WEARER = "the size of its wearer is not known"
 #: Of columns that only some designs have.
 _OF_SOME = {
-    "pull_only": "of wrists with massless limbs alone",
-    "one_side": "of wrists with three limbs alone",
+    "one_side": "of three drives that hold the arm alone",
     "reach": "a stroke or an end fitting is not known",
     "least_margin": "no pose is reached",
     "mass_on_arm_kg": "its file does not say which mass on the arm is the device's",

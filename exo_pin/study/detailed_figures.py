@@ -190,20 +190,21 @@ def cuff_distance(chain: ClosedChain) -> float:
 
 def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> tuple[float, float]:
     """Share of the poses where the device follows 10 mm in all directions, and there the median of the worst change."""
-    there = exo.reaction(poses, limits="none", **split)
-    reached = _answered(there)
+    reached = _answered(exo.reaction(poses, limits="none", **split))
     if not reached.any():
         return np.nan, np.nan
-    every = Rotation.from_quat(np.broadcast_to(poses.as_quat(), (len(DIRECTIONS), len(poses), 4)))
-    moved = exo.reaction(every, limits="none", centre_offset=_OFF * DIRECTIONS[:, None], **split)
-    change = np.linalg.norm(moved.shoulder_force - there.shoulder_force, axis=-1)
-    worst = np.where(_answered(moved), change, np.inf).max(axis=0)
+    # The aligned device first: that is where a search for the others begins.
+    offsets = _OFF * np.concatenate([np.zeros((1, 3)), DIRECTIONS])
+    every = Rotation.from_quat(np.broadcast_to(poses[reached].as_quat(), (len(offsets), reached.sum(), 4)))
+    moved = exo.reaction(every, limits="none", centre_offset=offsets[:, None], **split)
+    change = np.linalg.norm(moved.shoulder_force[1:] - moved.shoulder_force[0], axis=-1)
+    worst = np.where(_answered(moved)[1:], change, np.inf).max(axis=0)
     # Where data of a spring end within the offset, it is not known what the offset does.
-    reached &= ~(moved.status == "not_evaluated").any(axis=0)
-    if not reached.any():
+    worst = worst[~(moved.status == "not_evaluated").any(axis=0)]
+    if not worst.size:
         return np.nan, np.nan
-    follows = np.isfinite(worst) & reached
-    return float(follows[reached].mean()), float(np.median(worst[follows])) if follows.any() else np.nan
+    follows = np.isfinite(worst)
+    return float(follows.mean()), float(np.median(worst[follows])) if follows.any() else np.nan
 
 
 def _answered(answer: Reaction) -> NDArray[np.bool_]:

@@ -14,10 +14,7 @@ from ..core.errors.checked import checked
 from ..core.progress import track
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_rotation, require_method
-from ..design import Limb
-from ..load_case import Case
-from ..reaction.assumptions import Assumptions, Question
-from ..reaction.batch.reaction_maps import reaction_map
+from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
 from .blank_figures import why_blank
@@ -31,8 +28,7 @@ if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
 #: Columns of :func:`evaluate`.
-FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "pull_only", "least_margin", "one_side",
-           "reach")  # fmt: skip
+FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "least_margin", "one_side", "reach")
 
 
 @checked
@@ -56,10 +52,9 @@ def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) ->
         If a design crosses det X = 0, its peak depends on how near to the crossing a pose of the grid lies.
         ``can_hold`` : fraction of poses that are known to be held.
         ``holdable`` : fraction of poses that are held as far as the limits are known.
-        ``pull_only`` : fraction that limbs which only pull can hold, massless limbs; else NaN.
         ``least_margin`` : smallest dimensionless distance from the singular surface.
-        ``one_side`` : fraction of poses on the more frequent side of det X = 0; the rest is out of reach of
-        them without passing through it. NaN for other than three limbs.
+        ``one_side`` : fraction of poses on the more frequent side of the singular surface; the rest is out of reach of
+        them without passing through it. NaN but for three drives that hold the arm alone, such as three limbs.
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
         fittings add, is not known. Of a device that is not a wrist: in which its loops close, with drives and joints
         within what is known of their travel.
@@ -85,17 +80,7 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
     if is_passive(exo):
         counted = exo.reaction_map(poses, **(question | {"limits": "none"}))
     force = np.where(counted.held, np.asarray(counted.magnitude), np.nan)
-    pull_only = one_side = np.nan
-    limbs = exo.device.accelerate("map")
-    if limbs is not None and limbs.limbs_are_massless:
-        pulling, case = (
-            limbs.replace(limbs=[Limb(limb.kind) for limb in limbs.limbs]),
-            Case(poses, load=question.get("load")),
-        )
-        pull_only = reaction_map(pulling, case, Assumptions(limits="pull"), keep="status").held.mean()
-    if exo.wrist is not None and exo.geometry.limb_count == 3:
-        sides = np.sign(exo.singularity(poses).determinant)
-        one_side = max((sides > 0).mean(), (sides < 0).mean())
+    by_limbs = exo.device.accelerate("map") is not None
     known = force[counted.held] if counted.held.any() else np.array([np.nan])
     figures = {
         "peak_F_s_N": float(known.max()),
@@ -103,12 +88,19 @@ def _figures(exo: ShoulderExo, poses: Rotation, question: Question) -> tuple[dic
         "median_F_s_N": float(np.median(known)),
         "can_hold": float(answer.can_hold.mean()),
         "holdable": float(held.mean()),
-        "pull_only": float(pull_only),
         "least_margin": float(np.fmin.reduce(np.asarray(answer.margin).reshape(-1))),
-        "one_side": float(one_side),
-        "reach": _reach(exo, poses) if limbs is not None else float(within_reach(answer.status).mean()),
+        "one_side": _one_side(exo, poses),
+        "reach": _reach(exo, poses) if by_limbs else float(within_reach(answer.status).mean()),
     }
     return figures, force
+
+
+def _one_side(exo: ShoulderExo, poses: Rotation) -> float:
+    if len(exo.device.drives) != 3 or not exo.device.holds_alone:
+        return float("nan")
+    determinant = np.asarray(exo.singularity(poses).determinant)
+    known = determinant[np.isfinite(determinant)]
+    return float(max((known > 0.0).mean(), (known < 0.0).mean())) if known.size else float("nan")
 
 
 def _reach(exo: ShoulderExo, poses: Rotation) -> float:

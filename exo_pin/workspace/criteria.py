@@ -29,9 +29,9 @@ class Criteria(WornCriteria, Record):
     ----------
     names : tuple of str or None
         Which of :data:`CRITERIA` to check; None for all for which the design and this record have the data.
-    independence : float
-        Least |det[X_1 X_2 X_3]| of three limbs, on the side of det X = 0 that rest is on; of more limbs the least root
-        of det(Σ X_i X_iᵀ). Dimensionless.
+    least_margin : float
+        Least margin to a singular pose, as :attr:`exo_pin.Reaction.margin`, on the side of the singular surface that
+        rest is on: from 0 to 1.
     stroke_rule : {"each", "not all short"}
         "each": every limb within its stroke (Table 5-6). "not all short": only a pose in which all actuators would be
         shorter than their shortest length fails (Appendix C).
@@ -85,7 +85,7 @@ class Criteria(WornCriteria, Record):
     """
 
     names: tuple[str, ...] | None = None
-    independence: float = 0.05
+    least_margin: float = 0.05
     stroke_rule: str = "each"
     least_tension: float = 0.0
     least_moment: float = 0.0
@@ -112,7 +112,7 @@ class Criteria(WornCriteria, Record):
                     raise UnknownName("criterion", name, CRITERIA)
             object.__setattr__(self, "names", tuple(name for name in CRITERIA if name in asked))
         as_choice("stroke_rule", self.stroke_rule, ("each", "not all short"))
-        for name in ("independence", "least_tension", "least_moment"):
+        for name in ("least_margin", "least_tension", "least_moment"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
         object.__setattr__(self, "least_gap", float(as_finite("least_gap", self.least_gap, ())))
         set_positive(

@@ -40,7 +40,8 @@ class Criterion:
     name : str
         Its key wherever criteria are named.
     unit : str
-        Of its margin; "" for a number without one.
+        Of its margin; "" for a number without one. That of "stroke" is rad for a device with hinges as drives
+        (:attr:`exo_pin.workspace.Workspace.units`).
     words : str
         In a picture.
     colour : str
@@ -124,14 +125,14 @@ def _elbow_margin(at: PoseValues) -> FloatArray:
 
 
 def _stroke_margin(at: PoseValues) -> FloatArray:
-    """Distance of the lengths to the ends of the strokes, shape (N,), m; see :attr:`Criteria.stroke_rule`."""
+    """Distance to the ends of the strokes, shape (N,); see :attr:`Criteria.stroke_rule`."""
     low, high = length_limits(at.mechanism)
     # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
     columns = [np.ascontiguousarray(column) for column in at.lengths.T]
     if at.criteria.stroke_rule == "not all short":
-        margin = functools.reduce(np.maximum, [c - a for c, a in zip(columns, low, strict=True)])
+        margin = functools.reduce(np.maximum, [(c - a) / s for c, a, s in zip(columns, low, at.levers, strict=True)])
     else:
-        sides = [np.minimum(c - a, b - c) for c, a, b in zip(columns, low, high, strict=True)]
+        sides = [np.minimum(c - a, b - c) / s for c, a, b, s in zip(columns, low, high, at.levers, strict=True)]
         margin = functools.reduce(np.minimum, sides)
     # Both ends belong to the stroke: a length at one is within it, whatever its rounding.
     return np.where((margin < 0.0) & (margin >= -AT_END), 0.0, margin)
@@ -163,7 +164,7 @@ _ALL = (
         "",
         "singularity",
         "#000000",
-        lambda at: at.side * at.independent - at.criteria.independence,
+        lambda at: at.margin - at.criteria.least_margin,
         scale=0.08,
         aim=0.03,
         is_vital=True,
@@ -173,7 +174,7 @@ _ALL = (
         "",
         "connection to rest",
         "#777777",
-        lambda at: at.connection() - at.criteria.independence,
+        lambda at: at.connection() - at.criteria.least_margin,
         scale=0.08,
         needs=(grid,),
         is_vital=True,

@@ -19,6 +19,8 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import device_mass, mass_text
 from ..device.chain_device import ChainDevice
+from ..device.device_singularity import moment_volume
+from ..device.equilibrium import DeviceEquilibrium
 from ..device.turns.given_postures import given_posture
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset, Load
@@ -27,7 +29,7 @@ from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
 from .criterion import CRITERIA
-from .evaluation import PoseValues
+from .evaluation import PoseValues, rest_side
 from .pose_offsets import PoseOffsets
 
 __all__: list[str] = []
@@ -57,8 +59,7 @@ def values_of(
 class DeviceValues(PoseValues):
     """What is known of N poses of a device, and their margins; see :class:`.PoseValues` for parameters and attributes.
 
-    ``lengths`` are the drives' coordinates, ``bend`` is infinite, and ``independent`` is the smallest over the largest
-    singular value of the moments per unit of effort, NaN where it was not found.
+    ``lengths`` are the drives' coordinates, ``bend`` is infinite, and ``margin`` is NaN where it was not found.
     """
 
     def __init__(
@@ -86,7 +87,9 @@ class DeviceValues(PoseValues):
         assert poses.placed is not None
         self._placed, self.lengths = poses.placed, poses.placed.coordinates
         self.bend = np.full(len(matrices), np.inf)
-        self.independent = np.where(self._placed.reached, self._placed.margin, 0.0)
+        signed = self._signed(self._placed)
+        self.side = rest_side(float(self._signed_at(np.eye(3)[None])[0]), signed)
+        self.margin = np.where(self._placed.reached, self.side * signed, self._placed.share - 1.0)
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
         if "stroke" in self.margins:
             passive = poses.limits.passive_error
@@ -100,11 +103,34 @@ class DeviceValues(PoseValues):
         return self._answer(self._device)
 
     def _answer(self, device: ChainDevice) -> Reaction:
-        offset = None
-        if self.offsets.base.any() or self.offsets.cuff.any():
-            offset = CentreOffset(self.offsets.base, self.offsets.cuff)
-        case = Case(Rotation.from_matrix(self.matrices), load=self.load, centre_offset=offset, posture=self._posture)
+        case = self._case(self.matrices, self.offsets, load=self.load, posture=self._posture)
         return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
+
+    def _case(self, matrices: FloatArray, offsets: PoseOffsets, **more: Any) -> Case:
+        offset = None if offsets.is_aligned else CentreOffset(offsets.base, offsets.cuff)
+        return Case(Rotation.from_matrix(matrices), centre_offset=offset, **more)
+
+    def _signed(self, placed: DeviceEquilibrium) -> FloatArray:
+        """Margins, zero out of reach; with the sign of the moments' volume, where they have one."""
+        margin, volume = np.where(placed.reached, placed.margin, 0.0), moment_volume(self._device, placed)
+        return np.where(volume < 0.0, -margin, margin)
+
+    def _signed_at(self, way: FloatArray) -> FloatArray:
+        case = self._case(way, self.offsets.at(way, self._nearest))
+        placed = solve(self._device, case, Assumptions(limits="none")).source.poses.placed
+        assert placed is not None
+        return np.where(placed.reached, self._signed(placed), placed.share - 1.0)
+
+    @property
+    def stroke_unit(self) -> str:  # type: ignore[override]
+        """Of the distance to the ends of strokes; see :attr:`levers`."""
+        return "rad" if "N m" in {self._device.unit_of(drive) for drive in self._device.efforts} else "m"
+
+    @property
+    def levers(self) -> FloatArray:
+        """See :attr:`.PoseValues.levers`; the wearer's moments have no travel."""
+        scales = self._device.structure.scales
+        return np.array([*scales, *np.ones(self.lengths.shape[1] - len(scales))])
 
     @property
     def data_margin(self) -> FloatArray:
@@ -112,15 +138,6 @@ class DeviceValues(PoseValues):
         placed, covered = self._placed, self._placed.data_margin
         # Rounding at an end, and laws that do not say where they end.
         return np.where(placed.evaluated, np.maximum(covered, 0.0), np.minimum(covered, -_BEYOND))
-
-    @property
-    def side(self) -> float:
-        """1: the margin of a device has no side."""
-        return 1.0
-
-    def connection(self) -> FloatArray:
-        """The margin where the assembly mode of rest reaches the pose, and below zero where it does not."""
-        return np.where(self._placed.reached, self.independent, self._placed.share - 1.0)
 
     def held_by_arm(self, lost: int | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """See :meth:`.PoseValues.held_by_arm`; the drive of the index ``lost`` gives no effort."""

@@ -15,6 +15,7 @@ from ..design import Arm, Mechanism
 from ..device import as_device, clearance
 from ..load_case import Load
 from ..load_case.pose_stacks import arm_loads, as_query
+from ..numerics.vectors import SINGULAR_MARGIN
 from ..reaction.holding.least_held_forces import least_held_forces
 from .criteria import Criteria
 from .criterion import CRITERIA
@@ -54,16 +55,19 @@ class PoseValues(Record):
     bend : ndarray
         Shape (N,), rad: what the universal joints may turn more, the least of them; infinite where no criterion needs
         it.
-    independent : ndarray
-        Shape (N,): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
+    margin : ndarray
+        Shape (N,): to a singular pose, as :attr:`exo_pin.Reaction.margin`; where as many drives as moments leave no
+        other way to hold the arm, negative beyond the singular surface as seen from rest.
     """
 
+    #: Unit of the distance to the ends of strokes.
+    stroke_unit = "m"
     #: Configurations of a device that has others than those of limbs.
     _placed: Any = None
     criteria: Criteria
     lengths: FloatArray
     bend: FloatArray
-    independent: FloatArray
+    margin: FloatArray
 
     def __init__(
         self,
@@ -80,8 +84,15 @@ class PoseValues(Record):
         self.offsets = PoseOffsets.none() if offsets is None else offsets
         self._needs = {need for name in names for need in CRITERIA[name].needs}
         found = _kinematics(mechanism, matrices, self.offsets, joints in self._needs)
-        self.lengths, self.bend, self.independent = found
+        self.lengths, self.bend, signed = found
+        self.side = rest_side(float(self._signed_at(np.eye(3)[None])[0]), signed)
+        self.margin = self.side * signed
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
+
+    @property
+    def levers(self) -> FloatArray:
+        """What travels of each drive count over, shape (n,): 1, or m of slides where other drives are hinges."""
+        return np.ones(self.lengths.shape[1])
 
     @property
     def data_margin(self) -> FloatArray:
@@ -92,10 +103,9 @@ class PoseValues(Record):
     def _nearest(self) -> int:
         return nearest_to_rest(self.matrices)
 
-    @functools.cached_property
-    def side(self) -> float:
-        """See :func:`rest_side`."""
-        return rest_side(self.mechanism, self.independent, self.offsets, self._nearest)
+    def _signed_at(self, way: FloatArray) -> FloatArray:
+        """Margins of poses on the way from rest, of opposite signs on either side of the singular surface."""
+        return _kinematics(self.mechanism, way, self.offsets.at(way, self._nearest), False)[2]
 
     def shoulder_range(self) -> FloatArray:
         """Angle to the end of the shoulder's range, shape (N,), rad."""
@@ -105,12 +115,8 @@ class PoseValues(Record):
         return margin
 
     def connection(self) -> FloatArray:
-        """Least independence on the best way from rest, shape (N,)."""
-
-        def independence(way: FloatArray) -> FloatArray:
-            return _kinematics(self.mechanism, way, self.offsets.at(way, self._nearest), False)[2]
-
-        return connection_margin(independence, self.matrices, self.shape, self.side * self.independent, self.side)
+        """Least margin on the best way from rest, shape (N,)."""
+        return connection_margin(lambda way: self.side * self._signed_at(way), self.matrices, self.shape, self.margin)
 
     @functools.cached_property
     def _arms(self) -> tuple[Arm | None, ...]:
@@ -227,23 +233,20 @@ def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tu
     return moment.min(axis=0), tensions[worst, row], shoulder[worst, row]
 
 
-def rest_side(mechanism: Mechanism, independent: FloatArray, offsets: PoseOffsets, nearest: int) -> float:
-    """Sign of det X at rest, ±1, of three limbs: the side of the singular surface that can be reached from rest.
+def rest_side(rest: float, margins: FloatArray) -> float:
+    """Sign of the margin at rest, ±1: the side of the singular surface that can be reached from rest.
 
-    If rest itself is singular, the sign that most of the poses have. For more than three limbs 1: their independence
-    is a root.
+    If rest itself is singular, the sign that most of the poses have.
     """
-    rest = np.eye(3)[None]
-    determinant = float(_kinematics(mechanism, rest, offsets.at(rest, nearest), False)[2][0])
-    if abs(determinant) > 1e-9:
-        return float(np.sign(determinant))
-    return 1.0 if (independent > 0.0).sum() >= (independent < 0.0).sum() else -1.0
+    if abs(rest) > SINGULAR_MARGIN:
+        return float(np.sign(rest))
+    return 1.0 if (margins > 0.0).sum() >= (margins < 0.0).sum() else -1.0
 
 
 def _kinematics(
     mechanism: Mechanism, matrices: FloatArray, offsets: PoseOffsets, angles: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Lengths (N, n), margins of the universal joints (N,) and independence (N,)."""
+    """Lengths (N, n), margins of the universal joints (N,) and of the moments (N,), with a sign of three limbs."""
     geometry, count, n = mechanism.geometry, len(matrices), mechanism.limb_count
     half, turns = np.full(n, np.inf), np.tile(np.eye(3), (n, 1, 1))
     if angles:
@@ -252,12 +255,12 @@ def _kinematics(
                 assert limb.joint_limit is not None
                 assert limb.joint_straight is not None
                 half[i], turns[i] = limb.joint_limit, _from_z(np.array(limb.joint_straight))
-    lengths, bend, independent = np.empty((count, n)), np.empty(count), np.empty(count)
+    lengths, bend, margin = np.empty((count, n)), np.empty(count), np.empty(count)
     kinematic_stack(
         matrices, geometry.base_points, geometry.platform_points, offsets.base, offsets.cuff,
-        _rows(geometry.base_frames @ turns), _rows(geometry.platform_frames @ turns), half, lengths, bend, independent,
+        _rows(geometry.base_frames @ turns), _rows(geometry.platform_frames @ turns), half, lengths, bend, margin,
     )  # fmt: skip
-    return lengths, bend, independent
+    return lengths, bend, margin
 
 
 def _rows(frames: FloatArray) -> FloatArray:

@@ -108,12 +108,13 @@ def workspace(
         MappingProxyType({name: stacked(margin) for name, margin in values.margins.items()}),
         MappingProxyType(left_out),
         stacked(values.lengths),
-        stacked(values.independent),
+        stacked(values.margin),
         stacked(values.tensions),
         stacked(values.shoulder),
         stacked(values.gaps),
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
         limits.wearers_of(device),
+        values.stroke_unit,
     )
 
 

@@ -19,6 +19,7 @@ from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
 from ..load_case.ranges_of_motion import Share, grid_axes, share_of_volume
+from ..numerics.vectors import SINGULAR_MARGIN
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT
@@ -42,14 +43,16 @@ class Workspace(Result, ReadOnly):
         Limits that were checked.
     margins : mapping of str to ndarray
         By criterion that was checked, shape (...): distance to its limit, zero or more where it is met, in
-        the unit of :data:`exo_pin.workspace.CRITERIA`. NaN where it is not known, or the pose is singular; such a pose
+        the unit of :attr:`units`. NaN where it is not known, or the pose is singular; such a pose
         does not count as inside. "shoulder_force" is NaN where no tensions within the limits hold the arm.
     not_checked : mapping of str to str
         Criteria that were not checked, and why.
     lengths : ndarray
-        l_i, shape (..., n), m.
-    independent : ndarray
-        Shape (...): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
+        l_i, or coordinates of the drives, shape (..., n), m or rad.
+    margin : ndarray
+        Shape (...): to a singular pose, as :attr:`exo_pin.Reaction.margin`. Where drives hold the arm in one way only
+        (three, as three limbs), it is negative beyond the singular surface as seen from rest; where a device does not
+        follow the arm to a pose, it is the part of the way that is left, below zero.
     tensions : ndarray
         f_i within the limits that make |F_s| least, shape (..., n), N; NaN where there are none or they were not
         computed.
@@ -61,6 +64,9 @@ class Workspace(Result, ReadOnly):
         Of the device's centre from the shoulder's, one a pose; None where the two are one.
     wearers : tuple of Wearer
         For all of whom the criteria hold; empty where it is not known who wears the design.
+    stroke_unit : str
+        Unit of the margin "stroke": "m", or "rad" where hinges are drives. Where slides are, too, their travel counts
+        over their mean lever.
 
     Examples
     --------
@@ -77,12 +83,13 @@ class Workspace(Result, ReadOnly):
     margins: MappingProxyType[str, FloatArray]
     not_checked: MappingProxyType[str, str]
     lengths: FloatArray
-    independent: FloatArray
+    margin: FloatArray
     tensions: FloatArray
     shoulder_force: FloatArray
     gaps: FloatArray
     centre_offset: CentreOffset | None = None
     wearers: tuple[Wearer, ...] = ()
+    stroke_unit: str = "m"
 
     def __post_init__(self) -> None:
         for values in self.margins.values():
@@ -97,7 +104,7 @@ class Workspace(Result, ReadOnly):
     @functools.cached_property
     def inside(self) -> NDArray[np.bool_]:
         """Shape (...): whether all criteria that were checked are met."""
-        inside = np.ones(self.independent.shape, dtype=bool)
+        inside = np.ones(self.margin.shape, dtype=bool)
         for met in self.met.values():
             inside &= met
         return inside
@@ -155,6 +162,7 @@ class Workspace(Result, ReadOnly):
             "lost_to": self.lost_to,
             "one_by_one": dict(self.one_by_one()),
             "median_margins": self.median_margins,
+            "units": self.units,
             "unknown": float(self.unknown.mean()),
             "not_evaluated": float(self.not_evaluated.mean()),
             "force_inside": self.force_inside,
@@ -169,6 +177,11 @@ class Workspace(Result, ReadOnly):
             name: float(np.nanmedian(values)) if np.isfinite(values).any() else float("nan")
             for name, values in self.margins.items()
         }
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of the margin of each criterion."""
+        return {name: self.stroke_unit if name == "stroke" else CRITERIA[name].unit for name in self.margins}
 
     @property
     def force_inside(self) -> dict[str, float]:
@@ -218,7 +231,7 @@ class Workspace(Result, ReadOnly):
         """Shape (...): poses outside only because a force limit is not known at their lengths."""
         if "forces" not in self.margins:
             return np.zeros(self.inside.shape, dtype=bool)
-        unknown = ~self.not_evaluated & np.isnan(self.margins["forces"]) & (np.abs(self.independent) > 1e-9)
+        unknown = ~self.not_evaluated & np.isnan(self.margins["forces"]) & (np.abs(self.margin) > SINGULAR_MARGIN)
         for name, met in self.met.items():
             if forces not in CRITERIA[name].needs:
                 unknown &= met
@@ -246,7 +259,7 @@ class Workspace(Result, ReadOnly):
 
     @functools.cached_property
     def region(self) -> NDArray[np.bool_]:
-        """Largest set of neighbouring poses of the grid that are inside and on one side of det X = 0, shape (...).
+        """Largest set of neighbouring poses inside on one side of the singular surface, shape (...).
 
         Raises
         ------
@@ -254,7 +267,7 @@ class Workspace(Result, ReadOnly):
             If the poses are no grid of three dimensions.
         """
         self._require_grid()
-        return largest_region(self.inside, self.independent if self.lengths.shape[-1] == 3 else None)
+        return largest_region(self.inside, self.margin)
 
     @property
     def region_distance(self) -> float:
@@ -263,17 +276,17 @@ class Workspace(Result, ReadOnly):
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
 
     def _require_grid(self) -> None:
-        if self.independent.ndim != 3:
+        if self.margin.ndim != 3:
             raise InvalidInput(
-                f"expected poses on a grid of three angles, got a stack of shape {self.independent.shape}; use "
+                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
                 "exo_pin.adl_box or RangeOfMotion.poses"
             )
 
     @property
     def nearest_to_rest(self) -> tuple[int, ...]:
         """Index of the pose nearest to rest."""
-        flat = nearest_to_rest(self.poses.as_matrix().reshape(self.independent.size, 3, 3))
-        return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
+        flat = nearest_to_rest(self.poses.as_matrix().reshape(self.margin.size, 3, 3))
+        return tuple(int(k) for k in np.unravel_index(flat, self.margin.shape))
 
     @property
     def blocks_elbow(self) -> bool:

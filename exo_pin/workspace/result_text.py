@@ -47,7 +47,7 @@ def workspace_text(found: Workspace) -> str:
     lost, middle = found.lost_to, found.median_margins
     for name, share in found.fractions.items():
         shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
-        margin = f"{middle[name]:>12.3g} {CRITERIA[name].unit}" if np.isfinite(middle[name]) else f"{'-':>12}"
+        margin = f"{middle[name]:>12.3g} {found.units[name]}" if np.isfinite(middle[name]) else f"{'-':>12}"
         lines.append(f"{shares}{margin}".rstrip())
     unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in found.not_checked.items() if NO_LIMIT in why]
     shown = {name: why for name, why in found.not_checked.items() if NO_LIMIT not in why and NO_SPRINGS not in why}

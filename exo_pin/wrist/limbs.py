@@ -63,7 +63,7 @@ def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
 
 
 @kernel
-def _margin(X: Any, reach: Any) -> float:
+def margin_of_limbs(X: Any, reach: Any) -> float:
     """:func:`.margin_of_moments` of the rows h_i X_i."""
     n = X.shape[0]
     g0 = g1 = g2 = g3 = g4 = g5 = 0.0
@@ -100,7 +100,7 @@ def pose_status(X: Any, reach: Any, upu: Any) -> tuple[int, float]:
     A pose with a folded UPU limb (h = 0; indices ``upu``) has no answer: X_i is undefined. A folded SPS limb only loses
     its moment arm; with more than three limbs the others may hold the pose.
     """
-    margin = _margin(X, reach)
+    margin = margin_of_limbs(X, reach)
     spoiled = False
     if X.shape[0] == 3:
         spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0

@@ -248,18 +248,6 @@ def test_margins_of_what_sticks(units, held):
         assert margins[1] == pytest.approx(margins[0], abs=1e-9)
 
 
-@pytest.mark.parametrize("units", [Units(2.0**20, 1.0), Units(2.0**-20, 1.0)], ids=("large", "small"))
-def test_slip_is_a_direction_in_any_units(units):
-    chain = with_friction(crank_slider(0.7)[0], np.full(3, 0.4))
-    q = crank_slider(0.7)[1]
-    ways = {str(name): way for name, way in zip(list(chain.model.names)[1:], (1, -1, -1), strict=True)}
-    one = chain.inverse_dynamics(q, actuated=["slide"], slip=ways)
-    found = units.chain(chain).inverse_dynamics(q * units.motion(chain), actuated=["slide"], slip=ways)
-    np.testing.assert_allclose(np.abs(one.friction), 0.4)
-    np.testing.assert_allclose(found.friction / units.force(chain), one.friction)
-    np.testing.assert_allclose(found.tau / units.force(chain), one.tau, rtol=1e-9, atol=1e-9)
-
-
 @both_units
 def test_paths_go_in_as_many_steps(units, monkeypatch):
     chain, q = crank_slider(0.7)

@@ -63,13 +63,13 @@ def test_criteria_hold_for_several_persons_while_the_elbow_bends(capsys):
 
 
 def test_workspace_as_json_with_chosen_criteria(capsys):
-    arguments = ["--criteria", "singularity,shoulder_range", "--independence", "0.1", "--step", "12", "--json"]
+    arguments = ["--criteria", "singularity,shoulder_range", "--least-margin", "0.1", "--step", "12", "--json"]
     status, out, _ = run(capsys, "workspace", "appendix-d", *arguments, "--side", "right")
     assert status == 2  # it has no range of the shoulder
     status, out, _ = run(capsys, "workspace", "prototype", *arguments, "--side", "right")
     assert status == 0
     data = json.loads(out)
-    criteria = ep.Criteria(names=("singularity", "shoulder_range"), independence=0.1)
+    criteria = ep.Criteria(names=("singularity", "shoulder_range"), least_margin=0.1)
     found = ep.load("prototype", side="right").workspace(12.0, criteria)
     assert data["index"] == found.index
     assert data["fractions"] == found.fractions

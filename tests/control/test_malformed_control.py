@@ -101,7 +101,6 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: ep.Fault("burst", 0, end=[2.0, 3.0]),
         lambda: control.ContractionController(MECHANISM, UP, layout="4/2"),
         lambda: control.ContractionController(MECHANISM, 3),
-        lambda: control.ContractionController(MECHANISM, lengths=3),
         lambda: control.ContractionController(MECHANISM, UP, gains=3),
         lambda: control.ContractionController(EXO, UP),
         lambda: control.ModelController(EXO, UP),

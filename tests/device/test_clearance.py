@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
+from exo_pin.device.clearance import link_capsules
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -70,7 +71,9 @@ def test_what_is_not_known_is_said(serial):
     support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
     (said,) = (text for text in support.reaction(support.pose(30)).cautions if "touches the body" in text)
     assert said.endswith("Not known: shapes of the links.")
-    assert "Not checked for clearance: links beside one another." in serial.reaction(serial.pose(30)).cautions
+    assert (
+        "Not checked for clearance: links of one limb beside one another." in serial.reaction(serial.pose(30)).cautions
+    )
 
 
 def test_gaps_of_links_are_those_of_coal():
@@ -143,3 +146,38 @@ def test_a_wrist_as_its_own_chain_is_as_near(name, tmp_path):
             other = ep.ShoulderExo.from_device(device).reaction(poses, limits="none", centre_offset=offset)
             np.testing.assert_allclose(other.clearance, near.clearance, atol=1e-9)
             assert not [text for text in other.cautions if "clearance" in text]
+
+
+@pytest.mark.parametrize(
+    ("name", "angles", "touch"),
+    [
+        ("spherical-3rrr", (0.0, 0.0, 0.0), True),
+        ("3rps-passive-ball", (0.0, 0.0, 0.0), False),
+        ("3rps-passive-ball", (60.0, 96.0, 85.0), True),
+    ],
+)
+def test_links_of_different_limbs_are_as_near_as_sampled_axes(name, angles, touch):
+    """The arcs of the 3RRR lie on one sphere for all limbs, so that they cross, wherever the arm is."""
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
+    pose, chain = exo.pose(*angles), exo.chain
+    ends, radii, names, _ = link_capsules(exo.device)
+    frames = chain.placements(exo.configurations(pose))
+    t = np.linspace(0.0, 1.0, 80)[:, None]
+    axes, limbs = [], []
+    for row, link in zip(ends, names, strict=True):
+        place = frames[chain.model.names[int(row[6])]]
+        axes.append((1 - t) * place.act(row[:3]) + t * place.act(row[3:6]))
+        limbs.append(link.split("_")[1] if link.startswith("limb") else "cuff" if link.startswith("cuff") else "")
+    least = dict.fromkeys(names, np.inf)
+    for i in range(len(names)):
+        for j in range(i):
+            if limbs[i] != limbs[j] and limbs[i] and limbs[j]:
+                gap = np.linalg.norm(axes[i][:, None] - axes[j][None], axis=-1).min() - radii[i] - radii[j]
+                for link in (names[i], names[j]):
+                    least[link] = min(least[link], gap)
+    gaps = exo.device.gaps(pose.as_matrix()[None])
+    found = dict(zip(gaps.parts, gaps.each(np.array([0]))[:, 2], strict=True))
+    for link, gap in least.items():
+        assert found[link] <= gap + 1e-9
+        assert np.isinf(gap) or gap - found[link] < 2e-3
+    assert (min(least.values()) < 0.0) == ("another limb" in gaps.words) == touch

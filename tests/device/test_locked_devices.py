@@ -86,3 +86,12 @@ def test_more_lengths_than_freedoms_and_a_device_that_holds_nothing_are_refused(
     soft = support.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     with pytest.raises(InvalidInput, match="hold the arm about every axis"):
         soft.reaction(soft.pose(60.0), split="elastic_locked")
+
+
+def test_a_load_that_an_arm_in_a_soft_cuff_gives_way_to_has_no_equilibrium():
+    """The arm would have to turn in its cuff by more than the spring can make a moment of."""
+    cuff = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.15))
+    exo = ep.load(URDF / "serial-y-x-z.urdf").replace(interfaces=cuff)
+    load = ep.Load([2e4, 0.0, -2e4], at=[0.0, 0.0, -0.5])
+    answer = exo.reaction(exo.pose(60.0, 30.0), load=load, split="elastic_locked", limits="none")
+    assert answer.status == "no_equilibrium"

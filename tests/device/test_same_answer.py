@@ -166,3 +166,31 @@ def test_every_door_has_one_margin(name, offset):
         table = each.compare(each, poses)
         np.testing.assert_allclose(table["least_margin"], margin.min(), rtol=1e-8)
         assert np.isfinite(soft[0].margin).any()
+
+
+@pytest.mark.parametrize(
+    ("name", "offset"),
+    # Universal joints of a rigid chain follow no displaced arm.
+    [
+        ("prototype", None),
+        ("appendix-d", None),
+        ("four-linear-actuators", None),
+        ("four-linear-actuators", [0.004, -0.003, 0.005]),
+    ],
+)
+def test_the_workspace_of_a_wrist_is_singular_where_that_of_its_chain_is(name, offset):
+    """The margin of the reaction, on the side of the singular surface that rest is on, and the way there."""
+    exo = ep.load(name)
+    question = {"criteria": ["singularity", "connected"], "centre_offset": offset}
+    poses = ep.adl_box(24.0)
+    one, other = (
+        each.workspace(poses, **question) for each in (exo, ep.ShoulderExo.from_device(exo.device.as_chain()))
+    )
+    for criterion in one.margins:
+        np.testing.assert_allclose(other.margins[criterion], one.margins[criterion], atol=1e-9)
+    answer = exo.reaction(poses, limits="none", centre_offset=offset)
+    np.testing.assert_allclose(np.abs(one.margin), answer.margin, atol=1e-9)
+    sign = np.sign(answer.determinant * exo.singularity(exo.pose()).determinant)
+    expected = answer.margin * (1.0 if exo.geometry.limb_count > 3 else sign)
+    if offset is None:
+        np.testing.assert_allclose(one.margins["singularity"], expected - 0.05, atol=1e-9)

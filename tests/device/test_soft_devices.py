@@ -48,7 +48,7 @@ def test_a_cuff_that_is_stiff_across_and_free_to_turn_has_the_rigid_answer(seria
 
 
 def test_offsets_of_one_pose_have_the_answers_of_each_alone(serial):
-    """Where the ends of some are known, that of another is guessed."""
+    """Others begin at the equilibrium of the first."""
     soft, pose = on_springs(serial, cuff=CUFF), serial.pose(60, 30)
     offsets = 0.01 * np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0.5, 0.5, -0.5], [0, 0, 0], [-1, 1, -1]])
     together = soft.reaction(serial.pose([60] * 7, 30), split="elastic", centre_offset=offsets)

@@ -6,18 +6,6 @@ import exo_pin as ep
 from exo_pin.muscle import Muscle, muscle_model
 
 
-def test_stiffness_of_a_limb_is_the_slope_of_its_force():
-    muscle = Muscle(model=muscle_model("best"), end_fitting=0.1)
-    low, high = muscle.length_range()
-    length, pressure, step = 0.6 * high + 0.4 * low, 3e5, 1e-6
-    pulls = [
-        muscle.model.unchecked_force(muscle.contraction(np.array(value)), np.array(pressure))
-        for value in (length - step, length + step)
-    ]
-    slope = (pulls[1] - pulls[0]) / (2 * step)
-    np.testing.assert_allclose(muscle.stiffness(length, pressure), slope, rtol=1e-6)
-
-
 def test_muscles_hold_the_device_and_pressures_give_the_required_forces():
     """The prototype with its fourth muscle mounted (base hole 100°, arm hole 280°), each muscle contracted by 20 %."""
     exo = ep.load("prototype")

@@ -4,7 +4,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.calibration import pose_information
-from exo_pin.calibration.estimation import CalibrationProblem
+from exo_pin.calibration.length_model import CalibrationProblem
 from exo_pin.control import MeasuredRun
 
 

@@ -7,11 +7,6 @@ from exo_pin import control
 from exo_pin.control.controllers.motor_loop import length_motion
 
 
-def _lengths(t):
-    """Limb lengths at a time, m."""
-    return np.full(3, 0.3 + 0.01 * t)
-
-
 def control_examples():
     """One of each, the ones with a memory after a sample or more."""
     exo, reference = ep.load("prototype"), control.flexion()
@@ -22,8 +17,7 @@ def control_examples():
     reading, seen = sensor.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
-    by_length = control.ContractionController(exo.mechanism, lengths=_lengths)
-    for controller in (thesis, by_length, model):
+    for controller in (thesis, model):
         controller(0.0, seen)
     tracking = ep.experiment("flexion").replace(duration=0.05, imu=imu).run()
     gains = control.PIGains(0.1, 1.0)
@@ -31,7 +25,7 @@ def control_examples():
     pi.step([1.0], 0.01)
     feedback = control.FeedbackGains()
     return (
-        imu, sensor, reading, seen, contractions, thesis, by_length, model, model.planned,
+        imu, sensor, reading, seen, contractions, thesis, model, model.planned,
         tracking, tracking.experiment, gains, pi, feedback, *_motor_examples(reference),
     )  # fmt: skip
 

@@ -15,7 +15,7 @@ from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.device.elastic.soft_equations import NotEvaluated, OutOfReach
 from exo_pin.device.parts.lacking_data import LackingData
 from exo_pin.muscle import ConstantFriction
-from exo_pin.muscle.simulation.phases import Phases
+from exo_pin.muscle.simulation.step_response import Phases
 from exo_pin.numerics.bounded.box_descent import scratch
 from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
 from exo_pin.reaction import SPLITS
@@ -97,7 +97,7 @@ def muscle_examples():
     model = muscle.dynamic_model("tang-3-31")
     step = muscle.PressureStep(2e5, 3e5)
     times = np.linspace(0.0, 1.2, 31)
-    response = muscle.simulate(model, 1.3, step, times, outside="mark", estimate_error=False)
+    response = muscle.simulate(model, 1.3, step, times, outside="mark")
     recording = muscle.Recording(times, response.contraction, step, 1.3)
     return [
         *(muscle.muscle_model(name) for name in muscle.muscle_models()),

@@ -6,7 +6,7 @@ import numpy as np
 from plant_chain_motion import ChainMotion
 
 from exo_pin import ExoPinError
-from exo_pin.control.plant.simulation.simulation import Clock, PlantSimulation
+from exo_pin.control.plant.simulation import Clock, PlantSimulation
 
 
 class ChainSimulation:

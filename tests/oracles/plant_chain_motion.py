@@ -23,9 +23,8 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import ExoPinError, SolverFailed
 from exo_pin.control.plant.equations.drive_kernels import MOTOR_COLUMNS, drive_rates, limb_tension, manifold_rates
-from exo_pin.control.plant.equations.integrator import advance
-from exo_pin.control.plant.equations.plant_kernels import SHOULDER, stop_moment
-from exo_pin.control.plant.simulation.drive_schedule import Piece
+from exo_pin.control.plant.equations.plant_kernels import SHOULDER, advance, stop_moment
+from exo_pin.control.plant.simulation import Piece
 from exo_pin.control.plant.state import equations_state
 from exo_pin.numerics.vectors import matrix
 from exo_pin.wrist_chain.equilibrium import EquilibriumModel

@@ -67,8 +67,25 @@ def test_queries_with_limits_and_compare(prototype):
     assert list(table["design"]) == ["prototype", "cables"]
     # The prototype's muscles have strokes besides; the cables have no actuator, so that "pull" is all that is known.
     assert table["holdable"][0] == 0.0
-    assert table["holdable"][1] == table["pull_only"][1] == table["pull_only"][0]
+    tensions = other.reaction(poses, limits="none").actuator_forces
+    assert table["holdable"][1] == (tensions >= 0.0).all(axis=-1).mean()
     free = exo.compare(other, poses, split="minimal", limits="none")
     assert free["peak_F_s_N"][0] < 1e-5 < free["median_F_s_N"][1]
     assert 0 <= table["reach"][0] < 0.1
     assert np.isnan(table["reach"][1])  # strokes of the cables are not known
+
+
+@pytest.mark.parametrize("name", ["appendix-d", "serial-y-x-z"])
+def test_a_chain_has_the_side_of_the_singular_surface(name):
+    """That of its three drives; of a wrist the same as of its normals."""
+    path = URDF / f"{name}.urdf"
+    exo = ep.load(path if path.exists() else name).worn_by(PERSON)
+    poses = adl_box(40.0)
+    chain = ep.ShoulderExo.from_device(exo.device.as_chain())
+    table = exo.compare(chain, poses, limits="none")
+    assert table["one_side"][0] == table["one_side"][1]
+    assert not any("one_side" in text for text in table["blank"])
+    kinds = chain.singularity(poses)
+    sides = np.linalg.det(chain.jacobian(poses)[np.isfinite(kinds.determinant)]) > 0.0
+    assert table["one_side"][1] == max(sides.mean(), 1.0 - sides.mean())
+    assert (table["one_side"][1] < 1.0) == (name == "appendix-d")

@@ -54,7 +54,7 @@ def test_tasks_name_their_data_and_what_limits_them(tmp_path):
     [
         ({"names": ("speed",)}, UnknownName),
         ({"names": "stroke"}, InvalidInput),
-        ({"independence": -1.0}, InvalidInput),
+        ({"least_margin": -1.0}, InvalidInput),
         ({"stroke_rule": "some"}, UnknownName),
         ({"body": 1.75}, InvalidInput),
         ({"largest_shoulder_force": 0.0}, InvalidInput),

@@ -11,7 +11,7 @@ from exo_pin.workspace import CRITERIA, Criteria, limb_loss, needs
 
 NAN = np.nan
 LIMITS = Criteria(
-    independence=0.1, least_moment=2.0, largest_shoulder_force=50.0, largest_pull_out=30.0, largest_cuff_pull=20.0,
+    least_margin=0.1, least_moment=2.0, largest_shoulder_force=50.0, largest_pull_out=30.0, largest_cuff_pull=20.0,
     largest_cuff_slip=0.01, least_moment_without_limb=1.5, least_gap=0.004,
 )  # fmt: skip
 
@@ -20,7 +20,7 @@ LIMITS = Criteria(
     ("name", "values", "expected"),
     [
         ("joint_angles", {"bend": [0.2, -0.1]}, [0.2, -0.1]),
-        ("singularity", {"side": -1.0, "independent": [-0.5, 0.05]}, [0.4, -0.15]),
+        ("singularity", {"margin": [0.5, -0.05]}, [0.4, -0.15]),
         ("connected", {"connection": lambda: np.array([0.3, -np.inf])}, [0.2, -np.inf]),
         ("forces", {"moment": [5.0, 1.0, NAN]}, [3.0, -1.0, NAN]),
         ("shoulder_force", {"shoulder": [[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [NAN] * 3]}, [0.0, -10.0, NAN]),
@@ -39,11 +39,11 @@ def test_margins_by_hand(name, values, expected):
 
 
 def test_limits_at_their_edges():
-    edge = Criteria(elbow_range=(-0.3, 2.8), independence=0.0, least_moment=0.0, largest_pull_out=0.0, least_gap=-0.01)
+    edge = Criteria(elbow_range=(-0.3, 2.8), least_margin=0.0, least_moment=0.0, largest_pull_out=0.0, least_gap=-0.01)
     assert edge.elbow_range == (-0.3, 2.8)
     for change in (
         {"elbow_range": (-0.31, 1.0)}, {"elbow_range": (0.0, 2.81)}, {"elbow_range": (1.0, 0.5)},
-        {"independence": -0.1},
+        {"least_margin": -0.1},
         {"least_tension": -1.0}, {"least_moment": NAN}, {"largest_shoulder_force": 0.0}, {"limb_radius": 0.0},
         {"largest_cuff_pull": -1.0}, {"largest_cuff_slip": 0.0}, {"largest_pull_out": -1.0}, {"least_gap": np.inf},
         {"least_above_elbow": -0.01}, {"least_moment_without_limb": -1.0}, {"names": "stroke"}, {"names": 3},
@@ -56,7 +56,7 @@ def test_limits_at_their_edges():
     with pytest.raises(UnknownName):
         Criteria(stroke_rule="all")
     plain = Criteria()
-    assert (plain.independence, plain.least_tension, plain.least_moment, plain.least_gap) == (0.05, 0.0, 0.0, 0.0)
+    assert (plain.least_margin, plain.least_tension, plain.least_moment, plain.least_gap) == (0.05, 0.0, 0.0, 0.0)
 
 
 def diamond(half, centre):

@@ -28,7 +28,7 @@ def some_workspace(margins, poses=None, force=None, **changes):
         "margins": MappingProxyType(margins),
         "not_checked": MappingProxyType({}),
         "lengths": np.full((*shape, 4), 0.3),
-        "independent": np.ones(shape),
+        "margin": np.ones(shape),
         "tensions": np.full((*shape, 4), 10.0),
         "shoulder_force": np.stack(
             [np.zeros(shape)] * 2 + [np.full(shape, NAN) if force is None else np.array(force)], -1
@@ -71,8 +71,8 @@ def test_poses_whose_forces_are_not_known_are_unknown_where_all_else_is_met():
         "forces": [NAN, NAN, NAN, 1.0, -1.0],
         "shoulder_force": [NAN, NAN, NAN, 1.0, NAN],
     }
-    independent = np.array([1.0, 1.0, 1e-12, 1.0, 1.0])
-    found = some_workspace(margins, independent=independent)
+    margin = np.array([1.0, 1.0, 1e-12, 1.0, 1.0])
+    found = some_workspace(margins, margin=margin)
     assert found.unknown.tolist() == [True, False, False, False, False]
     assert "20.0 % more depend on force limits that are not known." in str(found)
     without = some_workspace({"stroke": [0.1, -0.1]})
@@ -148,16 +148,16 @@ def grown(inside, sign):
 def test_region_is_the_largest_set_of_neighbours(seed, limbs):
     rng = np.random.default_rng(seed)
     shape = (4, 3, 5)
-    inside, sign = rng.uniform(size=shape) < 0.7, rng.choice([-1.0, 1.0], shape)
+    inside, sign = rng.uniform(size=shape) < 0.7, rng.choice([-1.0, 1.0], shape) if limbs == 3 else np.ones(shape)
     poses = Rotation.from_rotvec(rng.normal(0.0, 0.5, (*shape, 3)))
     found = some_workspace(
-        {"stroke": np.where(inside, 1.0, -1.0)}, poses=poses, independent=sign, lengths=np.ones((*shape, limbs))
+        {"stroke": np.where(inside, 1.0, -1.0)}, poses=poses, margin=sign, lengths=np.ones((*shape, limbs))
     )
-    expected = grown(inside, sign if limbs == 3 else np.ones(shape))
+    expected = grown(inside, sign)
     # Of two that are as large either will do.
     assert found.region.sum() == len(expected)
     part = {tuple(node) for node in np.argwhere(found.region)}
-    assert len(grown(found.region, sign if limbs == 3 else np.ones(shape))) == len(part)
+    assert len(grown(found.region, sign)) == len(part)
     assert inside[found.region].all()
     angles = poses.magnitude()
     assert found.region_distance == angles[found.region].min()

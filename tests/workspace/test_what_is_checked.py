@@ -105,7 +105,7 @@ def test_extremes_and_means_of_a_workspace_by_hand():
     assert summary["largest_offsets"] == found.largest_offsets
     assert summary["one_by_one"]["together"].tolist() == pytest.approx([1.0, 2.0 / 3.0])
     for values, text in (([1e-10, 0.5, 0.5], [False, False, True]), ([0.5, 0.5, 5e-10], [False, False, False])):
-        again = Workspace(**(vars_of(found) | {"independent": np.array(values)}))
+        again = Workspace(**(vars_of(found) | {"margin": np.array(values)}))
         assert again.unknown.tolist() == text
 
 

@@ -51,7 +51,7 @@ def test_singularity_and_side_of_rest_by_hand():
     exo = toy()
     found = exo.workspace(REST, ["singularity"])
     # The planes O A_i B_i stand across one another.
-    assert abs(float(found.independent)) == pytest.approx(1.0)
+    assert abs(float(found.margin)) == pytest.approx(1.0)
     assert float(found.margins["singularity"]) == pytest.approx(0.95)
     # Rest is on the positive side of its own criterion, whatever the sign of det X.
     mirror = exo.mirrored().workspace(REST, ["singularity"])
@@ -211,7 +211,7 @@ def test_connected_needs_a_grid_and_stays_on_one_side():
     assert found.margins["connected"].max() <= found.margins["singularity"].max()
     assert 0.0 < found.index < 1.0
     # The region does not cross det X = 0.
-    signs = np.sign(found.independent[found.region])
+    signs = np.sign(found.margin[found.region])
     assert (signs == signs[0]).all()
 
 
@@ -238,7 +238,7 @@ def test_force_limit_that_is_not_known_is_no_yes():
 @pytest.mark.parametrize(
     ("narrow", "wide"),
     [
-        ({"independence": 0.2}, {"independence": 0.05}),
+        ({"least_margin": 0.5}, {"least_margin": 0.05}),
         ({"largest_shoulder_force": 60.0}, {"largest_shoulder_force": 200.0}),
         ({"least_tension": 30.0}, {"least_tension": 0.0}),
         ({"least_moment": 3.0}, {"least_moment": 0.0}),

@@ -1,7 +1,7 @@
 """All devices that fit the measured lengths as well as the best one, and the one of them that is meant.
 
 A descent from many starts at once, Levenberg-Marquardt on a stack of devices, finds the basins;
-:func:`exo_pin.calibration.estimation.estimate` then takes each minimum to full accuracy.
+:func:`exo_pin.calibration.length_model.estimate` then takes each minimum to full accuracy.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
-from ..estimation import FINEST, UNIT, CalibrationProblem, Estimate, estimate
+from ..length_model import FINEST, UNIT, CalibrationProblem, Estimate, estimate
 from .starts import combined, devices_of, distances, in_sensors, limb_options, starts
 
 #: Steps of a descent.

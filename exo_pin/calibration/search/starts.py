@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, frozen
-from ..estimation import CalibrationProblem
-from ..length_model import LengthModel
+from ..length_model import CalibrationProblem, LengthModel
 
 #: Missing the place of a known joint counts as much as moving an unknown one by a distance larger by one over this.
 _MISSED = 0.01

@@ -162,7 +162,7 @@ def derivatives_of_motion(
     Parameters
     ----------
     poses, J, dJ, rate, forces, local, tau, passive, tolerance
-        As for :func:`~..dynamics.equations.motion_kernels.forces_of_motion`.
+        As for :func:`~..dynamics.equations.motion_kernels.forces_of_state`.
     motion : ndarray
         q, v and a, one behind the other.
     trees : tuple of ndarray

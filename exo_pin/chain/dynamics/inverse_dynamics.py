@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.validation import FloatArray, as_choice, frozen
 from ..kinematics import closing
-from ..kinematics.loops import project_acceleration, project_velocity
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.motion_axes import joint_names
 from .equations.equations_of_motion import (
@@ -27,16 +26,15 @@ from .equations.equations_of_motion import (
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.solution_kernels import efforts_and_residual, least, solutions
 from .force_distribution import METRICS, Bound, Objective, Range, bounds_and_multipliers, effort_ranges
+from .force_stacks import projected, stack_of_forces
 from .nonsmooth.joint_friction import (
     RestingFriction,
     Rubbing,
     bearing_drive,
     friction_of,
     resting_friction,
-    slip_directions,
 )
 from .reactions import ClosedForces, JointReaction
-from .stacks.sampled_forces import stack_of_forces
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
 #: Effort bounds of a slide that can only pull: its effort shortens the limb.
@@ -135,7 +133,7 @@ def solved(
     applied : ndarray, optional
         Shape (nv,), given generalised forces.
     resolved : bool
-        Whether to raise too near a singular configuration; not for loops that are open in a stabilised motion.
+        Whether to raise too near a singular configuration; not where that was checked with the acceleration.
     rubbing : Rubbing, optional
         Dry friction; the equations contain that of motion already.
 
@@ -227,7 +225,6 @@ def inverse_dynamics(
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
-    slip: Mapping[str, ArrayLike] | None = None,
     close: bool = False,
     progress: bool = False,
 ) -> ClosedForces | Any:
@@ -268,9 +265,6 @@ def inverse_dynamics(
         Minimised among the remaining solutions: the sum of squares of the wrenches of all joints and
         closures, each about its own origin, moments divided by the characteristic length, which depends
         neither on where the loops are cut nor on the root; or that of the multipliers alone.
-    slip : mapping, optional
-        Joint to direction, -1 or 1 (0 for none), one or one for each coordinate, in which a joint at rest is about to
-        slip: its friction is that of motion in this direction.
     close : bool
         Whether to close the loops first, as :meth:`ClosedChain.close` does, and to take the nearest v and a that keep
         them closed.
@@ -314,17 +308,13 @@ def inverse_dynamics(
     drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
 
     def one(q: ArrayLike, v: ArrayLike | None, a: ArrayLike | None, under: Any) -> ClosedForces:
-        return _forces_at(state, (q, v, a), under, drive, slip, least, problem)
+        return _forces_at(state, (q, v, a), under, drive, least, problem)
 
     if np.ndim(q) == 2:
-        fast = (drive, metric) if least and slip is None and not state.passive.rubs else None
-        return stack_of_forces(state, (q, v, a), external, fast, one, close, progress)
+        return stack_of_forces(state, (q, v, a), external, one, close, progress)
     if close:
         q = closing.close(state, q)
-        v = None if v is None else project_velocity(state, q, v)
-        if not (v is None and a is None):
-            still = np.zeros(state.nv)
-            a = project_acceleration(state, q, still if v is None else v, still if a is None else a)
+        v, a = projected(state, q, v, a)
     return one(q, v, a, external)
 
 
@@ -333,7 +323,6 @@ def _forces_at(
     motion: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
     external: Mapping[str, ArrayLike] | None,
     drive: ActuatedCoordinates,
-    slip: Mapping[str, ArrayLike] | None,
     least: bool,
     problem: dict[str, Any],
 ) -> ClosedForces:
@@ -342,7 +331,6 @@ def _forces_at(
     v = None if v is None else state.sized("v", v, state.nv)
     a = None if a is None else state.sized("a", a, state.nv)
     q = state.configuration(q).copy()
-    signs = slip_directions(state, slip)
     if least and not state.passive.rubs:
         return least_forces(state, q, v, a, external, drive, problem["metric"])
     for name, rates in (("v", v), ("a", a)):
@@ -350,7 +338,7 @@ def _forces_at(
             state.tangent(name, rates)
     equations, rubbing = equations_of_motion(state, q, v, a, external), None
     if state.passive.rubs:
-        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a, signs)
+        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a)
         equations = replace(equations, tau=equations.tau - rubbing.force)
     return solved(equations, drive, **problem, rubbing=rubbing)
 

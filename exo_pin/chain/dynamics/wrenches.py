@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,19 +19,7 @@ from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
 from ..structure.couplings import refuse_coupling
 from ..structure.topology import Part, Topology
-
-
-class _Posed(Protocol):
-    """A chain with the poses of its joints at one state, or of n samples with n in front."""
-
-    @property
-    def state(self) -> ChainState:
-        """The chain."""
-
-    @property
-    def poses(self) -> FloatArray:
-        """Shape (njoints, 4, 3), as in :class:`~exo_pin.chain.structure.memory.chain_buffers.ChainBuffers`."""
-
+from .equations.equations_of_motion import EquationsOfMotion
 
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
@@ -130,7 +118,7 @@ def transmitting_part(state: ChainState, name: str) -> Part:
     return part
 
 
-def own_frame(equations: _Posed, index: int) -> tuple[FloatArray, FloatArray]:
+def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, FloatArray]:
     """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`; of a stack (n, 3), (n, 3, 3).
 
     A joint's are those of its child link; a closure's point is frame b's origin and its axes are those of frame a.
@@ -164,7 +152,7 @@ def turned(wrenches: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def expressed(
-    equations: _Posed,
+    equations: EquationsOfMotion,
     name: str,
     columns: FloatArray,
     own: tuple[FloatArray, FloatArray],
@@ -204,7 +192,7 @@ def expressed(
 
 
 def axes_and_point(
-    equations: _Posed, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
+    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
 ) -> tuple[FloatArray, FloatArray]:
     """Point and axes in which a wrench is to be expressed.
 
@@ -234,14 +222,16 @@ def axes_and_point(
     return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
 
 
-def _frame_pose(equations: _Posed, name: str, what: str, others: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+def _frame_pose(
+    equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
     frame = equations.state.model.frames[equations.state.frames.find(what, name, others=others)]
     pose = equations.poses[..., frame.parentJoint, :, :]
     axes = pose[..., :3, :]
     return frame.placement.translation @ axes + pose[..., 3, :], frame.placement.rotation.T @ axes
 
 
-def on_body(posed: _Posed, body: int, sets: int, columns_of: Callable[[int], FloatArray]) -> FloatArray:
+def on_body(posed: EquationsOfMotion, body: int, sets: int, columns_of: Callable[[int], FloatArray]) -> FloatArray:
     """Total wrench of all joints and closures on a body about its joint's origin, world axes, shape (..., 6, sets).
 
     ``columns_of`` gives that of a part, by :attr:`Part.place`, about its own point on the body that receives it.

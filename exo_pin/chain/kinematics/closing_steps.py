@@ -17,7 +17,6 @@ from ..structure.chain_state import ChainState
 from ..structure.memory.chain_buffers import forest_of
 from ..structure.motion_axes import Limits
 from .kernels.closure_kernels import least_step, residual_jacobian, scaled_norm
-from .loops import BLOCK
 
 #: Damping relative to the scaled gap. It has to vanish with the gap, so that the last steps are Newton's, but no
 #: faster: redundant closures contradict each other in proportion to the square of the gap, and without damping the
@@ -30,6 +29,8 @@ _MOST_DAMPING = 1e6
 #: The steps are stuck if this many of them do not reduce the gap to this fraction. Even next to a singularity every
 #: step halves the gap; at a minimum above zero it does not fall any further.
 _PATIENCE, _PROGRESS = 8, 0.8
+#: Samples of a stack that one call of a kernel takes.
+BLOCK = 256
 #: What becomes of a start.
 GOING, CLOSED_THERE, STUCK = 0, 1, 2
 

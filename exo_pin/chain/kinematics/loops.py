@@ -5,23 +5,15 @@ Velocities and accelerations projected onto those that keep the loops closed.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.compiled import kernel
 from ...core.errors import ExoPinError, LoopNotClosed, SamplesFailed
-from ...core.validation import FloatArray, as_finite, frozen
+from ...core.validation import FloatArray, as_finite
 from ..structure.chain_state import ChainState
-from ..structure.memory.chain_buffers import forest_of
-from .kernels.closure_kernels import jacobian_rate, residual_jacobian
 from .kernels.dependent_kernels import nearest_motion
 from .rank import rank_tolerance
-
-#: Samples of a stack that one call of a kernel takes.
-BLOCK = 256
 
 
 def placement(state: ChainState, q: ArrayLike, frame: str) -> pin.SE3:
@@ -299,48 +291,15 @@ def _projected(state: ChainState, q: ArrayLike, v: ArrayLike | None, x: ArrayLik
     rows = as_finite("q", q, (None, state.nq))
     given = as_finite("v" if v is None else "a", x, (len(rows), state.nv))
     moved = None if v is None else as_finite("v", v, given.shape)
-    out, worst, forest = np.full(given.shape, np.nan), np.full(len(rows), np.nan), forest_of(state)
-    still = frozen(np.zeros(given.shape)) if moved is None else moved
-    for first in range(0, len(rows), BLOCK):
-        own = slice(first, first + BLOCK)
-        poses, J, dJ = forest.kinematics(rows[own], None if moved is None else moved[own])
-        worst[own] = _project_all(
-            poses, J, dJ, still[own], given[own], state.topology.loops, rows[own], state.topology.scales,
-            state.tolerance, out[own],
-        )  # fmt: skip
-    failures: dict[int, ExoPinError] = {}
-    for k in np.flatnonzero(~(worst <= state.closed) | [not state.has_unit_turns(row) for row in rows]):
+    out, failures = np.full(given.shape, np.nan), dict[int, ExoPinError]()
+    for k, row in enumerate(rows):
         try:
-            out[k] = (
-                project_velocity(state, rows[k], given[k])
-                if moved is None
-                else project_acceleration(state, rows[k], moved[k], given[k])
-            )
+            if moved is None:
+                out[k] = project_velocity(state, row, given[k])
+            else:
+                out[k] = project_acceleration(state, row, moved[k], given[k])
         except ExoPinError as error:
-            failures[int(k)], out[k] = error, np.nan
+            failures[k] = error
     if failures:
         raise SamplesFailed(failures, len(rows), out)
     return out
-
-
-@kernel(stack=True)
-def _project_all(
-    poses: Any, J: Any, dJ: Any, v: Any, x: Any, loops: Any, q: Any, scales: Any, tolerance: float, out: Any
-) -> Any:
-    """Nearest motions of a stack, as :func:`_projected` has them; the largest residual of each sample is returned."""
-    height, nv = len(scales[0]), x.shape[1]
-    gap, jacobian, rate, drift = np.empty(height), np.empty((height, nv)), np.empty((height, nv)), np.empty(height)
-    worst = np.empty(len(x))
-    for s in range(len(x)):
-        worst[s] = residual_jacobian(poses[s], J[s], loops, q[s], gap, jacobian)
-        jacobian_rate(poses[s], J[s], dJ[s], v[s], loops, q[s], rate, drift)
-        largest = 0.0
-        for i in range(height):
-            largest = max(largest, abs(gap[i] * scales[0][i]))
-            for k in range(nv):
-                drift[i] += jacobian[i, k] * x[s, k]
-        known = tolerance if tolerance > 0.0 else largest
-        move, _, _ = nearest_motion(jacobian, drift, scales, len(poses[s]), known, False)
-        for k in range(nv):
-            out[s, k] = x[s, k] - move[k]
-    return worst

@@ -40,14 +40,14 @@ ANGULAR = {"": (0, 0), "xy": (2, _TILT), "xyz": (3, _LOG), "cross": (1, _CROSS),
 _NO_DIRECTION = 1e-12
 
 
-@kernel(fills=True)
+@kernel(inline=True, fills=True)
 def compose(parent: Any, local: Any, out: Any) -> None:
     """Pose of ``local`` in ``parent``; both and ``out`` have shape (4, 3)."""
-    for i in range(4):
-        for k in range(3):
-            out[i, k] = local[i, 0] * parent[0, k] + local[i, 1] * parent[1, k] + local[i, 2] * parent[2, k]
     for k in range(3):
-        out[3, k] += parent[3, k]
+        x, y, z, p = parent[0, k], parent[1, k], parent[2, k], parent[3, k]
+        for i in range(3):
+            out[i, k] = local[i, 0] * x + local[i, 1] * y + local[i, 2] * z
+        out[3, k] = local[3, 0] * x + local[3, 1] * y + local[3, 2] * z + p
 
 
 @kernel(fills=True)

@@ -117,9 +117,5 @@ def _imu(options: argparse.Namespace) -> Any:
             raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
         given[name] = value if unit == "s" else np.radians(value)
     if options.lost_imu is not None:
-        given["lost"] = (tuple(_two_numbers("--lost-imu", options.lost_imu)),)
+        given["lost"] = (tuple(numbers(options.lost_imu, "2 numbers with a comma between them for --lost-imu", 2)),)
     return Imu(seed=options.seed, **given) if given else None
-
-
-def _two_numbers(option: str, text: str) -> list[float]:
-    return numbers(text, f"2 numbers with a comma between them for {option}", 2)

@@ -215,11 +215,11 @@ def run_muscle_step(args: argparse.Namespace) -> int:
     lines += [f"Caution: {text}" for text in response.cautions]
     lines.append(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
     lines.append(f"at rest        {'yes' if response.at_rest else 'no'}")
-    lines += [*_step_facts(response), f"error          {response.error_estimate:.1e} m (integration)"]
+    lines += _step_facts(response)
 
     def figure() -> Any:
         constant = replace(model, name="constant friction of 2.5 N", friction=ConstantFriction())
-        beside = simulate(constant, mass, pressure, times, outside="mark", estimate_error=False)
+        beside = simulate(constant, mass, pressure, times, outside="mark")
         return plot_responses({model.name: response, constant.name: beside})
 
     deliver(args, "\n".join(lines), columns=lambda: _columns(response), figure=figure)

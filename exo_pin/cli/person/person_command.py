@@ -36,7 +36,7 @@ def run_person(options: argparse.Namespace) -> int:
     heading, result, more, figure = answer(exo, person, subject, query, options)
     deliver(
         options,
-        f"{_device(exo, options)}\n{heading}\n\n{result}\n\nPerson\n{person}",
+        f"{'No device' if options.bare else exo.device.title or exo.name}\n{heading}\n\n{result}\n\nPerson\n{person}",
         json=result.to_json,
         columns=lambda: more | contact_columns(result),
         figure=figure,
@@ -140,10 +140,6 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
         query["forces"] = options.share / 100.0
     offset = person.centre_path() if options.moving_centre else None
     return exo, query | {"person": person, "centre_offset": offset, "constraint_bounds": sides}
-
-
-def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
-    return "No device" if options.bare else exo.device.title or exo.name
 
 
 def _name(exo: ShoulderExo, options: argparse.Namespace) -> str:

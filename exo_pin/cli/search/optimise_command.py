@@ -46,7 +46,7 @@ def criteria(options: argparse.Namespace, exo: ShoulderExo) -> Criteria:
     bend = options.elbow_range and np.radians(numbers(options.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
     return Criteria(
         names=names,
-        independence=options.independence,
+        least_margin=options.least_margin,
         stroke_rule=options.stroke_rule,
         least_tension=options.least_tension,
         least_moment=options.least_moment,

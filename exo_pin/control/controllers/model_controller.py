@@ -40,7 +40,7 @@ from ...core.validation import FloatArray, as_positive, require_type, set_positi
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
-from ..plant.equations.muscle_kernels import air_volume, tension
+from ..plant.equations.drive_kernels import air_volume, tension
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion

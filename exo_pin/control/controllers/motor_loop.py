@@ -24,13 +24,12 @@ left to the integral. The integral has back-calculation with T_t = T_i.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_positive, require_type, set_positive
+from ...core.validation import FloatArray, as_positive, require_type
 from ...design import WristGeometry
 from ..plant.drives import LimbDrive, MotorDrive
 from ..plant.plant import Plant
@@ -139,34 +138,8 @@ def measured_drives(measurement: Any) -> tuple[FloatArray, FloatArray]:
     return np.asarray(positions), np.asarray(speeds)
 
 
-@dataclass(frozen=True)
-class LengthGains:
-    """Gains of the PI control of lengths.
-
-    Attributes
-    ----------
-    bandwidth : float
-        Ω, rad/s; at 100 samples a second not much above the default.
-    integral_time : float
-        T_i, s.
-    tension : float
-        f_0 of cables, N.
-
-    Examples
-    --------
-    >>> from exo_pin.control import LengthGains
-    >>> gains = LengthGains(bandwidth=20.0)
-    >>> 1.0 / gains.bandwidth, gains.tension  # s in which an error falls to a third; N in cables
-    (0.05, 20.0)
-    """
-
-    bandwidth: float = 35.0
-    integral_time: float = 0.3
-    tension: float = 20.0
-
-    def __post_init__(self) -> None:
-        set_positive(self, "bandwidth", "integral_time")
-        set_positive(self, "tension", zero=True)
+#: Ω of the loop of lengths, rad/s, at 100 samples a second not much above this; T_i, s; f_0 of cables, N.
+_BANDWIDTH, _INTEGRAL_TIME, _TENSION = 35.0, 0.3, 20.0
 
 
 class LengthController:
@@ -178,15 +151,13 @@ class LengthController:
         What the controller takes for true, with motors in all limbs.
     reference : callable
         ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``.
-    gains : LengthGains, optional
-        Of all drives.
     rate : float
         Samples a second, Hz.
 
     Raises
     ------
     InvalidInput
-        If a limb has no motor, the reference cannot be called, or plant or gains have a wrong type.
+        If a limb has no motor, the reference cannot be called, or the plant has a wrong type.
 
     Examples
     --------
@@ -200,20 +171,16 @@ class LengthController:
     1.5
     """
 
-    def __init__(
-        self, plant: Plant, reference: Callable[[float], Any], gains: LengthGains | None = None, rate: float = 100.0
-    ) -> None:
+    def __init__(self, plant: Plant, reference: Callable[[float], Any], rate: float = 100.0) -> None:
         require_type("plant", plant, Plant, "a Plant")
-        require_type("gains", gains, LengthGains | None, "LengthGains")
         require_type("reference", reference, Callable, "a function of time")
         if not plant.motors.all():
             raise InvalidInput("expected a motor in every limb; muscles have the controller of contraction ratios")
         self.plant, self.reference = plant, reference
-        self.gains = LengthGains() if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
-        self._loop = MotorLoop(plant.drives, self.gains.bandwidth)
+        self._loop = MotorLoop(plant.drives, _BANDWIDTH)
         taut = np.array([drive.least_tension > 0.0 for drive in plant.drives])
-        self._shorter = np.where(taut, self.gains.tension / self._loop.stiffness, 0.0)
+        self._shorter = np.where(taut, _TENSION / self._loop.stiffness, 0.0)
         self.reset()
 
     def reset(self) -> None:
@@ -236,14 +203,14 @@ class LengthController:
         """Commands at a sample; see :class:`Controller`."""
         wanted = length_motion(self.plant.mechanism.geometry, self.reference(t))
         positions, speeds = measured_drives(measurement)
-        g, mass = self.gains, self._loop.mass
+        mass = self._loop.mass
         error = positions - (wanted.lengths - self._shorter)
-        proportional = mass * g.bandwidth**2 * error
+        proportional = mass * _BANDWIDTH**2 * error
         if self._integral is None:
             # A device is switched on with its brakes closed: the first force is what they held.
             held = self._loop.stiffness * (np.asarray(measurement.lengths) - positions)
             self._integral = held - proportional
-        force = proportional + self._integral + 2.0 * mass * g.bandwidth * (speeds - wanted.rates)
+        force = proportional + self._integral + 2.0 * mass * _BANDWIDTH * (speeds - wanted.rates)
         given = np.clip(force, -self._loop.limit, self._loop.limit)
-        self._integral = self._integral + self._interval / g.integral_time * (proportional + given - force)
+        self._integral = self._integral + self._interval / _INTEGRAL_TIME * (proportional + given - force)
         return np.asarray(given / self._loop.limit)

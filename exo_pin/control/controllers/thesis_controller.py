@@ -199,10 +199,8 @@ class ContractionController:
     ----------
     mechanism : Mechanism
         The design that the controller takes for granted; the plant may be another.
-    reference : callable, optional
+    reference : callable
         Orientations over time, ``reference(t).orientation``.
-    lengths : callable, optional
-        Limb lengths over time instead, ``lengths(t)`` of shape (n,), m.
     gains : sequence of PIGains, optional
         One a muscle, duty per percent of contraction; those of Table 5-5 if left out.
     rate : float
@@ -213,7 +211,7 @@ class ContractionController:
     Raises
     ------
     InvalidInput
-        If there is not exactly one reference, or not one gain a muscle; UnknownName if there is no such layout.
+        If there is not one gain a muscle; UnknownName if there is no such layout.
 
     Examples
     --------
@@ -228,18 +226,14 @@ class ContractionController:
     def __init__(
         self,
         mechanism: Mechanism,
-        reference: Callable[[float], Any] | None = None,
-        lengths: Callable[[float], Any] | None = None,
+        reference: Callable[[float], Any],
         gains: Sequence[PIGains] | None = None,
         rate: float = 100.0,
         layout: str = "3/2",
     ) -> None:
-        if (reference is None) == (lengths is None):
-            raise InvalidInput("expected either a reference of orientations or one of lengths")
         self.contractions = Contractions(mechanism)
-        self._followed: Any = lengths if reference is None else reference
-        self._by_lengths = reference is None
-        require_type("lengths" if self._by_lengths else "reference", self._followed, Callable, "a function of time")
+        require_type("reference", reference, Callable, "a function of time")
+        self._reference = reference
         count = mechanism.limb_count
         if gains is not None and not np.iterable(gains):
             raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {echo(gains)}")
@@ -253,9 +247,6 @@ class ContractionController:
 
     def wanted(self, t: float) -> FloatArray:
         """Contraction ratios of the reference at a time in s, shape (n,).
-
-        Three lengths may fit several orientations, and four or more may fit none: a reference of lengths says what the
-        muscles shall do, not the arm.
 
         Parameters
         ----------
@@ -275,8 +266,7 @@ class ContractionController:
         >>> (100.0 * (controller.wanted(5.0) - controller.wanted(0.0))).round(1)  # % by which each muscle shortens
         array([17.7, 34.7, 35.1])
         """
-        now = self._followed(t)
-        return self.contractions.ratios(now if self._by_lengths else self.contractions.lengths(now.orientation))
+        return self.contractions.ratios(self.contractions.lengths(self._reference(t).orientation))
 
     def reset(self) -> None:
         """Integrals to zero: vented muscles.

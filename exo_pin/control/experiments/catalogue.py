@@ -205,24 +205,8 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     return given
 
 
-def prototype_options() -> PlantOptions:
-    """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit.
-
-    Returns
-    -------
-    PlantOptions
-
-    Examples
-    --------
-    >>> from exo_pin.control import prototype_options
-    >>> prototype_options().shoulder_coulomb - ep.PlantOptions().shoulder_coulomb  # N m, of the unit's bearings
-    0.02
-    """
-    return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB)
-
-
 def options_for(mechanism: Mechanism) -> PlantOptions:
-    """Options of a design that comes without: :func:`prototype_options` where muscles turn the dummy's shoulder unit.
+    """Options of a design that comes without: with the shoulder unit's friction where muscles turn the dummy's.
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
 
@@ -243,7 +227,9 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
-    return PlantOptions() if families & {"cable", "linear"} else prototype_options()
+    if families & {"cable", "linear"}:
+        return PlantOptions()
+    return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB)
 
 
 def _held_path() -> Trajectory:

@@ -8,8 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ...wrist.clearance.gaps import LimbGaps
-from ..plant.equations.drive_kernels import MOTOR_COLUMNS
-from ..plant.equations.muscle_kernels import free_contraction
+from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
 
 if TYPE_CHECKING:
     from .tracking import Tracking

@@ -1,7 +1,7 @@
-from .assumptions import Assumption as Assumption
 from .faults import Fault as Fault
 from .options import PlantOptions as PlantOptions
 from .plant import Plant as Plant
+from .plant_tables import Assumption as Assumption
 from .run import Run as Run
 from .state import Controller as Controller
 from .state import Measurement as Measurement

@@ -18,8 +18,7 @@ from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel
-from .equations.drive_kernels import MOTOR_COLUMNS
-from .equations.muscle_kernels import COLUMNS
+from .equations.drive_kernels import COLUMNS, MOTOR_COLUMNS
 from .options import MotorParameters, PlantOptions
 
 

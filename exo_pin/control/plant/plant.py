@@ -19,17 +19,14 @@ from ...device import as_device
 from ...load_case import Load
 from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
-from .assumptions import Assumption, assumptions_of
 from .drives import Contractions, MotorDrive, drives_of
-from .equations.muscle_kernels import pressures_for, static_tensions
+from .equations.drive_kernels import pressures_for, static_tensions
 from .faults import Fault, as_faults
 from .options import PlantOptions
-from .plant_tables import plant_tables, supply_of
+from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
-from .simulation.drive_schedule import SAME, DriveSchedule
-from .simulation.settling import settled
-from .simulation.simulation import Clock, PlantSimulation, RunInstant, as_tolerance, end_time
-from .state import FIRST_STEP, Controller, DriveStates, PlantState, Sensor, equations_state
+from .simulation import SAME, Clock, DriveSchedule, PlantSimulation, RunInstant, as_tolerance, end_time
+from .state import FIRST_STEP, Controller, DriveStates, PlantState, Sensor, equations_state, settled
 
 if TYPE_CHECKING:
     from ...design import Mechanism

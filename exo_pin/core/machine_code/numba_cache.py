@@ -293,7 +293,7 @@ def dispatcher(
     on_compile : callable
         Called without arguments before a compilation; not where machine code is read from the cache.
     part : bool
-        Whether other dispatchers' functions call it, and not Python; see :mod:`.kernel_parts`.
+        Whether other dispatchers' functions call it, and not Python; see the module's description.
     """
     made = part_dispatcher(function, options) if part else njit(**options)(function)
     made.compile = partial(_compiled, made.compile if part else partial(compile_entry, made, made.compile))

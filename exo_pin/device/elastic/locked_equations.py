@@ -40,6 +40,9 @@ class LockedEquations(SoftEquations):
         Takes an orientation of the arm, shape (3, 3), and returns the question there, a stack of one.
     """
 
+    #: Efforts are unknown, too, and are not zero where a path ends.
+    _counts_anew = False
+
     def __init__(self, turned: Callable[[FloatArray], Query], *given: Any) -> None:
         super().__init__(*given)
         self._turned, self._rest = turned, (self.start.copy(), Rotation.from_matrix(self.matrix))

@@ -9,7 +9,9 @@ The first gives f, with a row besides for every motion that loads no spring and 
 f those nearest to efforts that are given, by default of least norm. The second is solved by
 :func:`exo_pin.numerics.continuation.follow`, as for a wrist: from the unloaded, aligned device, loads and offset
 growing together with λ. x counts N as it is at the start; where a path ends, it is counted anew from there, because far
-from its start N is no more what the device can do. Derivatives are differences, kept while x changes little.
+from its start N is no more what the device can do. Other offsets of the pose begin at the equilibrium of the first, and
+the offset alone grows with λ; where that path ends, the one from the unloaded device counts. Derivatives are
+differences, kept while x changes little.
 """
 
 from __future__ import annotations
@@ -39,8 +41,6 @@ _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
 _BEYOND = 1e-3
 #: Corrections after the path, against rounding.
 _POLISH = 3
-#: Rounding of offsets that are compared, relative to the largest.
-_AFFINE = 1e-6
 
 
 class OutOfReach(SolverFailed):
@@ -90,6 +90,15 @@ class SoftPose(NamedTuple):
     loose: float
 
 
+class _Start(NamedTuple):
+    """Where a path begins: x, shape (k,) or (1,), at equilibrium with a part of the load and offsets, shape (3,), m."""
+
+    x: FloatArray
+    load: float
+    base: FloatArray
+    cuff: FloatArray
+
+
 class SoftEquations:
     """r of one pose, for :func:`exo_pin.numerics.continuation.follow`.
 
@@ -112,6 +121,9 @@ class SoftEquations:
         where it would with a rigid cuff.
     """
 
+    #: Whether x is counted anew where a path ends.
+    _counts_anew = True
+
     def __init__(
         self,
         soft: SoftModel,
@@ -130,13 +142,15 @@ class SoftEquations:
         #: Parts whose data ended where the equations were asked last.
         self.lacking: tuple[LackingData, ...] = ()
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
-        #: ∂r/∂x at the start, which no offset changes; offsets that were solved, and where their paths ended.
+        #: ∂r/∂x where paths begin, which no offset changes.
         self._first: FloatArray | None = None
-        self._known: list[tuple[FloatArray, FloatArray]] = []
         self._loaded = np.isin(self.model.moving, self.model.soft)
         self.columns = self._soft_motions(self.start)
         self._origin = self.start, self.columns
         self.size = self.columns.shape[1]
+        self._unloaded = self._begin = _Start(np.zeros(1), 0.0, np.zeros(3), np.zeros(3))
+        #: The equilibrium of the first offset that was solved.
+        self._settled: _Start | None = None
 
     def _held_rows(self, idle: FloatArray, efforts: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Motions of the free tree that load no spring and leave the arm where it is: held ones, and others, (nv, k).
@@ -193,13 +207,18 @@ class SoftEquations:
         out[model.moving] = idle @ Vt[: out.shape[1]].T
         return out
 
+    def _offsets(self, share: float) -> tuple[FloatArray, FloatArray]:
+        """Offsets of base and cuff at a share of the path."""
+        base, cuff = self._begin[2:]
+        return base + share * (self.base - base), cuff + share * (self.cuff - cuff)
+
     def configuration(self, x: FloatArray, share: float) -> FloatArray:
-        """The closed configuration of displacements x with a share of the offset, shape (nq,)."""
+        """The closed configuration of displacements x at a share of the path, shape (nq,)."""
         model, soft = self.model, self.soft
         change = (self.columns @ x) * model.held.topology.column
         q = pin.integrate(model.held.model, self.start, change)
-        for part, shift in ((soft.base, self.base), (soft.cuff, self.cuff)):
-            q[part.start : part.start + 3] += share * shift
+        for part, shift in zip((soft.base, soft.cuff), self._offsets(share), strict=True):
+            q[part.start : part.start + 3] += shift
         return nearest_closed(model.held, q, model.fixed, _CLOSED, 30)[0]
 
     def at(self, x: FloatArray, share: float) -> SoftPose:
@@ -219,21 +238,22 @@ class SoftEquations:
             raise LoopNotClosed(q, np.inf, 0)
         if loads.lacking:
             raise NotEvaluated(share, loads.lacking[0])
-        tau = share * loads.tau[0]
+        part, (base, cuff) = self._begin.load + share * (1.0 - self._begin.load), self._offsets(share)
+        tau = part * loads.tau[0]
         for spring in soft.springs:
             if spring.name == CUFF:
-                tau[spring.own] -= share * self._on_cuff(loads)
+                tau[spring.own] -= part * self._on_cuff(loads)
             if spring.name == SHOULDER:
                 # Not the torso moves but the arm and all that it carries, the other way: what loads them loads it.
                 tau[spring.own] = -R @ tau[model.linear]
-            tau[spring.own] -= spring.load(q, share * self.base, share * self.cuff)
+            tau[spring.own] -= spring.load(q, base, cuff)
         turns = model.free_motion(following(model, q, R.T).T).T
         B, own, idle = loads.driven.B[0], len(model.drives), self._idle_here()
         held, free = self._held_rows(idle, B, turns)
         loose = float(np.abs(free.T @ tau).max(initial=0.0))
         motions = np.column_stack([turns, held])
         moment_of_f, moment = motions.T @ B, motions.T @ tau
-        wanted, alone = share * self.preferred[:own], soft.device.holds_alone
+        wanted, alone = part * self.preferred[:own], soft.device.holds_alone
         # The efforts nearest to those wanted, after the wearer's least moment.
         found = least_efforts(moment_of_f, moment - moment_of_f @ wanted, soft.device.structure.rank, not alone)
         f, more = found.f, np.zeros((len(moment_of_f), len(found.f) - own))
@@ -290,23 +310,15 @@ class SoftEquations:
             return True
         return False
 
-    def _near(self, offset: FloatArray) -> FloatArray | None:
-        """Where the path to an offset may end, shape (1, k), by the affine law of offsets that were solved.
-
-        None where these do not tell it. :func:`exo_pin.numerics.continuation.follow` checks it as any step.
-        """
-        if not self._known:
-            return None
-        offsets, ends = (np.array(part) for part in zip(*self._known, strict=True))
-        size = np.abs(offsets).max(initial=np.abs(offset).max()) or 1.0
-        known, wanted = np.vstack([np.ones(len(ends)), offsets.T / size]), np.concatenate([[1.0], offset / size])
-        weights = np.linalg.lstsq(known, wanted, rcond=_AFFINE)[0]
-        return (weights @ ends)[None] if np.abs(known @ weights - wanted).max() < _AFFINE else None
-
     def move(self, base: FloatArray, cuff: FloatArray) -> None:
         """Ask for other offsets of the same pose, shape (3,), m."""
-        self.base, self.cuff, self._kept = base.copy(), cuff.copy(), None
+        self.base, self.cuff = base.copy(), cuff.copy()
         self.start, self.columns = self._origin
+        self._begin_at(self._settled or self._unloaded)
+
+    def _begin_at(self, begin: _Start) -> None:
+        self._first, self._kept = self._first if begin is self._begin else None, None
+        self._begin = begin
 
     def solved(self) -> tuple[SoftPose, FloatArray, float]:
         """The pose in equilibrium, its x, and the share of load and offset that was reached.
@@ -323,9 +335,11 @@ class SoftEquations:
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
             return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
-        offset = np.concatenate([self.base, self.cuff])
-        x, reached = self._path(0.0, self._near(offset))
-        while reached < 1.0:
+        x, reached = self._path(0.0)
+        if reached < 1.0 and self._begin is not self._unloaded:
+            self._begin_at(self._unloaded)
+            x, reached = self._path(0.0)
+        while reached < 1.0 and self._counts_anew:
             last, ended = reached, self.lacking
             self._start_from(x, reached)
             x, reached = self._path(last)
@@ -340,14 +354,15 @@ class SoftEquations:
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])
-        if self.columns is self._origin[1]:
-            self._known.append((offset, x))
+        if self._settled is None and self.columns is self._origin[1]:
+            self._settled = _Start(x, 1.0, self.base, self.cuff)
         return self.at(x, 1.0), x, reached
 
-    def _path(self, start: float, near: FloatArray | None = None) -> tuple[FloatArray, float]:
+    def _path(self, start: float) -> tuple[FloatArray, float]:
         """x and the share that is reached from the start of x at another share."""
-        path = follow(self, np.zeros(1, dtype=np.intp), np.full(self.size, _SCALE), start, near)
-        return path.x[0], float(path.reached[0])
+        begin, scale = self._begin.x, np.full(self.size, _SCALE)
+        path = follow(lambda rows, x, share: self(rows, begin + x, share), np.zeros(1, dtype=np.intp), scale, start)
+        return begin + path.x[0], float(path.reached[0])
 
     def _start_from(self, x: FloatArray, share: float) -> None:
         """Count x anew from where it is."""

@@ -49,7 +49,8 @@ def determined_device(device: ChainDevice) -> ChainDevice:
     places = [model.start(q, q[rest]) for q in general_configurations(model.rigid)]
     own = best_structure(model.model, np.array(places))
     soft: ChainDevice = model.soft
-    vars(soft)["structure"] = replace(own, moments=device.structure.moments, held=device.structure.held)
+    rigid = device.structure
+    vars(soft)["structure"] = replace(own, moments=rigid.moments, held=rigid.held, scales=rigid.scales)
     return soft
 
 
@@ -129,7 +130,7 @@ def soft_equilibrium(
         except (LoopNotClosed, np.linalg.LinAlgError):
             moved.share[k], status[k] = 0.0, _NO_EQUILIBRIUM
             continue
-        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure.moments)[0][0]
+        margin[k] = margins(pose.moment_of_f[None, :, : len(device.efforts)], device.structure)[0][0]
         q[k], status[k] = pose.q, int(min(margin[k], rigid.margin[k]) < NEAR_MARGIN)
         coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)

@@ -32,12 +32,15 @@ _CORRECTIONS, _CONTRACTION = 9, 0.35
 @kernel
 def new_room(tree: Any, column: Any, loops: Any) -> Any:
     """Arrays that the functions here fill again and again."""
-    links, nv, rows = len(tree[0]), len(column), loops[4][-1]
+    links, nv, starts, most = len(tree[0]), len(column), loops[4], 0
+    rows = starts[-1]
+    for c in range(len(starts) - 1):
+        most = max(most, starts[c + 1] - starts[c])
     size = max(nv, rows) + 1
     return (
         (np.zeros((2, 4, 3)), np.zeros((links, 4, 3)), np.zeros((nv, 6))),
         (new_scratch(), np.zeros(rows), np.zeros((rows, nv))),
-        (np.zeros((nv + 2) * rows), np.zeros((nv + 2) * rows), np.ones(size, dtype=np.bool_)),
+        (np.zeros((len(starts), nv + 2, most)), np.zeros((nv + 2) * rows), np.ones(size, dtype=np.bool_)),
         (np.zeros(size), np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.int64)),
         (np.zeros((nv, nv)), np.zeros((nv, nv)), np.zeros((nv, nv)), np.zeros(nv)),
         (np.zeros(size), np.zeros(size, dtype=np.int64), np.zeros(size), np.zeros(size)),
@@ -47,30 +50,32 @@ def new_room(tree: Any, column: Any, loops: Any) -> Any:
 
 @kernel(fills=True)
 def _closure_columns(device: Any, c: int, own: Any, shared: Any, u: Any, room: Any, W: Any) -> float:
-    """Fill the scaled columns of one closure: its own coordinates, those it shares, gap and turn of the arm.
+    """Fill the scaled columns of one closure: its own coordinates, those it shares, turn of the arm and gap.
 
     The square of the longest column of coordinates is returned.
     """
     first, (row_scale, column), arm = device[1][4][c], device[2], device[5][1]
-    gap, jacobian = room[1][1], room[1][2]
-    n, m, longest = len(own) + len(shared), W.shape[1], 0.0
+    n, m, longest = len(own) + len(shared), device[1][4][c + 1] - first, 0.0
+    gap, jacobian, scale = room[1][1][first:], room[1][2][first:], row_scale[first:]
     for k in range(n):
         v, total = own[k] if k < len(own) else shared[k - len(own)], 0.0
+        out, size = W[k], column[v]
         for i in range(m):
-            W[k, i] = jacobian[first + i, v] * row_scale[first + i] * column[v]
-            total += W[k, i] * W[k, i]
+            out[i] = jacobian[i, v] * scale[i] * size
+            total += out[i] * out[i]
         longest = max(longest, total)
+    turn = W[n]
     for i in range(m):
-        r = first + i
-        W[n, i], W[n + 1, i] = -row_scale[r] * gap[r], 0.0
-        for k in range(3):
-            W[n + 1, i] -= row_scale[r] * jacobian[r, arm + k] * u[k]
+        turn[i] = -scale[i] * (jacobian[i, arm] * u[0] + jacobian[i, arm + 1] * u[1] + jacobian[i, arm + 2] * u[2])
+    if len(W) > n + 1:
+        for i in range(m):
+            W[n + 1, i] = -scale[i] * gap[i]
     return longest
 
 
 @kernel(fills=True)
-def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any) -> float:
-    """Fill the motion that closes the loops, and the one that goes with a turn of the arm; return the log volume.
+def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any, closing: bool) -> float:
+    """Fill the motion that goes with a turn of the arm, and the one that closes the loops; return the log volume.
 
     The coordinates of each closure alone are solved for first, and leave few rows for those that closures share, as
     a platform's on its limbs.
@@ -85,14 +90,16 @@ def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any) -> float
         What :func:`new_room` makes, with the residual and Jacobian of the loops.
     least, along : ndarray
         Shape (nv,), filled, characteristic lengths and rad; zero of the arm.
+    closing : bool
+        Whether the motion that closes the loops is wanted; else it is zero.
     """
-    ranks, motions = device[4], room[4][0]
+    ranks, motions, sides = device[4], room[4][0], 2 if closing else 1
     least[:], along[:] = 0.0, 0.0
     volume = 0.0
     for b in range(len(ranks)):
-        wide, high, rank, longest, part = _own_eliminated(device, b, u, room)
-        V = room[2][1][: (wide + 2) * high].reshape((wide + 2, high))
-        _left_over(device, b, room, V)
+        wide, high, rank, longest, part = _own_eliminated(device, b, u, room, sides)
+        V = room[2][1][: (wide + sides) * high].reshape((wide + sides, high))
+        _left_over(device, b, room, V, sides)
         diagonal, half, order = room[5][0], room[3][1], room[5][1][:wide]
         found = 0
         if ranks[b] > rank:
@@ -103,26 +110,37 @@ def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any) -> float
         else:
             for k in range(wide):
                 order[k] = k
-        for i in range(found):
-            part += math.log(abs(diagonal[i]))
+        part += _log_product(diagonal, found)
         if not math.isfinite(part):
             return -math.inf
-        for k in range(found, wide + 2):
+        for k in range(found, wide + sides):
             solve_triangle(V, diagonal, found, V[k])
         free = wide - found
         for t in range(free):
             motions[t, :] = 0.0
-            _spread(device, b, room, V, found, found + t, order, motions[t])
-        _spread(device, b, room, V, found, wide, order, least)
-        _spread(device, b, room, V, found, wide + 1, order, along)
+            _spread(device, b, room, V, found, found + t, sides, order, motions[t])
+        _spread(device, b, room, V, found, wide, sides, order, along)
+        if closing:
+            _spread(device, b, room, V, found, wide + 1, sides, order, least)
         if free > 0:
-            part += _shortened(motions[:free], room, least, along)
+            part += _shortened(motions[:free], room, least, along, closing)
         volume += part
     return volume
 
 
 @kernel(fills=True)
-def _own_eliminated(device: Any, b: int, u: Any, room: Any) -> Any:
+def _log_product(diagonal: Any, count: int) -> float:
+    """Logarithm of the absolute product of the first numbers, at most six at a time."""
+    total, product = 0.0, 1.0
+    for i in range(count):
+        product *= diagonal[i]
+        if i % 6 == 5:
+            total, product = total + math.log(abs(product)), 1.0
+    return total + math.log(abs(product))
+
+
+@kernel(fills=True)
+def _own_eliminated(device: Any, b: int, u: Any, room: Any, sides: int) -> Any:
     """Take the coordinates of each closure of a block that are its own.
 
     Returns
@@ -136,57 +154,55 @@ def _own_eliminated(device: Any, b: int, u: Any, room: Any) -> Any:
     buffer, _, allowed = room[2]
     diagonal, half, order, taken = room[3]
     shared = joint[joint_starts[b] : joint_starts[b + 1]]
-    wide, high, rank, longest, volume, place = len(shared), 0, 0, 0.0, 0.0, 0
+    wide, high, rank, longest, volume = len(shared), 0, 0, 0.0, 0.0
     for e in range(closure_starts[b], closure_starts[b + 1]):
         first = own_starts[e]
         own, m = owned[first : own_starts[e + 1]], rows[closures[e] + 1] - rows[closures[e]]
-        n, width = len(own), len(own) + len(shared) + 2
-        W = buffer[place : place + width * m].reshape((width, m))
+        n = len(own)
+        W = buffer[e, : n + len(shared) + sides]
         longest = max(longest, math.sqrt(_closure_columns(device, closures[e], own, shared, u, room, W)))
         # Of what is not clear the rest of the block decides.
         cut = FREE if len(shared) == 0 else _CLEAR
         found = pivoted_qr(W, allowed[:n], order[first : first + n], cut * longest, diagonal[first : first + n], half)
         found = min(found, rank_of[b] - rank)
-        taken[e], rank, place = found, rank + found, place + width * m
+        taken[e], rank = found, rank + found
         wide, high = wide + n - found, high + m - found
-        for i in range(found):
-            volume += math.log(abs(diagonal[first + i]))
+        volume += _log_product(diagonal[first:], found)
     return wide, high, rank, longest, volume
 
 
 @kernel(fills=True)
-def _left_over(device: Any, b: int, room: Any, V: Any) -> None:
-    """Fill the columns of a block that are left: shared coordinates, own ones that were not taken, gap and turn."""
+def _left_over(device: Any, b: int, room: Any, V: Any, sides: int) -> None:
+    """Fill the columns of a block that are left: shared coordinates, own ones that were not taken, turn and gap."""
     rows, (closures, closure_starts, _, own_starts, _, joint_starts), taken = device[1][4], device[3], room[3][3]
     shared = joint_starts[b + 1] - joint_starts[b]
     V[:] = 0.0
-    place, filled, left, wide = 0, 0, shared, len(V) - 2
+    filled, left, wide = 0, shared, len(V) - sides
     for e in range(closure_starts[b], closure_starts[b + 1]):
         n, m, found = own_starts[e + 1] - own_starts[e], rows[closures[e] + 1] - rows[closures[e]], taken[e]
-        W = room[2][0][place : place + (n + shared + 2) * m].reshape((n + shared + 2, m))
-        place += (n + shared + 2) * m
+        W = room[2][0][e]
         for i in range(found, m):
             for k in range(shared):
                 V[k, filled] = W[n + k, i]
             for k in range(found, n):
                 V[left + k - found, filled] = W[k, i]
-            for k in range(2):
+            for k in range(sides):
                 V[wide + k, filled] = W[n + shared + k, i]
             filled += 1
         left += n - found
 
 
 @kernel(fills=True)
-def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, order: Any, out: Any) -> None:
+def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: int, order: Any, out: Any) -> None:
     """Fill a motion of the coordinates of a block from a solved column of what was left.
 
-    From column k of the coordinates that are independent this is the motion with that one at 1, and from the two last
+    From column k of the coordinates that are independent this is the motion with that one at 1, and from the last
     columns the solutions with all of them at zero.
     """
-    rows, (closures, closure_starts, owned, own_starts, joint, joint_starts) = device[1][4], device[3]
+    _, closure_starts, owned, own_starts, joint, joint_starts = device[3]
     diagonal, _, own_order, taken = room[3]
     x, y = room[5][2], room[5][3]
-    shared, wide = joint[joint_starts[b] : joint_starts[b + 1]], len(V) - 2
+    shared, wide = joint[joint_starts[b] : joint_starts[b + 1]], len(V) - sides
     sign = 1.0 if k >= wide else -1.0
     for j in range(wide):
         x[j] = 0.0
@@ -196,18 +212,16 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, order: A
         x[order[k]] = 1.0
     for j in range(len(shared)):
         out[shared[j]] = x[j]
-    place, left = 0, len(shared)
+    left = len(shared)
     for e in range(closure_starts[b], closure_starts[b + 1]):
-        first, m, rank = own_starts[e], rows[closures[e] + 1] - rows[closures[e]], taken[e]
+        W, first, rank = room[2][0][e], own_starts[e], taken[e]
         n = own_starts[e + 1] - first
-        width = n + len(shared) + 2
-        W = room[2][0][place : place + width * m].reshape((width, m))
-        place += width * m
         for i in range(rank):
             y[i] = W[n + len(shared) + k - wide, i] if k >= wide else 0.0
         for j in range(len(shared)):
+            column = W[n + j]
             for i in range(rank):
-                y[i] -= W[n + j, i] * x[j]
+                y[i] -= column[i] * x[j]
         for j in range(rank, n):
             out[owned[first + own_order[first + j]]] = x[left + j - rank]
             for i in range(rank):
@@ -219,7 +233,7 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, order: A
 
 
 @kernel(fills=True)
-def _shortened(motions: Any, room: Any, least: Any, along: Any) -> float:
+def _shortened(motions: Any, room: Any, least: Any, along: Any, closing: bool) -> float:
     """Take what is along free motions, shape (k, nv), out of two others; the logarithm of the volume of the motions."""
     _, gram, factor, part = room[4]
     free, volume = len(motions), 0.0
@@ -228,8 +242,8 @@ def _shortened(motions: Any, room: Any, least: Any, along: Any) -> float:
             gram[s, t] = 0.0
             for c in range(len(least)):
                 gram[s, t] += motions[s, c] * motions[t, c]
-    for which in range(2):
-        out = least if which == 0 else along
+    for which in range(2 if closing else 1):
+        out = along if which == 0 else least
         for s in range(free):
             part[s] = 0.0
             for c in range(len(least)):
@@ -246,13 +260,13 @@ def _shortened(motions: Any, room: Any, least: Any, along: Any) -> float:
 
 
 @kernel(fills=True)
-def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any) -> Any:
+def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any, closing: bool) -> Any:
     """:func:`solved_rows` at a configuration, and the largest residual of the loops, m and rad."""
     tree, loops, _, _, _, _, _ = device
     (local, poses, J), (scratch, gap, jacobian), _, _, _, _, _ = room
     place_tree(tree, q, local, poses, J)
     worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
-    return worst, solved_rows(device, u, room, least, along)
+    return worst, solved_rows(device, u, room, least, along, closing)
 
 
 @kernel(fills=True)
@@ -276,7 +290,7 @@ def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, passing:
     least, move = room[6]
     last, volume = math.inf, 0.0
     for count in range(_CORRECTIONS):
-        worst, volume = rates(device, q, u, room, least, along)
+        worst, volume = rates(device, q, u, room, least, along, True)
         size = 0.0
         for k in range(len(least)):
             size = max(size, abs(least[k]))

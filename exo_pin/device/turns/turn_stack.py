@@ -8,7 +8,7 @@ rotation vectors. The pose in the middle of each cell is followed from rest in v
 clearance from singular configurations is probed, from the volume of the loops' rows and its slope about all axes. The
 others within that clearance are reached from it in one step of the same tests, and all that fail are tried in smaller
 cells, at last from rest. Where freedoms are idle the configuration depends on the way: each pose has its own straight
-turn, and those within the clearance of one whose steps of the first length were verified take these without half steps.
+turn in verified steps.
 """
 
 from __future__ import annotations
@@ -61,13 +61,12 @@ def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, sha
     turns : ndarray
         Shape (N, 3), rotation vectors in the arm's axes.
     checked : bool
-        Whether half steps verify each step; else a turn is followed in steps of the first length or not at all.
+        Whether each step is verified; else a turn is followed in steps of the first length or not at all.
     share : ndarray
         Shape (N,), filled: the share of each turn that was followed.
     clearance : ndarray
         Shape (N,), filled: how far the end of another turn from the same start may be from that of this one, rad, so
-        that no singular configuration is between the two; zero where freedoms are idle and a step was halved or
-        nearly. Shape (0,) if it is not wanted.
+        that no singular configuration is between the two. Shape (0,) if it is not wanted.
     """
     tree, loops, (_, column), _, _, _, _ = device
     room, nv, nq = new_room(tree, column, loops), len(column), q.shape[1]
@@ -143,7 +142,7 @@ class _Stack:
     def follow(self, poses: Rotation) -> None:
         """Follow all."""
         left = np.arange(len(self.turns))
-        for edge in _CELLS:
+        for edge in () if self.idle else _CELLS:
             left = self._in_cells(poses, left, edge)
         self._straight(left, np.zeros(0))
 
@@ -176,11 +175,7 @@ class _Stack:
 
     def _from_neighbours(self, poses: Rotation, rows: NDArray[np.intp], near: NDArray[np.intp]) -> None:
         """Follow poses within the clearance of others."""
-        if not rows.size:
-            return
-        if self.idle:
-            self._run(rows, np.tile(self.start, (len(rows), 1)), self.turns[rows], False, np.zeros(0))
-        else:
+        if rows.size:
             self._run(rows, self.q[near], (poses[near].inv() * poses[rows]).as_rotvec(), False, np.zeros(0))
 
     def _run(

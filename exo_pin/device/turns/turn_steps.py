@@ -6,7 +6,9 @@ the way. The volume is zero where the configuration is singular, so that steps t
 proportion and none leaps over it to another assembly mode. Where steps of :data:`SHORTEST` fail, the turn ends.
 
 Joints that no loop corrects, where the device has freedoms that leave the arm at rest, are integrated by the
-Runge-Kutta method of eighth order by Dormand and Prince; of them half steps agree to :data:`SETTLED`.
+Runge-Kutta method 8(5,3) by Dormand and Prince (Hairer, Norsett, Wanner, Solving ODE I, II.10). In place of half steps
+the error that its embedded methods of fifth and third order show, all joints together, is at most :data:`SETTLED` in
+each step, and the volume is compared from stage to stage.
 """
 
 from __future__ import annotations
@@ -23,11 +25,15 @@ from .turn_rates import closed_near, moved, rates
 
 __all__ = ["followed"]
 
-#: First step of the arm, rad; the largest without and with idle freedoms, where it is the first, too; the shortest.
-_FIRST, _LARGEST = 0.35, (0.6, 0.6)
+#: First step of the arm, rad, without and with idle freedoms; the largest; the shortest.
+_FIRST, _LARGEST = (0.35, 0.75), (0.6, 0.8)
 SHORTEST = 1e-6
-#: Two ways to one configuration agree to this, m and rad; of idle freedoms to this.
-_ALIKE, SETTLED = 1e-7, 1e-6
+#: Two ways to one configuration agree to this, m and rad; the largest error of idle freedoms, as the embedded methods
+#: show it, rad and characteristic lengths: ten times the real one or more.
+_ALIKE, SETTLED = 1e-7, 1e-5
+#: The next step over a verified one, at most, and a shorter one over one that fails, at least; the part of the step
+#: that the error allows which is taken.
+_LONGER, _SHORTER, _SAFE = 2.0, 0.2, 0.9
 #: A step that leaves less than this part of itself goes to the end.
 _WHOLE = 1.0 + 1e-9
 #: Largest change of the logarithm of the volume in a step, or from one stage of it to the next.
@@ -38,7 +44,7 @@ _PROBE, _CLEAR = 1e-4, 0.25
 _JUMP, _SMALL = 0.35, 1e-6
 #: Of the Runge-Kutta method.
 _STAGES, _WEIGHTS = np.ascontiguousarray(DOP853.A[:12, :12]), np.array(DOP853.B)
-_SHARES = np.array(DOP853.C[:12])
+_SHARES, _FIFTH, _THIRD = np.array(DOP853.C[:12]), np.array(DOP853.E5[:12]), np.array(DOP853.E3[:12])
 
 
 @kernel(fills=True)
@@ -48,7 +54,7 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
     Turns of balls do not add up: their rates are taken back to the axes at the start.
     """
     least = room[6][0]
-    _, volume = rates(device, q, u, room, least, along)
+    _, volume = rates(device, q, u, room, least, along, False)
     links = device[0][0]
     for j in range(1, len(links)):
         if links[j, 1] != BALL:
@@ -71,11 +77,29 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
 
 
 @kernel(fills=True)
+def _summed(size: float, weights: Any, stages: Any, count: int, out: Any) -> float:
+    """Fill a multiple of a weighted sum of the first rows of some stages; the square of its length."""
+    square = 0.0
+    for k in range(len(out)):
+        out[k] = 0.0
+    for i in range(count):
+        weight = size * weights[i]
+        if weight != 0.0:
+            for k in range(len(out)):
+                out[k] += weight * stages[i, k]
+    for k in range(len(out)):
+        square += out[k] * out[k]
+    return square
+
+
+@kernel(fills=True)
 def _step(
     device: Any, idle: bool, node: Any, before: float, base: Any, u: Any, at: float, to: float, passing: bool,
     room: Any, stages: Any, out: Any,
 ) -> Any:  # fmt: skip
-    """One step along a turn, not verified; whether it arrives, without a leap of the volume, and its logarithm there.
+    """One step along a turn; how much longer a step could be, and the log volume there.
+
+    Less than :data:`_SAFE` means that this one does not arrive, with a leap of the volume or too large an error.
 
     Parameters
     ----------
@@ -91,26 +115,23 @@ def _step(
         The same at the share ``to``, filled.
     """
     (q, along, bend), (there, after, bent), motion = node, out, stages[12]
-    nv, size, largest = len(along), to - at, 0.0
+    nv, size, largest, longer = len(along), to - at, 0.0, _LONGER
     if idle:
         for k in range(nv):
             stages[0, k] = along[k]
         for s in range(1, 12):
-            for k in range(nv):
-                total = 0.0
-                for i in range(s):
-                    total += _STAGES[s, i] * stages[i, k]
-                motion[k] = size * total
+            _summed(size, _STAGES[s], stages, s, motion)
             moved(device, q, motion, base, u, at + size * _SHARES[s], room, there)
             volume = _slope(device, there, motion, u, room, stages[s])
             if not abs(volume - before) <= _CHANGE:
-                return False, volume
+                return 0.5, volume
             before = volume
-        for k in range(nv):
-            total = 0.0
-            for i in range(12):
-                total += _WEIGHTS[i] * stages[i, k]
-            motion[k] = size * total
+        fifth, third = _summed(size, _FIFTH, stages, 12, motion), _summed(size, _THIRD, stages, 12, motion)
+        if fifth > 0.0:
+            longer = min(longer, _SAFE * (SETTLED * math.sqrt(fifth + 0.01 * third) / fifth) ** 0.125)
+        if not longer >= _SAFE:
+            return max(_SHORTER, longer), before
+        _summed(size, _WEIGHTS, stages, 12, motion)
     else:
         for k in range(nv):
             motion[k] = size * (along[k] + 0.5 * size * bend[k])
@@ -120,7 +141,7 @@ def _step(
     good, volume = closed_near(device, there, u, room, _JUMP * largest + _SMALL, passing, after)
     for k in range(nv):
         bent[k] = (after[k] - along[k]) / size
-    return good and abs(volume - before) <= _CHANGE, volume
+    return longer if good and abs(volume - before) <= _CHANGE else 0.5, volume
 
 
 @kernel(fills=True)
@@ -136,7 +157,7 @@ def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> 
     for k in range(3):
         unit[0], unit[1], unit[2] = 0.0, 0.0, 0.0
         unit[k] = _PROBE
-        rates(device, q, unit, room, room[6][0], along)
+        rates(device, q, unit, room, room[6][0], along, False)
         moved(device, q, along, q[arm : arm + 4], unit, 1.0, room, there)
         good, other = closed_near(device, there, unit, room, math.inf, True, along)
         if not good:
@@ -149,7 +170,7 @@ def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> 
 def followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
     """Follow a turn from a closed configuration, in place; the share of it that was followed, and its clearance."""
     stages, base, node, full, half, end, spare = memory
-    arm, close, nv = device[5][0], SETTLED if idle else _ALIKE, len(node[1])
+    arm, nv = device[5][0], len(node[1])
     angle, room_left = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), math.inf
     for k in range(4):
         base[k] = q[arm + k]
@@ -157,46 +178,38 @@ def followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool
         return 1.0, room_left
     for k in range(len(q)):
         node[0][k] = q[k]
-    _, volume = rates(device, q, u, room, room[6][0], node[1])
+    _, volume = rates(device, q, u, room, room[6][0], node[1], False)
     if not math.isfinite(volume):
         return 0.0, 0.0
     node[2][:] = 0.0
-    at, step, largest = 0.0, _FIRST / angle, _LARGEST[1 if idle else 0] / angle
-    if idle:
-        # Math has no ceiling where it runs uncompiled.
-        step = largest = -1.0 / math.floor(-1.0 / largest)
+    at, step, largest = 0.0, _FIRST[1 if idle else 0] / angle, _LARGEST[1 if idle else 0] / angle
     while at < 1.0:
-        size = step if 1.0 - at > _WHOLE * step else 1.0 - at
-        to, middle = 1.0 if size == 1.0 - at else at + size, at + 0.5 * size
-        passing = idle and to < 1.0
-        good, there = _step(device, idle, node, volume, base, u, at, to, passing, room, stages, full)
-        if good and checked:
-            good, between = _step(device, idle, node, volume, base, u, at, middle, idle, room, stages, half)
-            if good:
-                good, _ = _step(device, idle, half, between, base, u, middle, to, True, room, stages, end)
+        # As many equal steps as it takes to the end. Math has no ceiling where it runs uncompiled.
+        count = -math.floor((at - 1.0) / (_WHOLE * step))
+        size = (1.0 - at) / count
+        to, middle = at + size if count > 1 else 1.0, at + 0.5 * size
+        longer, there = _step(device, idle, node, volume, base, u, at, to, idle, room, stages, full)
+        if checked and not idle and longer >= _SAFE:
+            longer, between = _step(device, False, node, volume, base, u, at, middle, False, room, stages, half)
+            if longer >= _SAFE:
+                longer, _ = _step(device, False, half, between, base, u, middle, to, True, room, stages, end)
             for k in range(len(q)):
-                apart = abs(end[0][k] - full[0][k])
-                good = good and apart <= close
-                if idle and not apart <= 0.5 * close:
-                    room_left = 0.0
-        if good:
+                if not abs(end[0][k] - full[0][k]) <= _ALIKE:
+                    longer = 0.5
+        step = min(longer * size, largest)
+        if longer >= _SAFE:
             for k in range(len(q)):
                 node[0][k] = full[0][k]
             for k in range(nv):
                 node[1][k] = full[1][k]
                 node[2][k] = (full[1][k] - half[1][k]) / (0.5 * size) if checked else full[2][k]
             volume, at = there, to
-            step = min(2.0 * size, largest)
             if clear:
                 room_left = min(room_left, _clearance(device, node, volume, room, spare) / at)
         elif not checked:
             return 0.0, 0.0
-        else:
-            step = 0.5 * size
-            if idle:
-                room_left = 0.0
-            if step * angle < SHORTEST:
-                break
+        elif step * angle < SHORTEST:
+            break
     for k in range(len(q)):
         q[k] = node[0][k]
     return at, room_left

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput, NotIdentifiable
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.force_laws import PolynomialModel
 from ..laws.validity import Validity
 from .region import (
@@ -143,41 +143,6 @@ class StaticIdentification(Record):
         ['K_1']
         """
         return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.degrees_of_freedom)
-
-    def force_interval(self, contraction: ArrayLike, pressure: ArrayLike, level: float = 0.95) -> FloatArray:
-        """Confidence interval of the law's force, shape (n, 2), N.
-
-        Parameters
-        ----------
-        contraction, pressure : array_like
-            Shape (n,), m, positive when shorter, and Pa, gauge.
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (n, 2), N, tension positive: least, greatest.
-
-        Raises
-        ------
-        InvalidInput
-            If an argument is not usable.
-
-        Examples
-        --------
-        >>> from exo_pin.muscle import identify_static, steady_states
-        >>> states = steady_states(valid_only=True)
-        >>> fit = identify_static(states.contraction, states.pressure, states.force, 0.3, select="all")
-        >>> low, high = fit.force_interval([0.03], [2.5e5])[0]
-        >>> round(float(low), 1), round(float(fit.model.force(0.03, 2.5e5)), 1), round(float(high), 1)  # N
-        (27.6, 28.0, 28.4)
-        """
-        x = as_finite("contraction", contraction, (None,))
-        p = as_finite("pressure", pressure, (len(x),))
-        rows = design_matrix(x, p, self.powers)
-        variance = np.einsum("ni,ij,nj->n", rows, self.covariance, rows)
-        return confidence_interval(rows @ self.coefficients, variance, level, self.degrees_of_freedom)
 
 
 @checked

@@ -245,8 +245,6 @@ class StepResponse(Record):
         stop took.
     energy_residual : float
         J, gain of kinetic and potential energy less the balance of the above: the integration's own error.
-    error_estimate : float or None
-        m, largest change of the contraction when integrated again with tolerances a hundred times smaller.
 
     Examples
     --------
@@ -270,7 +268,6 @@ class StepResponse(Record):
     damping_loss: float
     impact_loss: float
     energy_residual: float
-    error_estimate: float | None
 
     @property
     def cautions(self) -> tuple[str, ...]:

@@ -79,41 +79,6 @@ def draw_bust(stage: Stage, side: str, scale: float) -> None:
     stage.set_transform("/meshcat/bust", placement(scale, [0.0, -own * scale * MIDDLE, 0.0]))
 
 
-def depth_in_chest(points: FloatArray, side: str, scale: float = 1.0) -> FloatArray:
-    """How far points are inside the chest of the picture.
-
-    Parameters
-    ----------
-    points : ndarray
-        Shape (k, 3), m, base frame.
-    side : {"left", "right"}
-        Which shoulder is at O.
-    scale : float
-        As in :func:`draw_bust`.
-
-    Returns
-    -------
-    ndarray
-        Shape (k,), m, to the nearest corner of the skin; zero outside.
-    """
-    local = np.asarray(points, dtype=float) / scale + [0.0, MIDDLE if side == "left" else -MIDDLE, 0.0]
-    width, depth, forward = (np.interp(local[:, 2], _CHEST[:, 0], _CHEST[:, k]) for k in (1, 2, 3))
-    size = np.abs(local[:, 1] / width) ** _ROUND + np.abs((local[:, 0] - forward) / depth) ** _ROUND
-    inside = (size < 1.0) & (local[:, 2] > _CHEST[0, 0]) & (local[:, 2] < _CHEST[-1, 0])
-    skin = _rings(_CHEST)[1:-1].reshape(-1, 3)
-    nearest = np.linalg.norm(local[:, None] - skin, axis=-1).min(axis=1)
-    return np.where(inside, scale * nearest, 0.0)
-
-
-def starts_inside(points: FloatArray, side: str, scale: float = 1.0) -> list[str]:
-    """Limbs whose joints on the torso, shape (k, 3), m, are inside the chest of the picture, in words."""
-    return [
-        f"limb {i + 1} starts {max(1e3 * depth, 1.0):.0f} mm inside the chest: move A_{i + 1} out of it"
-        for i, depth in enumerate(depth_in_chest(points, side, scale))
-        if depth > 0.0
-    ]
-
-
 def _rings(sections: FloatArray) -> FloatArray:
     """Closed rings over sections, a few between each two, shape (k, 48, 3)."""
     from scipy.interpolate import PchipInterpolator
@@ -220,7 +185,10 @@ class Human(OneProcess):
         joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
         self._index = [joint.idx_q for joint in joints]
         # A joint turns about the positive or the negative axis, given by its short name: RZ, or "about -x".
-        self._signs = np.array([self._sign(side, axis) for axis in "ZXY"])
+        turns = pin.computeJointJacobians(self._model, self._model.createData(), self._q)[3:]
+        self._signs = np.sign(
+            [turns["XYZ".index(axis), joint.idx_v] for axis, joint in zip("ZXY", joints, strict=True)]
+        )
         elbow = self._model.joints[self._model.getJointId(f"{side}_elbow_Z")]
         self._q[elbow.idx_q] = elbow_flexion
         self._picture.display(self._q)
@@ -236,15 +204,6 @@ class Human(OneProcess):
         own = _UPRIGHT.inv() * poses * _UPRIGHT
         self._q[self._index] = self._signs * own.as_euler("ZXY", suppress_warnings=True)
         self._picture.display(self._q)
-
-    def _sign(self, side: str, axis: str) -> float:
-        data = self._model.createData()
-        q = pin.neutral(self._model)
-        joint = self._model.getJointId(f"{side}_shoulder_{axis}")
-        q[self._model.joints[joint].idx_q] = 0.1
-        pin.forwardKinematics(self._model, data, q)
-        turned: FloatArray = pin.log3(data.oMi[joint].rotation)
-        return float(np.sign(turned["XYZ".index(axis)]))
 
 
 #: Height of the ground under O for the figure's own stature, and how far it reaches, m.

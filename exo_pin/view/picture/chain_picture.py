@@ -27,6 +27,7 @@ _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
 _POINT = 1e-6
 #: Makes a bar of unit height six long, with its middle at zero.
 _LONG = placement([1.0, 1.0, 6.0], [0.0, 0.0, -3.0])
+_HERE = np.zeros(3)
 _LINKS = ((0.45, 0.55, 0.68), (0.64, 0.60, 0.50), (0.50, 0.62, 0.58), (0.62, 0.52, 0.60))
 
 
@@ -50,6 +51,8 @@ class ChainPicture(OneProcess):
         Whether closures are marked.
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
+    moved : ndarray
+        Shape (3,), m, arm frame: displacement of what the arm carries, but not of the arm itself.
 
     Attributes
     ----------
@@ -72,21 +75,25 @@ class ChainPicture(OneProcess):
         root: str = "chain",
         marks: bool = True,
         with_arm: bool = True,
+        moved: FloatArray = _HERE,
     ) -> None:
         self._stage, self._chain = stage, chain
         # Closures of a given distance are links that the tree does not have.
         loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
         self.loops = [closure for closure in loops if marks or closure.distance is not None]
         self._marks = "/meshcat/closures" if marks else f"/meshcat/{root}/closures"
-        shapes = self._visuals(urdf)
-        self._looks = shapes
+        visuals, self.notes = (None, []) if urdf is None else urdf_visuals(chain.model, urdf, "by its joints")
+        self._looks = shapes = pin.GeometryModel() if visuals is None else visuals
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
         drawn = {shape.parentJoint for shape in shapes.geometryObjects}
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
-        if not with_arm:
-            self._take_arm_away(shapes)
+        for name, of_link in self._of_arm(shapes):
+            if not with_arm:
+                shapes.removeGeometryObject(name)
+            elif of_link:
+                shapes.geometryObjects[shapes.getGeometryId(name)].placement.translation -= moved
         self._picture = stage.picture(chain.model, shapes, root)
         self._load_closures()
 
@@ -123,11 +130,6 @@ class ChainPicture(OneProcess):
         frames = [place.translation for place in self._chain.placements(q).values()]
         closures = [frame.translation for pair in self.closure_frames(q) for frame in pair]
         return np.vstack([*frames, *closures, _boxes(self._chain.model, self._looks, q)])
-
-    def _visuals(self, urdf: str | PathLike[str] | None) -> Any:
-        """The URDF's own visuals; none, and a note, where they cannot be read."""
-        visuals, self.notes = (None, []) if urdf is None else urdf_visuals(self._chain.model, urdf, "by its joints")
-        return pin.GeometryModel() if visuals is None else visuals
 
     def _skeleton(self, drawn: set[int]) -> Iterator[Any]:
         """Rods and balls for the bodies that have no visuals, the ground among them."""
@@ -184,19 +186,20 @@ class ChainPicture(OneProcess):
         index = [item.name for item in self.loops].index(closure.name)
         return f"{self._marks}/chain_{index}"
 
-    def _take_arm_away(self, shapes: Any) -> None:
-        """Remove what is the arm's own: of its link the shapes in the colour of arms, and its rods."""
-        model, link = self._chain.model, self._chain.roles.arm
-        arm, own = model.frames[model.getFrameId(link)].parentJoint, []
+    def _of_arm(self, shapes: Any) -> list[tuple[str, bool]]:
+        """What is the arm's own: of its link the shapes in the colour of arms (True), and its rods (False)."""
+        model, link, own = self._chain.model, self._chain.roles.arm, []
+        if link is None:
+            return []
+        arm = model.frames[model.getFrameId(link)].parentJoint
         for shape in shapes.geometryObjects:
             coloured = np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6)
             # A shape of a joint names no frame.
             framed = shape.parentFrame < model.nframes and model.frames[shape.parentFrame].name == link
             of_link = framed and coloured
             if shape.parentJoint == arm and (of_link or shape.name.startswith(f"{model.names[arm]}_")):
-                own.append(shape.name)
-        for name in own:
-            shapes.removeGeometryObject(name)
+                own.append((shape.name, of_link))
+        return own
 
 
 def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:

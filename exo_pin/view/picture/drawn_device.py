@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...chain import ClosedChain, Placement
 from ...chain.formats.urdf.urdf_writing import urdf_text
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...design.holding_frame import WALL, sleeve_size
+from ...device import Route
+from ...device.device_model import device_model
+from ...device.postures import reached_postures
 from ...wrist import inverse_kinematics
-from ..figure.figure import starts_inside
 from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.stage import Stage
 from .chain_picture import ChainPicture
@@ -32,11 +37,15 @@ ROOT, _BESIDE, _FROM_CUFF = "exo", 0.032, 0.015
 
 
 class Placed(NamedTuple):
-    """A pose of the arm with the chain's configuration, shape (nq,), and where the device's centre is off O."""
+    """A pose of the arm with the chain's configuration, shape (nq,), and where the device's centre is off O.
+
+    ``drawn`` is the offset with which the device is drawn: none where it follows the arm only by giving way.
+    """
 
     pose: Rotation
     q: FloatArray
     offset: Offset | None
+    drawn: Offset | None
 
 
 class DrawnDevice(OneProcess, ABC):
@@ -50,11 +59,8 @@ class DrawnDevice(OneProcess, ABC):
         What could not be drawn, and why.
     parts : DrawnParts or None
         Cables, springs and drives; None where limbs are all that there is.
-    displaced : bool
-        Whether it is drawn where an offset of its centre puts it.
     """
 
-    displaced = True
     exo: ShoulderExo
     notes: list[str]
     parts: DrawnParts | None
@@ -62,8 +68,13 @@ class DrawnDevice(OneProcess, ABC):
     def __init__(self, stage: Stage, exo: ShoulderExo) -> None:
         self._stage, self.exo = stage, exo
 
-    def configurations(self, poses: Rotation) -> FloatArray:
-        """Of the chain in poses of shape () or (k,), shape (1, nq) or (k, nq); NaN where a pose is out of reach."""
+    def places(self, poses: Rotation, offsets: Sequence[Offset | None]) -> list[Placed]:
+        """Poses of shape () or (k,) with their offsets; coordinates are NaN where a pose is out of reach."""
+        each = [poses] if poses.single else [poses[k] for k in range(len(poses))]
+        whole = zip(each, self._configurations(poses), offsets, offsets, strict=True)
+        return [Placed(*place) for place in whole]
+
+    def _configurations(self, poses: Rotation) -> FloatArray:
         return np.atleast_2d(self.exo.configurations(poses))
 
     @abstractmethod
@@ -77,10 +88,6 @@ class DrawnDevice(OneProcess, ABC):
     @abstractmethod
     def forces(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Forces on the arm, N, base frame."""
-
-    def inside(self, scale: float) -> list[str]:
-        """What starts inside the chest of a figure of that scale, in words."""
-        return []
 
     def tensions(self, forces: ShownForces) -> FloatArray:
         """Of limbs or drives, shape (n,), N."""
@@ -114,20 +121,38 @@ class DrawnLinks(DrawnDevice):
         Whether the arm is drawn; a human figure brings its own.
     """
 
-    displaced = False
-
     def __init__(self, stage: Stage, exo: ShoulderExo, with_arm: bool) -> None:
         super().__init__(stage, exo)
-        stage.viewer[ROOT].delete()
-        self.parts = self._own = DrawnParts(stage, exo.chain_device, ROOT)
-        self._rest = self.configurations(Rotation.identity())[0]
-        self._picture = ChainPicture(stage, exo.chain, looks_of(exo), self._rest, ROOT, marks=False, with_arm=with_arm)
+        self._with_arm, self._rest = with_arm, self._configurations(Rotation.identity())[0]
+        self._draw(None)
+
+    def _draw(self, offset: Offset | None) -> None:
+        self._offset, device = offset, displaced_device(self.exo.chain_device, offset)
+        self._stage.viewer[ROOT].delete()
+        self.parts = self._own = DrawnParts(self._stage, device, ROOT)
+        self._picture = ChainPicture(
+            self._stage, device.chain, looks_of(self.exo), self._rest, ROOT, marks=False, with_arm=self._with_arm,
+            moved=np.zeros(3) if offset is None else offset[1],
+        )  # fmt: skip
         self.notes = self._picture.notes
+
+    def places(self, poses: Rotation, offsets: Sequence[Offset | None]) -> list[Placed]:
+        """See :class:`DrawnDevice`."""
+        return [self._moved(placed) for placed in super().places(poses, offsets)]
+
+    def _moved(self, placed: Placed) -> Placed:
+        if placed.offset is None:
+            return placed
+        model = device_model(displaced_device(self.exo.chain_device, placed.offset))
+        found = reached_postures(model, placed.pose.as_matrix()[None])
+        return placed._replace(q=found.q[0]) if found.reached[0] else placed._replace(drawn=None)
 
     def show(self, placed: Placed) -> bool:
         """See :class:`DrawnDevice`."""
         if np.isnan(placed.q).any():
             return False
+        if not same_offset(placed.drawn, self._offset):
+            self._draw(placed.drawn)
         self._picture.show(placed.q)
         self._own.show(placed.q)
         return True
@@ -150,10 +175,12 @@ class DrawnLinks(DrawnDevice):
         if np.isnan(placed.q).any() or not forces.has_device:
             return [weight, *found]
         size = float(np.linalg.norm(wrench[:3]))
-        cuff = self.exo.chain.roles.cuff
-        at = weight.at if cuff is None else np.array(self.exo.chain.placement(placed.q, cuff).translation)
+        device = displaced_device(self.exo.chain_device, placed.drawn)
+        cuff = device.chain.roles.cuff
+        at = weight.at if cuff is None else np.array(device.chain.placement(placed.q, cuff).translation)
         found.append(DrawnForce("device", "device", at, wrench[:3], f"device {size:.0f} N"))
-        return [weight, *found, *self._own.forces(placed.q, forces.tensions)]
+        parts = self._own if same_offset(placed.drawn, self._offset) else DrawnParts(self._stage, device, ROOT)
+        return [weight, *found, *parts.forces(placed.q, forces.tensions)]
 
 
 class DrawnLimbs(DrawnDevice):
@@ -191,11 +218,11 @@ class DrawnLimbs(DrawnDevice):
         )  # fmt: skip
         self.notes = self._picture.notes
 
-    def configurations(self, poses: Rotation) -> FloatArray:
-        """See :class:`DrawnDevice`; without coordinates where limbs are all that is drawn."""
+    def _configurations(self, poses: Rotation) -> FloatArray:
+        # Without coordinates where limbs are all that is drawn.
         if self.parts is None:
             return np.empty((1 if poses.single else len(poses), 0))
-        return super().configurations(poses)
+        return super()._configurations(poses)
 
     def show(self, placed: Placed) -> bool:
         """See :class:`DrawnDevice`."""
@@ -217,10 +244,6 @@ class DrawnLimbs(DrawnDevice):
     def corners(self) -> FloatArray:
         """See :class:`DrawnDevice`."""
         return np.vstack([self._record.geometry.base_points, self._record.geometry.platform_points])
-
-    def inside(self, scale: float) -> list[str]:
-        """See :class:`DrawnDevice`."""
-        return starts_inside(self._picture.mechanism.geometry.base_points, self.exo.side, scale)
 
     def tensions(self, forces: ShownForces) -> FloatArray:
         """Of the limbs, shape (n,), N; zero where a limb has no drive."""
@@ -275,6 +298,46 @@ class DrawnLimbs(DrawnDevice):
             return found
         slides = tuple(role.slide for role in self.exo.chain.roles.limbs)
         return [*found, *self.parts.forces(placed.q, forces.tensions, slides)]
+
+
+def displaced_device(device: Any, offset: Offset | None) -> Any:
+    """A chain's device with what stands on the torso and on the arm where an offset of its centre has them.
+
+    Frames and joints that the torso holds go with the harness, those that the arm carries with the cuff; the arm's own
+    joint stays in the shoulder.
+    """
+    return device if offset is None else _displaced(device, *(tuple(np.asarray(side).tolist()) for side in offset))
+
+
+@lru_cache(maxsize=32)
+def _displaced(device: Any, base: tuple[float, ...], cuff: tuple[float, ...]) -> Any:
+    model = device.chain.model.copy()
+    for carrier, shift in ((0, np.array(base)), (device.arm_index, np.array(cuff))):
+        for frame in model.frames:
+            if frame.parentJoint == carrier and frame.name not in ("universe", model.names[device.arm_index]):
+                frame.placement.translation += shift
+        for joint in range(1, model.njoints):
+            if model.parents[joint] == carrier and joint != device.arm_index:
+                model.jointPlacements[joint].translation += shift
+
+    # The world's own frame stays; what closures and routes have there moves in it.
+    def end(name: str, place: Placement) -> Placement:
+        moved = tuple((np.array(place.translation) + base).tolist())
+        return replace(place, translation=moved) if name == "universe" else place
+
+    def along(part: Any) -> Any:
+        if part.route is None:
+            return part
+        points = [(p.link, np.array(p.point) + np.array(base) * (p.link == "universe")) for p in part.route.points]
+        return replace(part, route=Route.over(*points))
+
+    closures = tuple(
+        replace(loop, placement_a=end(loop.frame_a, loop.placement_a), placement_b=end(loop.frame_b, loop.placement_b))
+        for loop in device.chain.closures
+    )
+    chain = ClosedChain(model, replace(device.chain.description, closures=closures))
+    parts = {name: tuple(map(along, getattr(device, name))) for name in ("drives", "springs", "brakes")}
+    return device.replace(chain=chain, **parts)
 
 
 def looks_of(exo: ShoulderExo) -> str | PathLike[str] | None:

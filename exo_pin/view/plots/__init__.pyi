@@ -3,10 +3,8 @@ from .angle_maps import overview as overview
 from .angle_maps import rotation_ball as rotation_ball
 from .angle_maps import shoulder_force_map as shoulder_force_map
 from .angle_maps import workspace_slices as workspace_slices
-from .answer_plots import force_history as force_history
 from .answer_plots import movement_figure as movement_figure
 from .answer_plots import reaction_figure as reaction_figure
-from .answer_plots import tension_history as tension_history
 from .contact_plots import contact_over_box as contact_over_box
 from .contact_plots import contact_over_elevation as contact_over_elevation
 from .design_drawing import design_drawing as design_drawing

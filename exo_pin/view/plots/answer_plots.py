@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_choice, as_finite, require_type
+from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from .plot_style import (
     WIDEST,
-    axes_or_new,
     figure_title,
     legend_below,
     line,
@@ -26,14 +25,11 @@ from .plot_style import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ...uncertainty.force_uncertainty import ForceUncertainty
 
 
-#: Label of the axis of time.
-TIME = "time, s"
 #: A curve that goes higher than so many times what it stays below in nine of ten poses is cut there, half as high.
 _CUT = 3.0
 #: Stands for an infinite limit where a band is filled, N.
@@ -42,31 +38,13 @@ _FAR = 1e9
 _CROSSES = 20
 
 
-def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, label: str = TIME) -> Axes:
+def _force_curves(axes: Any, stamps: FloatArray, reaction: Reaction, label: str) -> None:
     """Shoulder force along a motion, over time or an angle: |F_s|, its components in the base frame, the cuff's pull.
 
     Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
-    which no arm can be carried across.
-
-    Parameters
-    ----------
-    times : array_like
-        Shape (k,), s, rising; or what ``label`` says, such as an angle.
-    reaction : Reaction
-        Of shape (k,).
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure if left out.
-    label : str
-        What the curves are drawn over, with its unit.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        N on the left; percent of body weight on the right, where that weight is known. Forces beside a singular pose
-        that would press all others flat are cut, and a note on the picture has the highest |F_s|.
+    which no arm can be carried across. Forces beside a singular pose that would press all others flat are cut, and a
+    note on the picture has the highest |F_s|.
     """
-    stamps = _stamps(times, reaction, label)
-    axes = axes_or_new(ax, 7, 4.2)
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
     for part, name in enumerate(("x forward", "y left", "z up")):
         axes.plot(stamps, reaction.shoulder_force[:, part], **line(part), linewidth=1.5, label=f"F_s {name}")
@@ -80,44 +58,16 @@ def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, 
         right_scale(axes, reaction.body_weight / 100.0, "% of body weight")
     tidy(axes)
     legend_below(axes, 3)
-    return axes
 
 
-def tension_history(
-    times: ArrayLike,
-    reaction: Reaction,
-    limits: tuple[ArrayLike, ArrayLike] | None = None,
-    ax: Axes | None = None,
-    label: str = TIME,
-) -> Axes:
-    """Limb forces along a motion, over time or over an angle, with what the actuators can give.
+def _tension_curves(
+    axes: Any, stamps: FloatArray, reaction: Reaction, label: str, limits: tuple[ArrayLike, ArrayLike] | None
+) -> None:
+    """Limb forces along a motion with ``limits`` (lower, upper), N, tension positive, each broadcasting to (k, n).
 
-    Parameters
-    ----------
-    times : array_like
-        Shape (k,), s, rising; or what ``label`` says, such as an angle.
-    reaction : Reaction
-        Of shape (k,).
-    limits : (lower, upper), optional
-        N, tension positive, each broadcasting to (k, n). Limits that all limbs share are drawn once, as a band;
-        limits of their own in each limb's colour, thin. Crosses mark where a limb is beyond them.
-    ax : matplotlib Axes, optional
-        Where to draw; a new figure if left out.
-    label : str
-        What the curves are drawn over, with its unit.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Forces beside a singular pose that would press all others flat are cut, as a note on the picture says.
-
-    Raises
-    ------
-    InvalidInput
-        If shapes do not fit, or a lower limit is above its upper one.
+    Limits that all limbs share are drawn once, as a band; limits of their own in each limb's colour, thin. Crosses mark
+    where a limb is beyond them.
     """
-    stamps = _stamps(times, reaction, label)
-    axes = axes_or_new(ax, 7, 4.2)
     forces, drives = reaction.actuator_forces, reaction.drive_units
     names = [name for name, _ in drives] or [f"limb {i}" for i in range(1, 1 + forces.shape[1])]
     units = " or ".join(sorted({unit for _, unit in drives}))
@@ -148,7 +98,6 @@ def tension_history(
     _cut_peaks(axes, forces, "|f|", *edges)
     tidy(axes)
     legend_below(axes, 3)
-    return axes
 
 
 def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
@@ -165,16 +114,6 @@ def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
         if rows.any():
             at = np.full(rows.sum(), 0.012)
             ax.plot(stamps[rows], at, color="0.35", markerfacecolor=face, label=label, zorder=1, **foot)
-
-
-def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
-    stamps = as_finite("times", times, (None,))
-    require_type("reaction", reaction, Reaction)
-    if reaction.status.shape != stamps.shape or not len(stamps):
-        raise InvalidInput(f"expected a pose for every time, got {reaction.status.shape} and {stamps.shape}")
-    if label == TIME and (np.diff(stamps) <= 0).any():
-        raise InvalidInput("expected times that rise")
-    return stamps
 
 
 def as_limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
@@ -235,7 +174,9 @@ def reaction_figure(
 ) -> Figure:
     """Figure of a reaction; see :meth:`exo_pin.Reaction.plot`."""
     if reaction.status.ndim == 0:
-        return _pose_figure(reaction, limits)
+        figure, (left, right) = new_figure(WIDEST, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+        pose_bars(figure, left, right, reaction, limits)
+        return figure
     if reaction.status.ndim > 1:
         raise InvalidInput(
             f"expected poses along one dimension, got a stack of shape {reaction.status.shape}; draw one row of it, or "
@@ -304,13 +245,6 @@ def unit_words(name: str) -> str:
     """The unit of an uncertain quantity: " mm", "°", " %"."""
     unit = name.rpartition("_")[2]
     return {"deg": "°", "percent": " %"}.get(unit, f" {unit}")
-
-
-def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
-    """Limb forces with their limits, and F_s with its components, both in N."""
-    figure, (left, right) = new_figure(WIDEST, 4.4, ncols=2, width_ratios=[1.25, 1.0])
-    pose_bars(figure, left, right, reaction, limits)
-    return figure
 
 
 def pose_bars(
@@ -384,12 +318,14 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
 
 
 def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
+    if reaction.status.shape != places.shape or not len(places):
+        raise InvalidInput(f"expected a place for every pose, got {places.shape} and {reaction.status.shape}")
     figure, (top, bottom) = new_figure(7.6, 8.0, nrows=2, sharex=True)
     figure_title(figure, reaction.source.poses.mechanism.name, reaction.verdict, points=10.5)
     for ax in (top, bottom):
         mark_not_held(ax, places, reaction)
-    force_history(places, reaction, top, label)
-    tension_history(places, reaction, limits, bottom, label)
+    _force_curves(top, places, reaction, label)
+    _tension_curves(bottom, places, reaction, label, limits)
     top.set_xlabel("")
     legend_below(top, 3)
     return figure

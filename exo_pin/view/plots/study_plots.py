@@ -164,7 +164,7 @@ def _masses(ax: Any, at: FloatArray, columns: dict[str, FloatArray]) -> None:
     ax.barh(at, np.nan_to_num(arm), 0.6, color=BLUE, label="on the arm")
     ax.barh(at, np.nan_to_num(links), 0.6, left=np.nan_to_num(arm), color=GREY, label="other links")
     for missing, words in ((np.isnan(arm) & np.isnan(links), "not known"), (np.isnan(links) & ~np.isnan(arm), "+ ?")):
-        for row in np.flatnonzero(missing):
+        for row in np.flatnonzero(missing).tolist():
             _at_end(ax, np.nan_to_num(arm[row]), row, words)
     ax.set(title="moving mass", xlabel="kg (?: limbs of unknown mass)")
 
@@ -183,7 +183,6 @@ _WORDS = {
     "median_F_s_N": "median of the shoulder force |F_s|, N",
     "can_hold": "share of the poses that are known to be held",
     "holdable": "share of the poses held, as far as limits are known",
-    "pull_only": "share of the poses that pulling limbs hold",
     "least_margin": "least distance from a singular pose",
     "one_side": "share of the poses on one side of the singular ones",
     "reach": "share of the poses within all strokes",
@@ -195,7 +194,7 @@ _UNITS = {"mm": "mm", "m": "m", "deg": "°", "N": "N", "kg": "kg"}
 #: Which way a figure of a comparison is better.
 _BETTER = {
     **dict.fromkeys(("common_peak_F_s_N", "peak_F_s_N", "p95_F_s_N", "median_F_s_N"), "less"),
-    **dict.fromkeys(("can_hold", "holdable", "pull_only", "least_margin", "one_side", "reach"), "more"),
+    **dict.fromkeys(("can_hold", "holdable", "least_margin", "one_side", "reach"), "more"),
 }
 
 

@@ -75,7 +75,8 @@ class ChainScene(Pages):
             self._stage.plain()
             self._picture = ChainPicture(self._stage, chain, urdf, start)
             self._q = start
-            self._draw_ground()
+            lowest, size = float(self._picture.corners(start)[:, 2].min()), self._picture.size
+            draw_ground(self._stage, lowest - 0.03 * size, 1.3 * size)
             self.camera()
             self.show(start)
 
@@ -257,10 +258,6 @@ class ChainScene(Pages):
         }
         items = [{"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there]
         self._stage.set_panel("legend", {"scale": "", "items": items, "bars": []})
-
-    def _draw_ground(self) -> None:
-        lowest = float(self._picture.corners(self._q)[:, 2].min())
-        draw_ground(self._stage, lowest - 0.03 * self._picture.size, 1.3 * self._picture.size)
 
     def _viewpoint(self, towards: FloatArray | None) -> tuple[FloatArray, FloatArray, list[float]]:
         return viewpoint_of_points(self._picture.corners(self._q), self._picture.size, towards)

@@ -132,12 +132,12 @@ class Scene(Pages):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why, and parts that pass through the wearer or start inside the chest."""
+        """What could not be drawn, and why, and parts that pass through the wearer."""
         own: list[str] = []
         if self._device:
             offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
             touching = self._exo.device.gaps(self._orientation.as_matrix()[None], offset).words
-            own = [*self._drawn.notes, *self._drawn.inside(self._figure.scale), *([touching] if touching else [])]
+            own = [*self._drawn.notes, *([touching] if touching else [])]
         return (*self._figure.notes, *self._without_forces, *own)
 
     @property
@@ -278,11 +278,9 @@ class Scene(Pages):
     def _frames(self, poses: Rotation, query: Question) -> tuple[Reaction | None, list[Frame]]:
         """The answer for poses of shape () or (k,), and 1 or k frames."""
         answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
-        each = [poses] if poses.single else [poses[k] for k in range(len(poses))]
-        places = zip(each, self._drawn.configurations(poses), self._offsets(poses, query), strict=True)
         frames = []
-        for place, forces in zip(places, self._forces(poses, answer, query), strict=True):
-            placed = Placed(*place)
+        places = self._drawn.places(poses, self._offsets(poses, query))
+        for placed, forces in zip(places, self._forces(poses, answer, query), strict=True):
             frames.append(Frame(placed, forces, [] if forces is None else self._drawn.forces(placed, forces)))
         return answer, frames
 
@@ -341,8 +339,8 @@ class Scene(Pages):
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
             off = offset_notes(frame.placed.offset, pose.as_matrix())
-            if off and not self._drawn.displaced:
-                off.append("its links are drawn as if its centre were the shoulder's")
+            if off and frame.placed.drawn is None:
+                off.append("its links are drawn as if its centre were the shoulder's: only what gives way follows")
             notes = [*self.messages, *notes, *off]
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))

@@ -79,34 +79,28 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
 
 
 def connection_margin(
-    independence: Callable[[FloatArray], FloatArray],
-    matrices: FloatArray,
-    shape: tuple[int, ...],
-    value: FloatArray,
-    side: float,
+    on_way: Callable[[FloatArray], FloatArray], matrices: FloatArray, shape: tuple[int, ...], value: FloatArray
 ) -> FloatArray:
-    """Greatest least independence on a path of the grid from rest, shape (N,).
+    """Greatest least margin on a path of the grid from rest, shape (N,).
 
     Rest, the pose of zero angles, need not be a node: the way to the node nearest to it is checked in steps of 1°.
 
     Parameters
     ----------
-    independence : callable
-        det X or its equal for more limbs, shape (N,), of orientations, shape (N, 3, 3).
+    on_way : callable
+        Margin to a singular pose, negative beyond it, shape (N,), of orientations, shape (N, 3, 3).
     matrices : ndarray
         Shape (N, 3, 3).
     shape : tuple of int
         Of the grid, three dimensions.
     value : ndarray
-        Independence times ``side``, shape (N,).
-    side : float
-        Sign of det X at rest.
+        The same of the nodes, shape (N,).
     """
     node = nearest_to_rest(matrices)
     turn = Rotation.from_matrix(matrices[node]).as_rotvec()
     steps = np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(turn) / _STEP)) + 1)
-    way = side * independence(Rotation.from_rotvec(steps[:, None] * turn).as_matrix())
-    # NaN, of a limb that has no plane, is no way.
+    way = on_way(Rotation.from_rotvec(steps[:, None] * turn).as_matrix())
+    # NaN, where the margin is not known, is no way.
     clean = np.where(np.isnan(value), -np.inf, value)
     out = np.empty(len(value))
     widest_path(clean, np.argsort(-clean), tuple(shape), node, out)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.vectors import add, limb, matrix, root, triple, turn, vector
+from ...wrist.limbs import margin_of_limbs
 
 
 @kernel(inline=True)
@@ -34,31 +35,12 @@ def _larger(first: Any, second: Any) -> Any:
     return first if p > q else second
 
 
-@kernel
-def independence(X: Any) -> float:
-    """det[X_1 X_2 X_3] of three limbs; of more, the root of the sum of the squares of all such determinants.
-
-    For more than three limbs that is the root of det(Σ X_i X_iᵀ) (Cauchy and Binet), zero where the X_i do not span
-    the space.
-    """
-    n = X.shape[0]
-    if n == 3:
-        return triple(vector(X, 0), vector(X, 1), vector(X, 2))
-    total = 0.0
-    for i in range(n):
-        for j in range(i + 1, n):
-            for k in range(j + 1, n):
-                volume = triple(vector(X, i), vector(X, j), vector(X, k))
-                total += volume * volume
-    return root(total)
-
-
 @kernel(stack=True)
 def kinematic_stack(
     R: Any, base: Any, platform: Any, base_offset: Any, cuff_offset: Any, base_frames: Any, platform_frames: Any,
-    half: Any, length: Any, bend: Any, independent: Any,
+    half: Any, length: Any, bend: Any, margin: Any,
 ) -> None:  # fmt: skip
-    """Fill lengths, margins of the universal joints and independence of the limbs.
+    """Fill lengths, margins of the universal joints and of the moments of the limbs.
 
     Parameters
     ----------
@@ -73,21 +55,23 @@ def kinematic_stack(
         Shape (n, 3, 3): axes of the joints as rows, the third of them along the limb where the joint is straight.
     half : ndarray
         Half diagonals of the joints' diamonds, shape (n,), rad; infinite for a joint without a limit.
-    length, bend, independent : ndarray
-        Written: l_i (N, n), m; least of half_i - |ψx| - |ψy| over the joints (N,), rad; :func:`independence` (N,).
+    length, bend, margin : ndarray
+        Written: l_i (N, n), m; least of half_i - |ψx| - |ψy| over the joints (N,), rad; :func:`.margin_of_limbs` (N,),
+        of three limbs with the sign of det[X_1 X_2 X_3].
 
     Notes
     -----
     Source: thesis (C-2), Table 5-6.
     """
     n = base.shape[0]
-    X, same = np.empty((n, 3)), base_offset.shape[0] == 1
+    X, reach, same = np.empty((n, 3)), np.empty(n), base_offset.shape[0] == 1
     for k in range(R.shape[0]):
         pose, columns = matrix(R[k]), matrix(R[k].T)
         held, carried = vector(base_offset, 0 if same else k), vector(cuff_offset, 0 if same else k)
         least = np.inf
         for i in range(n):
-            _, s, X_i, length[k, i], _, _ = limb(pose, add(vector(base, i), held), add(vector(platform, i), carried))
+            ends = add(vector(base, i), held), add(vector(platform, i), carried)
+            _, s, X_i, length[k, i], reach[i], _ = limb(pose, ends[0], ends[1])
             X[i, 0], X[i, 1], X[i, 2] = X_i
             if half[i] < np.inf:
                 back = turn(columns, (-s[0], -s[1], -s[2]))
@@ -95,7 +79,9 @@ def kinematic_stack(
                 angle = math.atan2(both[1], both[0])
                 least = min(least, half[i] - (angle if angle >= 0.0 else angle + 2.0 * math.pi))
         bend[k] = least
-        independent[k] = independence(X)
+        margin[k] = margin_of_limbs(X, reach)
+        if n == 3 and triple(vector(X, 0), vector(X, 1), vector(X, 2)) < 0.0:
+            margin[k] = -margin[k]
 
 
 @kernel(stack=True)

@@ -1,4 +1,4 @@
-"""Stacks of two or three samples of small chains, in kernels as they are written; larger ones are in test_stacks.py."""
+"""Stacks of two or three samples of small chains; larger ones are in test_stacks.py."""
 
 import numpy as np
 import pinocchio as pin
@@ -7,12 +7,7 @@ from mechanisms import five_bar, four_bar, parallelogram
 from rubbing_chains import slide, with_friction
 
 from exo_pin import InvalidInput, LoopNotClosed, UnknownName
-from exo_pin.chain import CLOSED, ClosedChain, ClosedForcesStack, Closures
-from exo_pin.chain.dynamics.equations.equation_stacks import passes
-from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, EXACT, STILL
-from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS
-from exo_pin.chain.dynamics.stacks import sampled_forces
-from exo_pin.chain.kinematics import loops as nearest_motions
+from exo_pin.chain import ClosedChain, ClosedForcesStack, Closures
 from exo_pin.core.errors import SamplesFailed
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -39,7 +34,7 @@ def same(stack, each):
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("metric", ["reactions", "closures"])
-def test_stacks_are_each_sample_alone(name, metric, monkeypatch):
+def test_stacks_are_each_sample_alone(name, metric):
     chain, q, v, a, joints = moved(NAMES[name]())
     load = {chain.closures[0].frame_a: np.outer([1.0, -2.0, 0.5], np.arange(1.0, 7.0))}
     options = {"actuated": joints, "metric": metric}
@@ -47,8 +42,6 @@ def test_stacks_are_each_sample_alone(name, metric, monkeypatch):
         chain.inverse_dynamics(*one, external={name: w[k] for name, w in load.items()}, **options)
         for k, one in enumerate(zip(q, v, a, strict=True))
     ]
-    # One sample needs no care, so that the general way is not asked.
-    monkeypatch.setattr(sampled_forces._Arrays, "put", lambda *_: pytest.fail("asked one by one"))
     stack = chain.inverse_dynamics(q, v, a, external=load, **options)
     same(stack, each)
     assert len(stack) == 3
@@ -91,19 +84,6 @@ def slide_chain():
     return slide(0.4), np.array([[0.2], [0.2]]), {"v": np.array([0.3])}
 
 
-@pytest.mark.parametrize("size", [1, 2])
-def test_blocks_of_any_size_give_the_same(size, monkeypatch):
-    chain, q, v, a, joints = moved(five_bar())
-    whole = chain.inverse_dynamics(q, v, a, actuated=joints)
-    monkeypatch.setattr(sampled_forces, "BLOCK", size)
-    monkeypatch.setattr(nearest_motions, "BLOCK", size)
-    np.testing.assert_array_equal(chain.inverse_dynamics(q, v, a, actuated=joints).tau, whole.tau)
-    np.testing.assert_allclose(chain.project_velocity(q, v), v, atol=1e-12)
-    monkeypatch.setattr(sampled_forces, "BLOCK", 256)
-    monkeypatch.setattr(sampled_forces, "_NUMBERS", size)
-    np.testing.assert_array_equal(chain.inverse_dynamics(q, v, a, actuated=joints).tau, whole.tau)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_projections_of_stacks_are_those_of_each_and_least(name):
     chain, q, _, _, _ = moved(NAMES[name]())
@@ -133,16 +113,8 @@ def test_projections_of_stacks_are_those_of_each_and_least(name):
     np.testing.assert_array_equal(failed.value.result[[0, 2]], rates[[0, 2]])
 
 
-def test_closed_samples_of_a_stack_are_not_projected_one_by_one(monkeypatch):
+def test_projections_of_a_stack_have_a_row_for_each_sample():
     chain, q, v, a, _ = moved(five_bar())
-    alone = []
-    for name in ("project_velocity", "project_acceleration"):
-        monkeypatch.setattr(nearest_motions, name, lambda state, q, *motion: alone.append(q) or motion[-1])
-    for block in (1, 2, 256):
-        monkeypatch.setattr(nearest_motions, "BLOCK", block)
-        np.testing.assert_allclose(chain.project_velocity(q, v), v, atol=1e-12)
-        np.testing.assert_allclose(chain.project_acceleration(q, v, a), a, atol=1e-12)
-    assert alone == []
     for name, ask in (
         ("v", lambda: chain.project_velocity(q, v[:, :2])),
         ("a", lambda: chain.project_acceleration(q, v, a[:2])),
@@ -303,29 +275,3 @@ def test_a_chain_without_roles_has_stacks_of_trees():
     pushed = chain.inverse_dynamics(q, actuated=["hinge"], external=push)
     # At the joint's own origin only the moment counts.
     np.testing.assert_allclose(pushed.tau - found.tau, [[0.0], [0.0], [-3.0]], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("place", "value", "passed"),
-    [
-        (0, 1.0 * CLOSED, True), (0, 1.01 * CLOSED, False), (0, np.nan, False),
-        (4, 0.99 * STILL, True), (4, 1.01 * STILL, False), (4, np.nan, False),
-        (5, 0.99 * STILL, True), (5, 1.01 * STILL, False), (5, np.nan, False),
-        (8, EXACT, True), (8, 1.01 * EXACT, False), (8, np.nan, False),
-        (9, 1.01 * CERTAIN, True), (9, 0.99 * CERTAIN, False), (9, np.nan, False),
-    ],
-)  # fmt: skip
-def test_samples_pass_within_each_limit(place, value, passed):
-    state, numbers = four_bar().chain()._state, np.zeros((2, NUMBERS))
-    numbers[:, 9] = 1.0
-    numbers[1, place] = value
-    assert passes(state, numbers).tolist() == [True, passed]
-    # Openings count against the size of the motion.
-    moving = numbers.copy()
-    moving[:, 2], moving[:, 3] = 5.0, 7.0
-    for of, size in ((4, 5.0), (5, 7.0)):
-        for share, good in ((0.99e-6, True), (1.01e-6, False)):
-            fast = moving.copy()
-            fast[:, [4, 5]], fast[1, place] = 0.0, numbers[0, place]
-            fast[1, of] = share * size
-            assert passes(state, fast).tolist() == [True, good]

@@ -43,7 +43,6 @@ def test_a_forest_computes_many_samples_as_one_tree_does_each(joints, samples):
     forest, data = Forest(model), model.createData()
     q = np.array([pin.integrate(model, pin.neutral(model), rng.uniform(-2, 2, model.nv)) for _ in range(samples)])
     v, a = rng.normal(size=(2, samples, model.nv))
-    push = rng.normal(size=(samples, model.njoints, 6))
     model.gravity.linear = np.array([1.0, 2.0, -3.0])
     forest.follow()
     poses, J, dJ = forest.kinematics(q, v)
@@ -51,8 +50,7 @@ def test_a_forest_computes_many_samples_as_one_tree_does_each(joints, samples):
     np.testing.assert_array_equal(poses, bare)
     np.testing.assert_array_equal(J, same)
     assert not none.any()
-    tau, forces = forest.rnea(q, v, a, push)
-    free, _ = forest.rnea(q, v, a, None)
+    tau, forces = forest.rnea(q, v, a)
     moved = forest.integrate(q, v)
     for k in range(samples):
         pin.computeJointJacobiansTimeVariation(model, data, q[k], v[k])
@@ -61,10 +59,7 @@ def test_a_forest_computes_many_samples_as_one_tree_does_each(joints, samples):
         for joint in range(model.njoints):
             pose = np.vstack([data.oMi[joint].rotation.T, data.oMi[joint].translation])
             np.testing.assert_allclose(poses[k, joint], pose, atol=1e-12)
-        vector = pin.StdVec_Force()
-        vector.extend([pin.Force(push[k, joint]) for joint in range(model.njoints)])
-        np.testing.assert_allclose(free[k], pin.rnea(model, data, q[k], v[k], a[k]), atol=1e-10)
-        np.testing.assert_allclose(tau[k], pin.rnea(model, data, q[k], v[k], a[k], vector), atol=1e-10)
+        np.testing.assert_allclose(tau[k], pin.rnea(model, data, q[k], v[k], a[k]), atol=1e-10)
         np.testing.assert_allclose(
             forces[k, 1:], [data.f[joint].vector for joint in range(1, model.njoints)], atol=1e-10
         )

@@ -93,7 +93,7 @@ def test_identify_responses(run, tmp_path):
     times = np.linspace(0, 1.0, 26)
     for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5)):
         pressure = PressureStep(initial, final, 0.0, 0.1)
-        r = simulate(model, weight / 9.81, pressure, times, outside="mark", estimate_error=False)
+        r = simulate(model, weight / 9.81, pressure, times, outside="mark")
         path = tmp_path / f"{weight}.csv"
         with path.open("w", newline="") as stream:
             writer = csv.writer(stream)

@@ -55,14 +55,6 @@ def test_first_sample_is_proportional_with_the_printed_gains():
     assert TABLE_5_5[0.150].T_i == 0.662
 
 
-def test_lengths_as_reference_give_the_commands_of_their_orientation():
-    reference, contractions = abduction(), Contractions(EXO.mechanism)
-    by_pose = ContractionController(EXO.mechanism, reference)
-    by_length = ContractionController(EXO.mechanism, lengths=lambda t: contractions.lengths(reference(t).orientation))
-    for t in (0.0, 1.234, 4.9):
-        np.testing.assert_allclose(by_length(t, seen()), by_pose(t, seen()), atol=1e-12)
-
-
 def test_without_a_reading_it_goes_on_with_the_last_one():
     controller = ContractionController(EXO.mechanism, abduction())
     before = controller(2.0, seen())
@@ -101,8 +93,8 @@ def test_a_plain_function_is_a_controller():
 @pytest.mark.parametrize(
     "options",
     [
-        {}, {"reference": abduction(), "lengths": lambda t: np.ones(3)},
-        {"reference": abduction(), "gains": [PIGains(1.0, 1.0)]}, {"reference": abduction(), "rate": 0.0},
+        {"reference": None}, {"reference": abduction(), "gains": [PIGains(1.0, 1.0)]},
+        {"reference": abduction(), "rate": 0.0},
     ],
 )  # fmt: skip
 def test_bad_input_is_refused(options):

@@ -69,7 +69,7 @@ def test_pressures_give_the_planned_tensions_back():
 
 
 def PLANT_tension(i, length, pressure):
-    from exo_pin.control.plant.equations.muscle_kernels import tension
+    from exo_pin.control.plant.equations.drive_kernels import tension
 
     return tension(PLANT.tables.law, PLANT.tables.muscles[i], i, length, 0.0, pressure, 0.0)[0]
 
@@ -121,7 +121,7 @@ def test_the_load_of_the_plant_is_fed_forward():
 
 def test_air_ahead_is_that_of_the_tensions_under_the_load():
     """Change of the air in the muscles, by their pressures and volumes, from now to one period of the pulses later."""
-    from exo_pin.control.plant.equations.muscle_kernels import air_volume, tension
+    from exo_pin.control.plant.equations.drive_kernels import air_volume, tension
 
     load = ep.Load([1.0, 0.5, -2.0], at=[0.0, 0.02, -0.25])
     reference, period, at = ep.experiment("held-abduction").reference, 0.05, 3.0

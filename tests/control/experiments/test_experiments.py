@@ -11,7 +11,6 @@ from exo_pin.control import (
     Imu,
     flexion,
     missing_moments,
-    prototype_options,
 )
 from exo_pin.control.experiments.tracking_report import greatest_ratios, out_of_stroke
 from exo_pin.load_case import Load
@@ -231,7 +230,7 @@ def test_bad_input_is_refused():
     with pytest.raises(MissingData):
         ep.load("appendix-d").track(flexion())
     with pytest.raises(InvalidInput):
-        Experiment("x", "x", exo, flexion(), options=prototype_options())
+        Experiment("x", "x", exo, flexion(), options=ep.PlantOptions())
 
 
 def test_every_experiment_is_made():

@@ -8,7 +8,7 @@ from plant_chain import chain_run
 
 import exo_pin as ep
 from exo_pin import InvalidInput
-from exo_pin.control.plant.equations.muscle_kernels import air_volume
+from exo_pin.control.plant.equations.drive_kernels import air_volume
 from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.control.plant.equations.muscle_kernels import (
+from exo_pin.control.plant.equations.drive_kernels import (
     COLUMNS,
     air_volume,
     free_contraction,

@@ -8,7 +8,7 @@ from drive_plants import held
 
 import exo_pin as ep
 from exo_pin import InvalidInput
-from exo_pin.control.plant.equations.muscle_kernels import air_volume, tension
+from exo_pin.control.plant.equations.drive_kernels import air_volume, tension
 from exo_pin.design import Tackle
 from exo_pin.muscle import muscle_model
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE

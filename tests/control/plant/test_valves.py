@@ -7,7 +7,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData, UnknownName
-from exo_pin.control.plant.simulation.drive_schedule import DriveSchedule
+from exo_pin.control.plant.simulation import DriveSchedule
 from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 

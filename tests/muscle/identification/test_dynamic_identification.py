@@ -19,7 +19,7 @@ def recordings(noise, seed, samples=151, seconds=SHORT):
     made = []
     for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5), (32.74, 3.5e5, 4.0e5)):
         pressure = PressureStep(initial, final, 0.05, 0.03)
-        r = simulate(model, weight / G, pressure, times, outside="mark", estimate_error=False)
+        r = simulate(model, weight / G, pressure, times, outside="mark")
         x = r.contraction + rng.normal(0.0, noise, samples)
         made.append(Recording(times, x, pressure, weight / G, start=float(r.contraction[0])))
     return made

@@ -18,7 +18,7 @@ def test_settling_follows_the_lag():
     assert settling[1] < 6.0 < settling[2]
     steps = [PressureStep(0.0, 4e5, time_constant=lag) for lag in lags]
     times = np.linspace(0, 8, 801)
-    alone = [simulate(model, mass, step, times, outside="mark", estimate_error=False) for step in steps]
+    alone = [simulate(model, mass, step, times, outside="mark") for step in steps]
     assert alone[0].overshoot > 0.5
     assert max(run.overshoot for run in alone[1:]) < 0.001
     assert settling[1] == pytest.approx(alone[1].settling_time(), abs=0.02)

@@ -45,7 +45,7 @@ def test_settling_overshoot_and_steady_state():
     made = StepResponse(
         time=t, contraction=wave, velocity=zeros, pressure=zeros, mode=np.zeros(n, int), inside=np.ones(n, bool),
         switches=(), mass=1.0, muscle_work=0.0, friction_loss=0.0, damping_loss=0.0, impact_loss=0.0,
-        energy_residual=0.0, error_estimate=None,
+        energy_residual=0.0,
     )  # fmt: skip
     assert made.steady_state == 0.05
     peak = (1 - np.exp(-2 * t) * np.cos(10 * t)).max() - 1

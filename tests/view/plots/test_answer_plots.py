@@ -224,7 +224,7 @@ def test_map_of_cables_has_tensions_within_their_limits():
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda p, s: s.plot([0.0, 1.0]), "a pose for every time"),
+        (lambda p, s: s.plot([0.0, 1.0]), "a place for every pose"),
         (lambda p, s: p.plot(limits=(0.0, [1.0, 2.0])), "broadcast"),
         (lambda p, s: p.plot(limits=(2.0, 1.0)), "lower <= upper"),
     ],

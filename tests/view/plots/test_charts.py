@@ -31,14 +31,14 @@ def lines(ax):
     return {line.get_label(): line for line in ax.get_lines()}
 
 
-def test_force_history_shows_the_answer_with_units(crossing):
-    ax = plots.force_history(TIMES, crossing)
+def test_curves_of_forces_show_the_answer_with_units(crossing):
+    ax = crossing.plot(TIMES, "time, s").axes[0]
     drawn = lines(ax)
     np.testing.assert_array_equal(drawn["|F_s|"].get_ydata(), crossing.magnitude)
     for part, name in enumerate(("F_s x forward", "F_s y left", "F_s z up")):
         np.testing.assert_array_equal(drawn[name].get_ydata(), crossing.shoulder_force[:, part])
     assert len({str(line.get_linestyle()) + str(line._dash_pattern) for line in drawn.values()}) > 3
-    assert ax.get_xlabel() == "time, s"
+    assert ax.figure.axes[1].get_xlabel() == "time, s"
     assert ax.get_ylabel().endswith(", N")
     (percent,) = (child for child in ax.child_axes if "%" in child.get_ylabel())
     ax.figure.canvas.draw()
@@ -54,13 +54,13 @@ def test_force_history_shows_the_answer_with_units(crossing):
 def test_drives_of_a_device_have_their_names_and_units():
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     answer = exo.reaction(exo.pose(flexion=[0, 20, 40]))
-    ax = plots.tension_history([0.0, 20.0, 40.0], answer, label="flexion, °")
+    ax = answer.plot([0.0, 20.0, 40.0], "flexion, °").axes[1]
     assert ax.get_ylabel() == "effort, N m"
     assert {"internal_rotation", "abduction", "flexion"} <= set(lines(ax))
 
 
-def test_tension_history_marks_what_is_beyond_limits(crossing):
-    ax = plots.tension_history(TIMES, crossing, limits=(0.0, 200.0))
+def test_curves_of_tensions_mark_what_is_beyond_limits(crossing):
+    ax = crossing.plot(TIMES, limits=(0.0, 200.0)).axes[1]
     drawn = lines(ax)
     for i in range(3):
         force = crossing.actuator_forces[:, i]
@@ -68,9 +68,9 @@ def test_tension_history_marks_what_is_beyond_limits(crossing):
         beyond = (force < 0) | (force > 200)
         assert beyond.any()
         np.testing.assert_array_equal(drawn[f"limb {i + 1} beyond limits"].get_xdata(), TIMES[beyond])
-    own = plots.tension_history(TIMES, crossing, limits=([-1e9, -1e9, -1e9], [1e9, 2e9, 3e9]))
+    own = crossing.plot(TIMES, limits=([-1e9, -1e9, -1e9], [1e9, 2e9, 3e9])).axes[1]
     assert not any("beyond" in label for label in lines(own))
-    assert not any("limits" in label for label in lines(plots.tension_history(TIMES, crossing)))
+    assert not any("limits" in label for label in lines(crossing.plot(TIMES).axes[1]))
 
 
 def test_determinant_map_is_one_of_the_plots(exo):
@@ -93,20 +93,19 @@ def test_determinant_map_is_one_of_the_plots(exo):
 
 @pytest.mark.parametrize("suffix", ["png", "svg"])
 def test_pictures_can_be_saved(crossing, tmp_path, suffix):
-    ax = plots.force_history(TIMES, crossing)
+    figure = crossing.plot(TIMES)
     target = tmp_path / f"picture.{suffix}"
-    ax.figure.savefig(target)
+    figure.savefig(target)
     assert target.stat().st_size > 5000
 
 
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda r: plots.force_history(TIMES[:-1], r), "a pose for every time"),
-        (lambda r: plots.force_history(TIMES[::-1], r), "rise"),
-        (lambda r: plots.tension_history(TIMES, r, limits=([0, 0], [1, 1])), "broadcast"),
-        (lambda r: plots.tension_history(TIMES, r, limits=(5.0, 1.0)), "lower <= upper"),
-        (lambda r: plots.tension_history(TIMES, r, limits=(0.0, np.nan)), "lower <= upper"),
+        (lambda r: r.plot(TIMES[:-1]), "a place for every pose"),
+        (lambda r: r.plot(TIMES, limits=([0, 0], [1, 1])), "broadcast"),
+        (lambda r: r.plot(TIMES, limits=(5.0, 1.0)), "lower <= upper"),
+        (lambda r: r.plot(TIMES, limits=(0.0, np.nan)), "lower <= upper"),
     ],
 )
 def test_bad_input_is_refused(crossing, draw, message):
@@ -126,8 +125,6 @@ def test_plots_refuse_what_they_cannot_draw():
         lambda: plots.overview(3, several[0]),
         lambda: plots.shoulder_force_map(3),
         lambda: plots.determinant_map(3),
-        lambda: plots.force_history([0.0, 1.0], 3),
-        lambda: plots.tension_history([0.0, 1.0], 3),
     ):
         with pytest.raises(errors.InvalidInput, match=r"expected (exo|reaction) to be a"):
             draw()

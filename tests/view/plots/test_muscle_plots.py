@@ -67,7 +67,7 @@ def test_responses(tmp_path):
 def test_responses_that_do_not_settle_or_move_say_so():
     times, model = np.linspace(0, 1.5, 151), dynamic_model("tang-3-31")
     made = {
-        name: simulate(model, mass, PressureStep(0.0, 3e5), times, outside="mark", estimate_error=False)
+        name: simulate(model, mass, PressureStep(0.0, 3e5), times, outside="mark")
         for name, mass in (("light", 3.0), ("heavy", 50.0))
     }
     assert np.isinf(made["light"].settling_time())

@@ -305,3 +305,56 @@ def test_the_command_draws_a_device_in_a_pose(tmp_path, capsys):
     assert page.stat().st_size > 10_000
     assert main(["view", robot, "--to", "30,0,0", "--seconds", "0.1", "--plot", str(page)]) == 0
     assert "play(JSON" in page.read_text()
+
+
+def drawn(scene):
+    """Where each part of the device is, by its path, shape (4, 4)."""
+    return {
+        item["path"]: np.array(item["matrix"]).reshape(4, 4).T
+        for item in commands(scene)
+        if item["type"] == "set_transform" and item["path"].startswith("/meshcat/exo")
+    }
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "3rps-passive-ball", "spring-support", "nesm"])
+def test_a_device_is_drawn_where_its_offset_has_it(name):
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
+    shift, rest = np.array([0.004, -0.003, 0.005]), exo.pose()
+    here, there = exo.view(human=False), exo.view(human=False)
+    here.show(rest, limits="none")
+    there.show(rest, centre_offset=shift, limits="none")
+    one, two = drawn(here), drawn(there)
+    assert one.keys() == two.keys()
+    moved = {path for path in one if np.allclose(two[path][:3, 3] - one[path][:3, 3], shift, atol=1e-9)}
+    # The whole device moves at rest, and the arm's own shapes stay in the shoulder.
+    assert len(moved) > 3
+    assert all("arm" in path or "shoulder" in path for path in one.keys() - moved), one.keys() - moved
+    assert not notes(there)
+
+
+def notes(scene):
+    return [note["text"] for note in panel(scene, "numbers")["notes"] if "drawn as if" in note["text"]]
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "3rps-passive-ball", "spring-support"])
+def test_a_displaced_device_is_drawn_in_the_configuration_of_its_answer(name):
+    """Harness and cuff apart; a device that cannot follow is drawn as it is, and the panel says so."""
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
+    base = np.array([0.004, -0.003, 0.005])
+    pose, offset = exo.pose(30.0, 20.0, 5.0), ep.CentreOffset(base, 2.0 * base)
+    answer, scene = exo.reaction(pose, centre_offset=offset, limits="none"), exo.view(human=False)
+    scene.show(pose, centre_offset=offset, limits="none")
+    follows = answer.status != "out_of_reach"
+    assert follows == (name != "serial-y-x-z")
+    assert bool(notes(scene)) == (not follows)
+    if not follows:
+        return
+    # The tree hangs on the arm; that its loops close on the displaced torso is what makes the configuration.
+    q, plain, found = answer.source.poses.placed.q[0], exo.view(human=False), drawn(scene)
+    plain.show(pose, limits="none")
+    here, there = (exo.chain.placements(each) for each in (exo.configurations(pose), q))
+    for path, at in drawn(plain).items():
+        link = path.rsplit("/", 1)[-1].rsplit("_", 1)[0]
+        if link in here and link != exo.chain.roles.arm and "/visuals/" in path:
+            expected = there[link].homogeneous @ np.linalg.inv(here[link].homogeneous) @ at
+            np.testing.assert_allclose(found[path][:3, 3], expected[:3, 3] + pose.apply(2.0 * base), atol=1e-9)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,29 +13,7 @@ from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import ChainState
 from ...structure.memory.chain_buffers import forest_of
 from .equation_kernels import fill_equations
-from .equations_of_motion import CERTAIN, EXACT, OPENING, REST
-
-
-class TreeStack(NamedTuple):
-    """The open tree at n states.
-
-    Attributes
-    ----------
-    poses : ndarray
-        Shape (n, njoints, 4, 3): rows 0 to 2 are the columns of R, row 3 is p.
-    J, dJ : ndarray
-        Shape (n, nv, 6), world Jacobians, transposed, and their rates, zero at rest.
-    tau : ndarray
-        Shape (n, nv), generalised forces minus those of springs and dampers, N and N m.
-    forces : ndarray
-        Shape (n, njoints, 6), wrenches of the joints in their own axes about their own origins.
-    """
-
-    poses: FloatArray
-    J: FloatArray
-    dJ: FloatArray
-    tau: FloatArray
-    forces: FloatArray
+from .equations_of_motion import OPENING, REST
 
 
 class EquationsStack(NamedTuple):
@@ -44,8 +21,12 @@ class EquationsStack(NamedTuple):
 
     Attributes
     ----------
-    poses, J, tau : ndarray
-        As of :class:`TreeStack`.
+    poses : ndarray
+        Shape (n, njoints, 4, 3): rows 0 to 2 are the columns of R, row 3 is p.
+    J : ndarray
+        Shape (n, nv, 6), world Jacobians, transposed.
+    tau : ndarray
+        Shape (n, nv), generalised forces minus those of springs and dampers, N and N m.
     jacobian, unit, tree : ndarray
         Shapes (n, rows, nv), (n, rows, 6) and (n, njoints, 6).
     closed : ndarray of bool
@@ -61,14 +42,10 @@ class EquationsStack(NamedTuple):
     closed: NDArray[np.bool_]
 
 
-def trees_of_stack(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
-    pushes: Callable[[FloatArray], FloatArray | None] | None = None,
-) -> TreeStack:
-    """The open tree at n states.
+def equations_of_stack(
+    state: ChainState, q: FloatArray, v: FloatArray | None = None, a: FloatArray | None = None
+) -> EquationsStack:
+    """Equations of motion at n states.
 
     Parameters
     ----------
@@ -76,33 +53,21 @@ def trees_of_stack(
         The chain.
     q, v, a : ndarray
         Shapes (n, nq), (n, nv) and (n, nv); None counts as zero.
-    pushes : callable, optional
-        Takes the poses and returns wrenches on the joints' bodies, shape (n, njoints, 6), as ``forces`` are given, or
-        None.
     """
-    speed, rate = (np.zeros((len(q), state.nv)) if part is None else part for part in (v, a))
-    forest = forest_of(state)
-    poses, J, dJ = forest.kinematics(q, v)
-    tau, forces = forest.rnea(q, speed, rate, None if pushes is None else pushes(poses))
-    if state.passive.has_springs or state.passive.damping.any():
-        tau -= state.passive.force(q, v)
-    return TreeStack(poses, J, dJ, tau, forces)
-
-
-def equations_of_stack(
-    state: ChainState, q: FloatArray, v: FloatArray | None = None, a: FloatArray | None = None
-) -> EquationsStack:
-    """Equations of motion at n states; arguments are those of :func:`trees_of_stack`."""
-    tree, (count, rows, joints) = trees_of_stack(state, q, v, a), (len(q), state.row_count, state.model.njoints)
+    forest, (count, rows, joints) = forest_of(state), (len(q), state.row_count, state.model.njoints)
     moves = v is not None or a is not None
     speed, rate = (np.zeros((count, state.nv)) if part is None else part for part in (v, a))
+    poses, J, dJ = forest.kinematics(q, v)
+    tau, forces = forest.rnea(q, speed, rate)
+    if state.passive.has_springs or state.passive.damping.any():
+        tau -= state.passive.force(q, v)
     jacobian, unit = np.empty((count, rows, state.nv)), np.empty((count, rows, 6))
     wrenches, numbers = np.empty((count, joints, 6)), np.empty((count, 6))
     fill_stack(
-        tree.poses, tree.J, tree.dJ, tree.forces, speed, rate, moves, q, state.topology.loops, state.topology.scales,
-        jacobian, unit, wrenches, numbers,
+        poses, J, dJ, forces, speed, rate, moves, q, state.topology.loops, state.topology.scales, jacobian, unit,
+        wrenches, numbers,
     )  # fmt: skip
-    return EquationsStack(tree.poses, tree.J, tree.tau, jacobian, unit, wrenches, keeps_closed(state, numbers))
+    return EquationsStack(poses, J, tau, jacobian, unit, wrenches, keeps_closed(state, numbers))
 
 
 @kernel(stack=True)
@@ -135,16 +100,3 @@ def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
     for opening, size in ((numbers[:, 4], numbers[:, 2]), (numbers[:, 5], numbers[:, 3])):
         closed &= opening <= most * np.maximum(size, REST)
     return np.asarray(closed)
-
-
-def passes(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """Which samples of a stack nothing of :mod:`.equations_of_motion` refuses, given the numbers of each.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        Shape (n, :data:`~exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`).
-    """
-    share, weakest = numbers[:, 8], numbers[:, 9]
-    solved = (share <= max(EXACT, state.contradiction)) & (weakest > CERTAIN)
-    return np.asarray(keeps_closed(state, numbers) & solved & (not state.tolerance))

@@ -1,4 +1,4 @@
-"""Forces of a motion without bounds, compiled, of one state and of many: equations of motion, solutions, the least."""
+"""Forces of a motion without bounds, compiled: equations of motion, solutions, the least."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ....core.compiled import kernel
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import CLOSED
 from ...structure.memory.chain_buffers import unpacked_constants
-from .equation_kernels import fill_equations, split_terms, wrenches_of
+from .equation_kernels import fill_equations, split_terms
 from .equations_of_motion import CERTAIN, EXACT, STILL
 from .solution_kernels import fill_efforts, fill_solutions, least, new_memory
 
@@ -23,13 +23,13 @@ ORDINARY = 1e6
 
 @kernel
 def forces_size(rows: int, nv: int, joints: int) -> int:
-    """Size of the block that :func:`forces_of_motion` fills."""
+    """Size of the block that :func:`forces_of_state` fills."""
     return rows * (nv + 8 + rows) + 18 * joints + nv
 
 
 @kernel(inline=True)
 def split_forces(flat: Any, shape: Any, free: int) -> Any:
-    """Windows on the block of :func:`forces_of_motion` behind those of :func:`.equation_kernels.split_terms`.
+    """Windows on the block of :func:`forces_of_state` behind those of :func:`.equation_kernels.split_terms`.
 
     Parameters
     ----------
@@ -52,43 +52,6 @@ def split_forces(flat: Any, shape: Any, free: int) -> Any:
 
 
 @kernel
-def forces_of_motion(
-    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any,
-    scales: Any, bodies: Any, passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any,
-    numbers: Any,
-) -> None:  # fmt: skip
-    """Equations of motion, all their solutions, and the least: what a motion without bounds needs.
-
-    Parameters
-    ----------
-    poses, J, dJ, forces, local, v, a, moves, q, loops, scales, rate
-        As for :func:`.equation_kernels.equations`.
-    tau, passive
-        As for :func:`.solution_kernels.solutions`.
-    bodies : tuple
-        :attr:`exo_pin.chain.structure.topology.Topology.bodies`.
-    tolerance : float
-        Of the geometry, scaled; 0 for an exact one.
-    reactions : bool
-        Whether the metric is that of the wrenches of all joints and closures, or of the multipliers.
-    flat, unique, numbers : ndarray
-        Shapes (size,), (nv,), bool, and (:data:`NUMBERS`,), filled: the block of :func:`split_forces`, and which
-        efforts every solution shares.
-    """
-    shape, (_, carried, per_newton, length) = (len(scales[0]), len(v), len(poses)), bodies
-    terms = split_terms(flat, shape)
-    free = fill_forces(
-        poses, J, dJ, forces, local, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,
-        unique, numbers, new_room(shape[0], shape[1], len(passive)),
-    )  # fmt: skip
-    if reactions and free > 0:
-        jacobian, unit, tree, _, _ = terms
-        efforts, multipliers, start, null = split_forces(flat, shape, free)
-        multipliers[:] = least(start, null, poses, tree, unit, carried, loops, length)
-        numbers[10] = fill_efforts(jacobian, tau, multipliers, null, passive, per_newton, numbers[7], efforts, unique)
-
-
-@kernel
 def new_room(height: int, nv: int, count: int) -> Any:
     """Arrays for :func:`fill_forces`, which makes none: rows, nv, passive coordinates."""
     return (
@@ -103,7 +66,7 @@ def fill_forces(
     scales: Any, bodies: Any, passive: Any, tolerance: float, rate: Any, flat: Any, terms: Any, unique: Any,
     numbers: Any, room: Any,
 ) -> int:  # fmt: skip
-    """:func:`forces_of_motion` of the least multipliers, in what :func:`new_room` makes; how many self-stresses.
+    """The forces with the least multipliers, in what :func:`new_room` makes; how many self-stresses.
 
     The terms are the windows on the block by :func:`.equation_kernels.split_terms`. In the room's second part the
     multipliers are the third row on return.
@@ -138,7 +101,7 @@ def is_certain(numbers: Any, tolerance: float) -> bool:
     Parameters
     ----------
     numbers : ndarray
-        Shape (at least :data:`NUMBERS`,), what :func:`forces_of_motion` fills.
+        Shape (at least :data:`NUMBERS`,), what :func:`forces_of_state` fills.
     tolerance : float
         Of the geometry, scaled; 0 for an exact one.
     """
@@ -151,7 +114,23 @@ def forces_of_state(
     poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, constants: Any,
     passive: Any, tolerance: float, reactions: bool, rate: Any, flat: Any, unique: Any, numbers: Any,
 ) -> bool:  # fmt: skip
-    """:func:`forces_of_motion` with the constants as :func:`packed_constants` packs them.
+    """Equations of motion, all their solutions, and the least: what a motion without bounds needs.
+
+    Parameters
+    ----------
+    poses, J, dJ, forces, v, a, moves, q, rate
+        As for :func:`.equation_kernels.equations`.
+    tau, passive
+        As for :func:`.solution_kernels.solutions`.
+    constants : tuple
+        What :func:`packed_constants` packs.
+    tolerance : float
+        Of the geometry, scaled; 0 for an exact one.
+    reactions : bool
+        Whether the metric is that of the wrenches of all joints and closures, or of the multipliers.
+    flat, unique, numbers : ndarray
+        Shapes (size,), (nv,), bool, and (:data:`NUMBERS`,), filled: the block of :func:`split_forces`, and which
+        efforts every solution shares.
 
     Returns
     -------
@@ -159,31 +138,15 @@ def forces_of_state(
         Whether :func:`is_certain`.
     """
     loops, scales, bodies, _ = unpacked_constants(constants[0], constants[1])
-    forces_of_motion(
-        poses, J, dJ, forces, True, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, reactions, rate,
-        flat, unique, numbers,
+    shape, (_, carried, per_newton, length) = (len(scales[0]), len(v), len(poses)), bodies
+    terms = split_terms(flat, shape)
+    free = fill_forces(
+        poses, J, dJ, forces, True, v, a, moves, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,
+        unique, numbers, new_room(shape[0], shape[1], len(passive)),
     )  # fmt: skip
+    if reactions and free > 0:
+        jacobian, unit, tree, _, _ = terms
+        efforts, multipliers, start, null = split_forces(flat, shape, free)
+        multipliers[:] = least(start, null, poses, tree, unit, carried, loops, length)
+        numbers[10] = fill_efforts(jacobian, tau, multipliers, null, passive, per_newton, numbers[7], efforts, unique)
     return is_certain(numbers, tolerance)
-
-
-@kernel(stack=True)
-def forces_of_stack(
-    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, tau: Any, q: Any, loops: Any, scales: Any,
-    bodies: Any, passive: Any, tolerance: float, reactions: bool, flat: Any, unique: Any, numbers: Any,
-) -> None:  # fmt: skip
-    """:func:`forces_of_motion` of every sample; arrays of a state have one row for each."""
-    rate = np.empty((len(scales[0]), v.shape[1]))
-    for s in range(len(poses)):
-        forces_of_motion(
-            poses[s], J[s], dJ[s], forces[s], True, v[s], a[s], moves, tau[s], q[s], loops, scales, bodies, passive,
-            tolerance, reactions, rate, flat[s], unique[s], numbers[s],
-        )  # fmt: skip
-
-
-@kernel(stack=True)
-def wrenches_of_stack(
-    poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, place: int, out: Any
-) -> None:
-    """Wrenches of one joint or closure, shape (samples, 6, sets); see :func:`.equation_kernels.wrenches_of`."""
-    for s in range(len(poses)):
-        wrenches_of(poses[s], tree[s], unit[s], carried, loops, columns[s], place, out[s])

@@ -17,15 +17,14 @@ is in the equations of motion, so that the effort is known up to the range of th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.errors import InvalidInput, UnsupportedDynamics
+from ....core.errors import UnsupportedDynamics
 from ....core.records import keeps_read_only
-from ....core.validation import FloatArray, as_mapping, as_real, frozen
+from ....core.validation import FloatArray, frozen
 from ...structure.chain_state import ActuatedCoordinates, ChainState
 
 #: A coordinate moves or accelerates if it does so by more than this, characteristic lengths and rad a second (and
@@ -53,18 +52,16 @@ class Rubbing(NamedTuple):
     high: FloatArray
 
 
-def friction_of(state: ChainState, v: FloatArray, *next_signs: FloatArray | None) -> Rubbing:
+def friction_of(state: ChainState, v: FloatArray, a: FloatArray | None = None) -> Rubbing:
     """Friction at a velocity, shape (nv,).
 
-    ``next_signs`` have shape (nv,), and give the direction of motion where v is zero, the first that is not zero
-    counts: an acceleration, or directions of an impending slip.
+    An acceleration, shape (nv,), gives the direction of motion where v is zero.
     """
     low, high = state.passive.dry_friction
     column = state.topology.column
     sign = _signs(v / column)
-    for way in next_signs:
-        if way is not None:
-            sign = np.where(sign == 0, _signs(way / column), sign)
+    if a is not None:
+        sign = np.where(sign == 0, _signs(a / column), sign)
     rubs = (low != 0.0) | (high != 0.0)
     force = np.where(sign > 0, low, np.where(sign < 0, high, 0.0))
     return Rubbing(force, np.flatnonzero(rubs & (sign == 0)), low, high)
@@ -72,30 +69,6 @@ def friction_of(state: ChainState, v: FloatArray, *next_signs: FloatArray | None
 
 def _signs(values: FloatArray) -> NDArray[np.int64]:
     return np.where(np.abs(values) > REST, np.sign(values), 0.0).astype(np.int64)
-
-
-def slip_directions(state: ChainState, slip: Mapping[str, object] | None) -> FloatArray | None:
-    """Directions of an impending slip by joint as signs, shape (nv,), zero where there is none.
-
-    Raises
-    ------
-    InvalidInput
-        If a direction is not -1, 0 or 1, or the shape does not fit the joint.
-    UnknownName
-        If a joint is not known.
-    """
-    if slip is None:
-        return None
-    signs = np.zeros(state.nv)
-    for joint, value in as_mapping("slip", slip, "joints to directions").items():
-        own = state.velocity_slice(joint)
-        given = as_real(f"slip[{joint!r}]", value)
-        if given.shape not in ((), (own.stop - own.start,)) or not np.isin(given, (-1.0, 0.0, 1.0)).all():
-            raise InvalidInput(
-                f"expected slip[{joint!r}] as {own.stop - own.start} directions, each -1, 0 or 1, got {value!r}"
-            )
-        signs[own] = given
-    return signs * state.topology.column
 
 
 def joint_names(state: ChainState, indices: NDArray[np.int64]) -> list[str]:

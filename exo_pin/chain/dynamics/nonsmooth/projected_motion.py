@@ -148,7 +148,7 @@ def _reduced(
 def residual_of_rank(state: ChainState, q: FloatArray, gap: float) -> float:
     """The scaled residual with which the rank of open loops is that of the closed ones nearby.
 
-    Within a step of an integration and in a stabilised motion the loops are open. Redundant rows of an overconstrained
+    Within a step of an integration the loops are open. Redundant rows of an overconstrained
     mechanism contradict each other there, in proportion to ``gap``, and must not become constraints.
 
     Parameters

@@ -69,12 +69,11 @@ def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count, kind = rows[c], rows[c + 1] - rows[c], kinds[c]
         project(kind, d, Q, lengths[c], out[first : first + count], S[:count])
-        turns = projection_turns(kind)
+        turns, own = projection_turns(kind), jacobian[first : first + count]
+        own[:] = 0.0
         for k in range(J.shape[0]):
             sign = signs[c, k]
             if sign == 0.0 or kind >= COUPLED_ANGLE:
-                for i in range(count):
-                    jacobian[first + i, k] = 0.0
                 continue
             twist_at(J[k], b[3], a, sign, V)
             if not turns:
@@ -82,16 +81,16 @@ def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any
                 filled = 0
                 for j in range(3):
                     if kind >> j & 1:
-                        jacobian[first + filled, k] = V[j]
+                        own[filled, k] = V[j]
                         filled += 1
                 for j in range(filled, count):
-                    jacobian[first + j, k] = V[3 + j - filled]
+                    own[j, k] = V[3 + j - filled]
                 continue
             for i in range(count):
                 total = 0.0
                 for j in range(6):
                     total += S[i, j] * V[j]
-                jacobian[first + i, k] = total
+                own[i, k] = total
     couple(q, coupled, polynomials, out, jacobian)
     return _largest(out)
 

@@ -29,7 +29,7 @@ _INTEGERS = 10
 
 
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 64
+_COORDINATES = 128
 
 
 def packed_constants(model: pin.Model, topology: Topology) -> tuple[IntArray, FloatArray]:
@@ -233,13 +233,10 @@ class Forest(OneProcess):
                 parent, place = model.parents[joint], model.jointPlacements[joint]
                 name = f"{model.names[joint]}/{k}"
                 self._model.addJoint(first + parent if parent else 0, model.joints[joint], place, name)
-        self._data, self._external = pin.Data(self._model), pin.StdVec_Force()
-        for _ in range(self._model.njoints):
-            self._external.append(pin.Force.Zero())
+        self._data = pin.Data(self._model)
         shape = self._count, model.njoints - 1
         self._poses = pose_window(self._data.oMi, self._model.njoints)[1:].reshape(*shape, 4, 3)
         self._forces = force_window(self._data.f, self._model.njoints)[1:].reshape(*shape, 6)
-        self._pushes = force_window(self._external, self._model.njoints)[1:].reshape(*shape, 6)
         self._J, self._dJ = (
             jacobian_window(matrix, self._model.nv).reshape(self._count, model.nv, 6)
             for matrix in (self._data.J, self._data.dJ)
@@ -283,20 +280,15 @@ class Forest(OneProcess):
             J[own] = self._J[:size]
         return poses, J, dJ
 
-    def rnea(
-        self, q: FloatArray, v: FloatArray, a: FloatArray, external: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
+    def rnea(self, q: FloatArray, v: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Generalised forces of n samples, shape (n, nv), and the joints' wrenches, shape (n, njoints, 6).
 
-        Wrenches, also the ``external`` ones on the joints' bodies, are in the joints' own axes about their own origins.
+        Wrenches are in the joints' own axes about their own origins.
         """
         tau, forces = np.empty(v.shape), np.zeros((len(q), self._given.njoints, 6))
-        self._pushes[:] = 0.0
         for own, size in self._groups(len(q)):
-            if external is not None:
-                self._pushes[:size] = external[own, 1:]
             at, speed, rate = self._whole(q[own]), self._whole(v[own]), self._whole(a[own])
-            found = pin.rnea(self._model, self._data, at, speed, rate, self._external)
+            found = pin.rnea(self._model, self._data, at, speed, rate)
             tau[own] = found.reshape((self._count, v.shape[1]))[:size]
             forces[own, 1:] = self._forces[:size]
         return tau, forces

@@ -1,1 +1,0 @@
-"""The plant in time: in minimal coordinates, and to rest."""

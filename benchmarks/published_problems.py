@@ -41,7 +41,7 @@ ROWS = (
     _windows(2, "revolute", "0.46 (10 s)"),
     _windows(2, "spherical", "0.46 (10 s)"),
     ("A03, Andrews' squeezer", "IVP test set", problems.squeezer, "0.38 (0.05 s)"),
-    ("A04, Bricard", "two solvers, 6 digits", problems.bricard, "0.26 (10 s)"),
+    ("A04, Bricard", "derived apart, 6 digits", problems.bricard, "0.26 (10 s)"),
     ("four-bar, diagonal spring", "one angle, 1e-13", problems.diagonal_spring, ""),
     ("A05, flyball governor", "two solvers, 6 digits", problems.governor, ""),
 )

@@ -6,10 +6,8 @@ While the windows stay parallelograms all cranks turn by one angle φ from the x
 
 import numpy as np
 import pytest
-import scipy
+from published_problems import parallel_windows, windows
 
-import exo_pin as ep
-from exo_pin.chain import Closure
 from exo_pin.core.errors import SimulationStopped
 
 #: Place of the first crank's end at 1, 5 and 10 s from upright with 1 m/s, m.
@@ -20,34 +18,11 @@ A02 = {
 }
 
 
-def windows(N, kind):
-    crank = '<inertial mass="1" pos="0 0 .5" diaginertia="0.08333333333333333 0.08333333333333333 1e-4"/>'
-    bar = '<inertial mass="1" pos=".5 0 0" diaginertia="1e-4 0.08333333333333333 0.08333333333333333"/>'
-    bodies = ""
-    for k in range(N + 1):
-        inner = f'<body pos="0 0 1"><joint name="b{k}" axis="0 1 0"/>{bar}<site name="end{k}" pos="1 0 0"/></body>'
-        bodies += (
-            f'<body pos="{k} 0 0"><joint name="c{k}" axis="0 1 0"/>{crank}<site name="top{k}" pos="0 0 1"/>'
-            f"{inner if k < N else ''}</body>"
-        )
-    chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
-    axis = {"axis": (0, 1, 0)} if kind == "revolute" else {}
-    for k in range(N):
-        chain = chain.with_closure(Closure(f"loop{k}", kind, f"end{k}", f"top{k + 1}", **axis))
-    return chain
-
-
 def moved(N, kind, start, speed, times):
     """A run from cranks at an angle, rad, with a speed, rad/s, and the largest error of the first crank's end, m."""
-    chain = windows(N, kind)
-    cranks = np.array([1.0 if str(name)[0] == "c" else -1.0 for name in list(chain.model.names)[1:]])
-    run = chain.simulate((np.pi / 2 - start) * cranks, -speed * cranks, times)
-    c = 3 * 9.81 * (3 * N + 1) / (2 * (4 * N + 1))
-    exact = scipy.integrate.solve_ivp(
-        lambda t, y: [y[1], -c * np.cos(y[0])], times[[0, -1]], [start, speed], "DOP853", times, rtol=1e-12, atol=1e-13
-    ).y[0]
-    end = np.column_stack([np.sin(run.q[:, 0]), np.cos(run.q[:, 0])])
-    return run, end, float(np.abs(end - np.column_stack([np.cos(exact), np.sin(exact)])).max())
+    problem = parallel_windows(N, kind, start, speed, times)
+    run, error = problem.run()
+    return run, np.column_stack([np.sin(run.q[:, 0]), np.cos(run.q[:, 0])]), error
 
 
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])

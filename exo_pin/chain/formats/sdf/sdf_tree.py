@@ -28,6 +28,7 @@ from ..bodies import add_frame, add_joint, axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_model import SdfJoint, SdfLink, closure_of, is_closure
 
+
 @dataclass(frozen=True, eq=False)
 class Graph:
     """Bodies, tree joints and closing joints.

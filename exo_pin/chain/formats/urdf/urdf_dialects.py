@@ -107,7 +107,10 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
             left.say(loop.note, loop.element.place)
         found.append(loop.closure)
     taken = names | set(model.names)
-    found = [each if each.name not in taken else replace(each, name=free_name(f"{each.name}_closure", taken)) for each in found]
+    found = [
+        each if each.name not in taken else replace(each, name=free_name(f"{each.name}_closure", taken))
+        for each in found
+    ]
     return replace(closures, closures=(*closures.closures, *found)) if found else closures
 
 
@@ -128,7 +131,9 @@ class _Loop:
         """The text for the closures file, whose type is to be chosen where there is no closure."""
         closure = self.closure or Closure(self.name, "spherical", *self.ends)
         text = closures_text(Closures("robot", closures=(closure,)))
-        told = "" if self.closure else "\n# choose the type, and add where it is: translation_a_m, translation_b_m, axis"
+        told = (
+            "" if self.closure else "\n# choose the type, and add where it is: translation_a_m, translation_b_m, axis"
+        )
         return f"\n\n{text[text.index('[[closures]]') :].rstrip()}{told}"
 
 
@@ -224,7 +229,9 @@ class _Reader:
         closure = replace(closure_of(joint, self.places | {"world": self.places[ends[1]]}), frame_b=ends[1])
         found = _Loop(joint.name, element, ends, closure, note="" if joint.is_bare else "loop_limits")
         if joint.damping or any(axis.damping or axis.friction or axis.stiffness or axis.mimic for axis in joint.axes):
-            problem = element.error("no closure has springs, damping, friction or a mimic; cut the loop at another joint")
+            problem = element.error(
+                "no closure has springs, damping, friction or a mimic; cut the loop at another joint"
+            )
             return replace(found, problem=problem, refused="loop_forces")
         return found
 

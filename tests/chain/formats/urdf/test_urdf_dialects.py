@@ -10,7 +10,7 @@ from exo_pin.cli import main
 
 #: A kite whose loop is closed where its joints are zero; the coupler's end meets the rocker's.
 P, Q, R = np.array([0.05, 0.0, 0.3]), np.array([0.5, 0.0, 0.35]), np.array([0.6, 0.0, 0.0])
-AT_COUPLER, AT_ROCKER = Q - P, Q - R
+AT_COUPLER, AT_ROCKER, OUT = Q - P, Q - R, np.array([0.0, 0.1, 0.0])
 
 
 def text(values):
@@ -38,10 +38,14 @@ def pair(*more):
 
 SDF = '<joint name="pin" type="{}"><parent>rocker</parent><child>coupler</child><pose>{} 0 0 0</pose>{}</joint>'
 AXIS = "<axis><xyz>0 1 0</xyz>{}</axis>"
-BALL = '<drake:ball_constraint><drake:ball_constraint_body_A name="coupler"/><drake:ball_constraint_body_B name="rocker"/>'
+BALL = (
+    '<drake:ball_constraint><drake:ball_constraint_body_A name="coupler"/><drake:ball_constraint_body_B name="rocker"/>'
+)
 BALL += '<drake:ball_constraint_p_AP value="{}"/><drake:ball_constraint_p_BQ value="{}"/></drake:ball_constraint>'
 LOOP = '<loop_joint name="pin" type="{}"><link1 link="coupler" xyz="{}" rpy="0 0 0"/><link2 link="rocker" xyz="{}"/></loop_joint>'
-PLUGIN = '<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint"><parent_link>coupler'
+PLUGIN = (
+    '<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint"><parent_link>coupler'
+)
 PLUGIN += "</parent_link><child_model>{}</child_model><child_link>rocker</child_link></plugin>"
 EQUALITY = "<mujoco><compiler/><equality>{}</equality></mujoco>"
 BOTH = 'name="pin" body1="coupler" body2="rocker"'
@@ -57,8 +61,8 @@ STATED = {
     "closing hinge": (
         "revolute",
         pair(
-            frame("closing_pin_1_z", "coupler", AT_COUPLER + [0.0, 0.1, 0.0]),
-            frame("closing_pin_2_z", "rocker", AT_ROCKER + [0.0, 0.1, 0.0]),
+            frame("closing_pin_1_z", "coupler", AT_COUPLER + OUT),
+            frame("closing_pin_2_z", "rocker", AT_ROCKER + OUT),
         ),
     ),
     "closing frames": (
@@ -103,7 +107,8 @@ def test_a_dialect_states_the_loop_that_a_closures_file_would(name):
         found = [each.close(each.neutral(), hold={"crank_hinge": crank}) for each in (chain, other)]
         np.testing.assert_allclose(*found, atol=1e-9)
         # In closed form: both points are one, in the plane of the loop.
-        turns = Rotation.from_euler("y", [found[0][0], found[0][0] + found[0][1], found[0][2]])
+        angles = [found[0][0], found[0][0] + found[0][1], found[0][2]]
+        turns = Rotation.from_rotvec(np.outer(angles, [0.0, 1.0, 0.0]))
         ends = turns[0].apply(P) + turns[1].apply(AT_COUPLER), R + turns[2].apply(AT_ROCKER)
         np.testing.assert_allclose(*ends, atol=1e-9)
 
@@ -116,7 +121,9 @@ def test_a_closures_file_counts_more_than_a_dialect():
 
 
 def test_a_loop_of_two_dialects_is_refused_by_name():
-    with pytest.raises(FileFormatError, match=r"loop_joint 'pin': the loop between 'coupler' and 'rocker' is stated") as caught:
+    with pytest.raises(
+        FileFormatError, match=r"loop_joint 'pin': the loop between 'coupler' and 'rocker' is stated"
+    ) as caught:
         ClosedChain.from_urdf(robot(STATED["gazebo"][1] + STATED["isaac"][1]))
     assert "gazebo: joint 'pin'" in str(caught.value)
     assert '[[closures]]\nname = "pin"' in str(caught.value)
@@ -176,6 +183,7 @@ CLASSES = [
 ]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("name", "effect", "more"), CLASSES)
 def test_every_print_says_what_was_left_out_and_its_effect(name, effect, more, tmp_path, capsys):
     path = tmp_path / "robot.urdf"

@@ -76,7 +76,7 @@ def test_inertias_that_miss_the_rules_by_their_digits_are_said():
     (said,) = ClosedChain.from_urdf(text, BARE).description.left_out
     assert said == (
         "rounding: link 'b': inertial: principal moments of 0.0333, 0.0833, 0.1167 kg m², as rounded digits make them "
-        "of 0.0333333, 0.0833333, 0.116667; read as they stand"
+        "of 0.0333333, 0.0833333, 0.116667; read as they stand (no effect: read as written)"
     )
     # Those of 1/30, 1/12 and 7/60, a plate's, are the nearest that a body may have.
     np.testing.assert_allclose(lawful_moments(np.array([0.0333, 0.0833, 0.1167])), [1 / 30, 1 / 12, 7 / 60], atol=1e-5)

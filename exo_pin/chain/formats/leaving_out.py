@@ -60,15 +60,18 @@ _NOTED = {
 }
 #: Elements of other programs by what they are for; others are unread.
 _PROGRAMS = frozenset(
-    ("audio audio_sink audio_source allow_auto_disable battery camera compiler disableFixedJointLumping drake_ignore frame gui "
-     "gazebo laserRetro light magnetic_field material particle_emitter preserveFixedJoint projector provideFeedback "
-     "ros2_control scene self_filter sensor size spherical_coordinates statistic transmission verbose visual")
-    .split()
+    (
+        "allow_auto_disable", "audio", "audio_sink", "audio_source", "battery", "camera", "compiler",
+        "disableFixedJointLumping", "frame", "gazebo", "gui", "laserRetro", "light", "magnetic_field", "material",
+        "particle_emitter", "preserveFixedJoint", "projector", "provideFeedback", "ros2_control", "scene",
+        "self_filter", "sensor", "size", "spherical_coordinates", "statistic", "transmission", "verbose", "visual",
+    )
 )  # fmt: skip
 _CONTACT = frozenset(
-    ("collision collision_checking contact contact_coefficients fdir1 kd kp maxContacts maxVel minDepth mu1 mu2 "
-     "selfCollide self_collide surface")
-    .split()
+    (
+        "collision", "collision_checking", "contact", "contact_coefficients", "fdir1", "kd", "kp", "maxContacts",
+        "maxVel", "minDepth", "mu1", "mu2", "selfCollide", "self_collide", "surface",
+    )
 )  # fmt: skip
 #: So many things of one name are said one by one.
 _SAID = 6

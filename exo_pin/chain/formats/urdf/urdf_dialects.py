@@ -97,8 +97,8 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
         other = before.setdefault(bodies, loop)
         if other.element.tag != loop.element.tag or any(loop.closure.name == each.name for each in found):
             raise loop.element.error(
-                f"the loop between {' and '.join(map(repr, loop.ends))} is stated on line {other.element.line}, too, by "
-                f"{other.element.place}: take one of the two out, or state it in the closures file{loop.paste}"
+                f"the loop between {' and '.join(map(repr, loop.ends))} is stated on line {other.element.line}, too, "
+                f"by {other.element.place}: take one of the two out, or state it in the closures file{loop.paste}"
             )
         if len(bodies) == 1:
             left.say("rigid", f"{loop.element.place} joins two frames of one rigid body")
@@ -116,7 +116,7 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
 
 @dataclass(frozen=True)
 class _Loop:
-    """A loop as an element states it; the problem of what is no closure, or lost by it, and its name in ``leave_out``."""
+    """A loop as an element states it; the problem of what no closure holds, and its name in ``leave_out``."""
 
     name: str
     element: Element

@@ -42,7 +42,8 @@ BALL = (
     '<drake:ball_constraint><drake:ball_constraint_body_A name="coupler"/><drake:ball_constraint_body_B name="rocker"/>'
 )
 BALL += '<drake:ball_constraint_p_AP value="{}"/><drake:ball_constraint_p_BQ value="{}"/></drake:ball_constraint>'
-LOOP = '<loop_joint name="pin" type="{}"><link1 link="coupler" xyz="{}" rpy="0 0 0"/><link2 link="rocker" xyz="{}"/></loop_joint>'
+LOOP = '<loop_joint name="pin" type="{}"><link1 link="coupler" xyz="{}" rpy="0 0 0"/>'
+LOOP += '<link2 link="rocker" xyz="{}"/></loop_joint>'
 PLUGIN = (
     '<plugin filename="gz-sim-detachable-joint-system" name="gz::sim::systems::DetachableJoint"><parent_link>coupler'
 )

@@ -184,13 +184,14 @@ CLASSES = [
 ]
 
 
-@pytest.mark.full
 @pytest.mark.parametrize(("name", "effect", "more"), CLASSES)
 def test_every_print_says_what_was_left_out_and_its_effect(name, effect, more, tmp_path, capsys):
     path = tmp_path / "robot.urdf"
     path.write_text(robot(more))
-    for command in ("check", "mobility", "forces"):
-        status = main([command, str(path), *(["--leave-out", "loops"] if name == "loops" else [])])
+    more = ["--leave-out", "loops"] if name == "loops" else []
+    efforts = ["--actuated", "crank_hinge,coupler_hinge,rocker_hinge"]
+    for command in (["check"], ["mobility"], ["forces", *efforts]):
+        status = main([command[0], str(path), *command[1:], *more])
         said = " ".join(capsys.readouterr().out.split())
         assert status == 0, said
         assert f"{name}: " in said

@@ -32,8 +32,8 @@ from ..closures_file import read_closures
 from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut, name_of_element
+from ..urdf_dialects import DIALECTS, extensions, with_dialects
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
-from .urdf_dialects import DIALECTS, extensions, with_dialects
 from .urdf_shapes import urdf_shapes
 from .urdf_values import (
     check_joint,
@@ -274,7 +274,7 @@ def load_model(
     closures : Closures or path-like, optional
         What closes the loops; by default the file beside the URDF, ``robot.closures.toml`` for
         ``robot.urdf``. Loops that elements of other programs state are added, see
-        :mod:`exo_pin.chain.formats.urdf.urdf_dialects`. Where there are none the URDF is read as a tree.
+        :mod:`exo_pin.chain.formats.urdf_dialects`. Where there are none the URDF is read as a tree.
     root_joint : str, optional
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
         closures.

@@ -25,16 +25,16 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from ....core.errors import FileFormatError
-from ...structure.closures import Closure
-from ...structure.description import Closures
-from ...structure.frames import FrameTable, Placement, placement_of
-from ..bodies import free_name
-from ..closures_file import closures_text
-from ..leaving_out import LeftOut, name_of_element
-from ..sdf.sdf_frames import Scope
-from ..sdf.sdf_model import closure_of, is_closure, read_joint
-from ..xml_elements import NOTHING, Element, as_numbers, checked, numbers, vector
+from ...core.errors import FileFormatError
+from ..structure.closures import Closure
+from ..structure.description import Closures
+from ..structure.frames import FrameTable, Placement, placement_of
+from .bodies import free_name
+from .closures_file import closures_text
+from .leaving_out import LeftOut, name_of_element
+from .sdf.sdf_frames import Scope
+from .sdf.sdf_model import closure_of, is_closure, read_joint
+from .xml_elements import NOTHING, Element, as_numbers, checked, numbers, vector
 
 #: Elements of a ``<robot>`` that may state loops.
 DIALECTS = ("gazebo", "mujoco", "loop_joint", "drake:ball_constraint", "drake:linear_bushing_rpy")

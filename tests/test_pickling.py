@@ -120,6 +120,7 @@ def check_class(kind, examples):
         assert differences(value, way(value), name) == []
 
 
+@pytest.mark.full
 def test_every_public_class(examples):
     """In one test, so that one process alone makes the examples, which takes seconds."""
     failed, persons = [], has_persons()

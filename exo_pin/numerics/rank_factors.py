@@ -12,21 +12,21 @@ from typing import Any
 import numpy as np
 
 from ..core.compiled import kernel
-from .small_linear import pivoted_qr, reflect, reflect_rows, solve_triangle
+from .small_linear import pivoted_qr, reflect, solve_triangle
 
 
 @kernel
 def _new_room(size: int) -> Any:
     """Arrays for matrices and right sides of as many rows and columns."""
-    flat, numbers = (np.empty(2 * size * size), np.empty(2 * size * size)), np.empty((2, size))
+    flat, numbers = (np.empty(2 * size * size), np.empty(2 * size * size)), (np.empty(size), np.empty(size))
     return flat, np.ones(size, dtype=np.bool_), np.empty((2, size), dtype=np.int64), np.empty((4, size)), numbers
 
 
 @kernel(fills=True)
-def _turned(W: Any, half: Any, rank: int, B: Any, first: int) -> None:
-    """Multiply the rows of B from one on by the orthogonal factor."""
+def _turned(W: Any, half: Any, rank: int, b: Any) -> None:
+    """Multiply b by the orthogonal factor."""
     for k in range(rank - 1, -1, -1):
-        reflect_rows(W, half, k, B, first)
+        reflect(W, half, k, b)
 
 
 @kernel(fills=True)
@@ -86,7 +86,7 @@ def solve_and_span(A: Any, b: Any, cut: float, least: Any, null: Any, left: Any,
                 for t in range(j):
                     total -= V[j, t] * least[s, i, t]
                 least[s, i, j] = total / numbers[2, j]
-        _turned(V, numbers[3], r, least[s], 0)
+            _turned(V, numbers[3], r, least[s, i])
         _fill_span(W, numbers[1], r, null[s])
         _fill_span(V, numbers[3], r, left[s])
 
@@ -97,7 +97,8 @@ def _fill_span(W: Any, half: Any, rank: int, out: Any) -> None:
     for i in range(len(out)):
         for j in range(len(out)):
             out[i, j] = 1.0 if i == j and i >= rank else 0.0
-    _turned(W, half, rank, out, rank)
+        if i >= rank:
+            _turned(W, half, rank, out[i])
 
 
 @kernel(stack=True, cost=10)
@@ -117,8 +118,7 @@ def fill_least_in_order(effects: Any, present: Any, ends: Any, cut: float, found
     """
     (_, rows, n), k = effects.shape, present.shape[2]
     room, basis, other = _new_room(max(rows, n) + k + 1), np.empty((n, n)), np.empty((n, n))
-    flat, allowed, orders, numbers, both = room
-    y, z = both[0], both[1]
+    flat, allowed, orders, numbers, (y, z) = room
     for s in range(len(effects)):
         scale, left, first = 1.0, n, 0
         for i in range(rows):
@@ -153,14 +153,14 @@ def fill_least_in_order(effects: Any, present: Any, ends: Any, cut: float, found
                     z[t] = 0.0
                 for t in range(r):
                     z[orders[1, t]] = V[r, t]
-                _turned(W, numbers[1], r, both[1:], 0)
+                _turned(W, numbers[1], r, z[:left])
                 for t in range(left):
                     for j in range(n):
                         found[s, c, j] += z[t] * basis[t, j]
             for t in range(r, left):
                 for i in range(left):
                     y[i] = 1.0 if i == t else 0.0
-                _turned(W, numbers[1], r, both[:1], 0)
+                _turned(W, numbers[1], r, y[:left])
                 for j in range(n):
                     other[t, j] = 0.0
                     for i in range(left):

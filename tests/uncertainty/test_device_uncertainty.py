@@ -136,6 +136,7 @@ def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(s
     assert exo.reaction(exo.pose(60)).status == "ok"
 
 
+@pytest.mark.full
 def test_a_wrist_without_its_closed_forms_is_as_sure():
     """The same names and numbers; least and largest over the offsets are those of a search that is finer."""
     exo = ep.load("four-cables")
@@ -153,7 +154,6 @@ def test_a_wrist_without_its_closed_forms_is_as_sure():
     assert found.greatest * 0.999 < sizes.max() <= found.greatest
 
 
-@pytest.mark.full
 def test_the_stiffness_of_a_cuff_counts_for_a_wrist_too():
     soft = ep.load("four-cables").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     asked = ONLY | {"A_mm": 0.0, "B_mm": 0.0}

@@ -61,7 +61,7 @@ class Nearness(NamedTuple):
         return self.value / -self.rate if self.rate < 0.0 else np.inf
 
 
-class Piece(NamedTuple):
+class SmoothStep(NamedTuple):
     """A step of the integrator, from ``start`` to ``end``, s, with its dense output relative to ``base``."""
 
     start: float
@@ -104,7 +104,7 @@ class Crossings:
         Largest σ so far.
     rank : int
         Largest rank of the loops so far.
-    pieces : list of Piece
+    smooth_steps : list of SmoothStep
         Steps since the motion was last not smooth.
     last : tuple or None
         Time, s, and rate of σ before, 1/s.
@@ -113,7 +113,7 @@ class Crossings:
     rates: Rates
     largest: float = 0.0
     rank: int = 0
-    pieces: list[Piece] = field(default_factory=list)
+    smooth_steps: list[SmoothStep] = field(default_factory=list)
     last: tuple[float, float] | None = None
 
     def near(self, instant: Instant) -> Nearness:
@@ -154,7 +154,7 @@ class Crossings:
         if near.value > _NEAR * self.largest and near.left >= end - time:
             self.last = (time, near.rate)
             return end, None
-        if near.value <= zone and self.pieces:
+        if near.value <= zone and self.smooth_steps:
             smooth = self._continued(time, near.left)
             if smooth is not None:
                 self.rates.carried = smooth
@@ -210,7 +210,7 @@ class Crossings:
 
     def _continued(self, time: float, left: float) -> Polynomial | None:
         """The acceleration as a polynomial of time, from that of the motion before; None if that was not smooth."""
-        length = min(_BEFORE * left, time - self.pieces[0].start)
+        length = min(_BEFORE * left, time - self.smooth_steps[0].start)
         while length >= _LEAST_BEFORE * left:
             nodes = np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
             times = time - 0.5 * length * (1.0 - nodes)
@@ -226,10 +226,10 @@ class Crossings:
         return None
 
     def _acceleration(self, time: float) -> FloatArray:
-        piece = next(p for p in reversed(self.pieces) if p.start <= time)
+        step = next(p for p in reversed(self.smooth_steps) if p.start <= time)
         rates, base = self.rates, self.rates.base
-        rates.base = piece.base
-        instant = instant_of(rates, piece.inside(min(time, piece.end)))
+        rates.base = step.base
+        instant = instant_of(rates, step.inside(min(time, step.end)))
         rates.base = base
         return rates.acceleration(time, instant.q, instant.v)
 

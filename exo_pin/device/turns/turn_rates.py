@@ -24,7 +24,7 @@ _CLEAR = 1e-3
 #: Residual of closed loops, m and rad, and the largest correction, rad and characteristic lengths, that is rounding.
 CLOSED, _ROUNDING = 1e-12, 1e-13
 #: Correction after which the next one is rounding.
-_NEARLY = 1e-7
+_NEARLY = 3e-7
 #: Newton's corrections to one configuration, and the largest ratio of each to the one before.
 _CORRECTIONS, _CONTRACTION = 9, 0.35
 

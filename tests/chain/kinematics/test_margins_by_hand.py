@@ -113,15 +113,6 @@ def test_margins_of_a_loop_are_the_same_however_it_lies_in_space(name, axis):
         assert dict(getattr(one.margins, kind)) == pytest.approx(dict(getattr(other.margins, kind)), rel=1e-9)
 
 
-def carried_by(model, joint):
-    """The joints that a joint carries, itself too."""
-    carried = {joint}
-    for other in range(joint + 1, model.njoints):
-        if model.parents[other] in carried:
-            carried.add(other)
-    return carried
-
-
 def test_the_digits_leave_the_last_singular_value_in_doubt_alone():
     """Of the regular rank the last: those before it are larger, and those behind it are no part of it."""
     for value, said in ((0.9e-9, False), (1.1e-9, True), (0.9e-7, True), (1.1e-7, False)):

@@ -11,7 +11,7 @@ from wrists import random_mechanism
 import exo_pin as ep
 from exo_pin import InvalidInput, thesis_rotation, wrist
 from exo_pin.design import Limb, preset
-from exo_pin.wrist.limbs import _margin
+from exo_pin.wrist.limbs import margin_of_limbs
 
 DEGREES = {"degrees": True}
 
@@ -176,5 +176,5 @@ def test_the_margin_of_any_number_of_limbs_is_that_of_the_singular_values(count)
         X, reach = rng.normal(size=(count, 3)) * [1.0, 1.0, shrink], rng.uniform(0.1, 0.3, count)
         values = np.linalg.svd(X * reach[:, None], compute_uv=False)
         margin = 3.0 / np.sqrt((values**2).sum() * (values**-2.0).sum())
-        assert _margin(X, reach) == pytest.approx(margin, rel=1e-6)
+        assert margin_of_limbs(X, reach) == pytest.approx(margin, rel=1e-6)
         assert values[2] / values[0] * (1.0 - 1e-9) <= margin <= 3.0 * values[2] / values[0] * (1.0 + 1e-9)

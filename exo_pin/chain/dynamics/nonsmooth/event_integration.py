@@ -16,7 +16,7 @@ import scipy
 from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
-from ..crossing import Crossings, Piece, moving_joints
+from ..crossing import Crossings, SmoothStep, moving_joints
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
@@ -73,7 +73,7 @@ class EventIntegration:
                 solver = scipy.integrate.DOP853(rates, time, y, bound, first_step=step, rtol=rtol, atol=atol)
                 short = taken(solver, instant, short)
                 inside = solver.dense_output()
-                crossings.pieces.append(Piece(time, float(solver.t), rates.base, inside))
+                crossings.smooth_steps.append(SmoothStep(time, float(solver.t), rates.base, inside))
                 change = self._change(inside, time, float(solver.t))
                 last = float(solver.t) if change is None else change
                 while len(states) < len(when) and when[len(states)] <= last:
@@ -90,7 +90,7 @@ class EventIntegration:
                 if change is not None:
                     instant, changes = self._settled(time, instant)
                     found, step, passage, rates.carried = found + changes, None, None, None
-                    crossings.pieces.clear()
+                    crossings.smooth_steps.clear()
                     crowd = [t for t in crowd if t > time - _MOMENT] + [time]
                     self._refuse_crowd(crowd, time, instant)
         return states, steps, found

@@ -25,10 +25,10 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import FileFormatError
+from ...core.errors import FileFormatError, InvalidInput
 from ..structure.closures import Closure
 from ..structure.description import Closures
-from ..structure.frames import FrameTable, Placement, placement_of
+from ..structure.frames import FrameTable, Placement, placement_of, se3
 from .bodies import free_name
 from .closures_file import closures_text
 from .leaving_out import LeftOut, name_of_element
@@ -42,6 +42,8 @@ _DETACHABLE = re.compile(r"DetachableJoint|detachable-joint")
 _CLOSING = re.compile(r"closing_(.+)_1")
 #: How far from its z axis, as a share of their distance, a frame's second point may be.
 _ALONG = 1e-4
+#: How far apart, m, two places of one body may be that a loop joins: digits.
+_APART = 1e-5
 
 
 def extensions(root: Element) -> Element:
@@ -101,6 +103,12 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
                 f"by {other.element.place}: take one of the two out, or state it in the closures file{loop.paste}"
             )
         if len(bodies) == 1:
+            one, two = (
+                reader.places[end] * se3(place)
+                for end, place in zip(loop.ends, (loop.closure.placement_a, loop.closure.placement_b), strict=True)
+            )
+            if np.linalg.norm(one.translation - two.translation) > _APART:
+                raise loop.element.error("it joins two places of one rigid body that are apart")
             left.say("rigid", f"{loop.element.place} joins two frames of one rigid body")
             continue
         if loop.note:
@@ -159,6 +167,8 @@ class _Reader:
                     yield read(part)
                 except FileFormatError as error:
                     yield _Loop(self._name(part), part, ("?", "?"), problem=error)
+                except InvalidInput as error:
+                    yield _without(self._name(part), part, ("?", "?"), str(error))
         yield from self._closing_frames()
 
     def _parts(self, element: Element) -> Iterator[tuple[Element, Callable[[Element], _Loop]]]:
@@ -198,8 +208,10 @@ class _Reader:
 
     def _end(self, element: Element, name: str | None) -> str:
         """A link of the URDF, or the world."""
-        if name is None or (name == "world" and name not in self.places):
+        if name == "world" and name not in self.places:
             return "universe"
+        if not name:
+            raise element.error("a link is missing")
         if name not in self.places:
             raise element.error(f"there is no link {name!r}")
         return name
@@ -271,7 +283,7 @@ class _Reader:
         given = element.attributes
         if element.tag not in ("connect", "weld") or "body1" not in given:
             raise element.error("connect and weld of bodies are read")
-        ends = (self._end(element, given["body1"]), self._end(element, given.get("body2")))
+        ends = (self._end(element, given["body1"]), self._end(element, given.get("body2", "world")))
         anchor = pin.SE3(np.eye(3), vector(element, "anchor", NOTHING))
         if element.tag == "connect":
             return self._at(element, "spherical", ends, anchor)

@@ -139,6 +139,11 @@ UNREADABLE = [
     ("loops", LOOP.format("spherical", "0 0 0", "0 0 0").replace("coupler", "copler"), "no link 'copler'"),
     ("loops", f"<gazebo>{SDF.format('screw', '0 0 0', AXIS.format(''))}</gazebo>", "of this type are not read"),
     ("loops", f"<gazebo>{PLUGIN.format('other')}</gazebo>", "it holds model 'other'"),
+    (
+        "loops",
+        f"<gazebo>{PLUGIN.format('robot').replace('<child_link>rocker</child_link>', '')}</gazebo>",
+        "a link is missing",
+    ),
     ("loops", frame("closing_pin_1", "coupler", AT_COUPLER), "no frame 'closing_pin_2'"),
     ("loops", pair(frame("closing_pin_1_z", "coupler", AT_COUPLER)), "do not both stand"),
     ("loops", EQUALITY.format('<joint name="pin" joint1="crank_hinge"/>'), "connect and weld of bodies"),
@@ -206,3 +211,12 @@ def test_hinges_that_end_keep_their_loop_and_their_ends_are_said():
     chain = ClosedChain.from_urdf(robot(f"<gazebo>{SDF.format('revolute', text(AT_COUPLER), limits)}</gazebo>"))
     assert chain.mobility(chain.neutral()).degrees_of_freedom == 1
     assert any(entry.startswith("loop_limits: ") for entry in chain.description.left_out)
+
+
+def test_a_loop_within_one_body_has_its_places_together():
+    inside = LOOP.replace('link="rocker"', 'link="coupler"')
+    chain = ClosedChain.from_urdf(robot(inside.format("spherical", text(AT_COUPLER), text(AT_COUPLER))))
+    assert chain.closures == ()
+    assert any(entry.startswith("rigid: ") for entry in chain.description.left_out)
+    with pytest.raises(FileFormatError, match="two places of one rigid body that are apart"):
+        ClosedChain.from_urdf(robot(inside.format("spherical", text(AT_COUPLER), text(AT_ROCKER))))

@@ -29,7 +29,7 @@ _INTEGERS = 10
 
 
 #: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 128
+_COORDINATES = 64
 
 
 def packed_constants(model: pin.Model, topology: Topology) -> tuple[IntArray, FloatArray]:

@@ -88,6 +88,11 @@ def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = Non
     return Finding("mobility", "note" if kinds or left else "pass", text)
 
 
+def _left_out(chain: ClosedChain) -> list[Finding]:
+    """What of the robot's file the chain has not, each with its effect."""
+    return [Finding("left out", "note", text) for text in chain.description.left_out]
+
+
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     """Joint limits of the first closed configuration."""
     beyond = chain.beyond_limits(found[0])
@@ -146,8 +151,8 @@ def check_chain(chain: ClosedChain, held: int | None = None) -> Report:
     """
     loops, found = _chain_loops(chain)
     if not found:
-        return Report(chain.description.name, (loops,))
-    rest = (closure_jacobian(chain, found), mobility(chain, found, held))
+        return Report(chain.description.name, (loops, *_left_out(chain)))
+    rest = (*_left_out(chain), closure_jacobian(chain, found), mobility(chain, found, held))
     return Report(chain.description.name, (loops, *rest, _chain_limits(chain, found), _chain_inertia(chain, found)))
 
 

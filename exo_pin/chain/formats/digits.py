@@ -36,6 +36,7 @@ from ..kinematics.structural_rank import Agreement, agreeing_rows, measured_agre
 from ..structure.chain_state import ChainState
 from ..structure.description import Closures
 from ..structure.frames import Placement
+from .leaving_out import entry
 from .xml_elements import Element
 
 #: Larger tolerances would change angles that are meant.
@@ -250,7 +251,7 @@ def with_digits(
     q = _closed(state)
     if q is None:
         return closures
-    worst, known = agreeing_rows(state, q), f"digits: places are known to {tolerance:.0e} m and rad"
+    worst, known = agreeing_rows(state, q), f"places are known to {tolerance:.0e} m and rad"
     measured = (
         None
         if worst == (0, 0.0)
@@ -258,7 +259,7 @@ def with_digits(
     )
     if worst != (0, 0.0) and measured is None:
         said = f"{known}, which leaves open whether rows of the loops agree: read as they stand"
-        return replace(closures, left_out=(*closures.left_out, said))
+        return replace(closures, left_out=(*closures.left_out, entry("digits", said)))
     finer = (
         rounded if measured is None else replace(closures, tolerance=min(measured.tolerance or tolerance, tolerance))
     )
@@ -271,7 +272,7 @@ def with_digits(
         rounded = finer
     else:
         return closures
-    return replace(rounded, left_out=(*closures.left_out, f"{known}, and {reason}"))
+    return replace(rounded, left_out=(*closures.left_out, entry("digits", f"{known}, and {reason}")))
 
 
 def _measured(

@@ -1,7 +1,8 @@
 """What a reader leaves out of a robot's file: what has no effect, and what the caller names.
 
-Physics that a chain cannot hold is refused, unless the caller names it in ``leave_out``. What was left out stands in
-the ``left_out`` of the closures, one entry for each name.
+What a chain cannot hold and changes the mechanism, or has forces that are sure to act, is refused, unless the caller
+names it in ``leave_out``. What was left out stands in the ``left_out`` of the closures, one entry for each name, with
+its effect (no effect, may change forces, changes the mechanism) and what it means for the answers.
 """
 
 from __future__ import annotations
@@ -13,21 +14,65 @@ from ...core.errors import FileFormatError
 from ...core.records import OneProcess
 from ...core.validation import as_choice, as_texts
 
+#: Effects of what is left out, from none to the largest.
+EFFECTS = ("no effect", "may change forces", "changes the mechanism")
+_NONE, _FORCES, _MECHANISM = EFFECTS
 #: What can be left out by name, and what that is.
 LEAVE_OUT = MappingProxyType(
     {
         "actuator_rotors": "rotors and damping of actuators that act on tendons, sites or ball joints",
         "ball_limits": "limits of ball and free joints",
+        "bushings": "springs and dampers between two frames",
         "fluid": "density and viscosity of the air",
         "free_joint_rotors": "rotors and dry friction of free joints",
         "gravcomp": "MuJoCo's compensation of gravity",
         "empty_limits": "limits with the lower one above the upper one: the joint has none",
         "idle_forces": "ranges of force or control without 0, which make an actuator push without control",
         "inertia_rules": "rules that inertias obey: no moment is negative, or above the sum of the others",
+        "loop_forces": "springs, damping and friction of joints that close loops",
+        "loops": "loops and bodies of other programs' elements that no closure holds",
         "nonlinear_springs": "what of springs and dampers is not linear",
         "tendons": "springs, damping, friction, rotors, limits and couplings of tendons",
     }
 )
+#: Those of them that change the mechanism: its freedoms, loops or ranges.
+_OF_MECHANISM = ("ball_limits", "empty_limits", "loops", "tendons")
+#: What is left out without being named: effect, and what that means.
+_NOTED = {
+    "actuators": (_FORCES, "they exert nothing here; give their forces as external ones"),
+    "closures": (_NONE, "a URDF states no loops by itself; a robot that has some needs the file"),
+    "closing_frames": (_FORCES, "a ball is the weaker joint; state another type in the closures file"),
+    "contact": (_FORCES, "bodies pass through each other"),
+    "control_laws": (_FORCES, "efforts are given as forces"),
+    "digits": (_NONE, "the geometry is read as known to its digits"),
+    "geoms": (_NONE, "shapes that are not drawn"),
+    "inactive": (_NONE, "switched off in the file"),
+    "limits": (_FORCES, "the joint has no ends"),
+    "loop_limits": (_FORCES, "the closure has no ends, and no limit of speed or effort"),
+    "mimic": (_NONE, "a fixed joint does not move"),
+    "mocap": (_FORCES, "it stands still"),
+    "pictures": (_NONE, "shapes that are not drawn"),
+    "programs": (_NONE, "for drawing, sensing and control by other programs"),
+    "restated": (_NONE, "the closures file states the loop, and counts"),
+    "rigid": (_NONE, "one body cannot move against itself"),
+    "rounding": (_NONE, "read as written"),
+    "unread": (_FORCES, "of other programs, which may exert forces by it"),
+}
+#: Elements of other programs by what they are for; others are unread.
+_PROGRAMS = frozenset(
+    (
+        "allow_auto_disable", "audio", "audio_sink", "audio_source", "battery", "camera", "compiler",
+        "disableFixedJointLumping", "frame", "gazebo", "gui", "laserRetro", "light", "magnetic_field", "material",
+        "particle_emitter", "preserveFixedJoint", "projector", "provideFeedback", "ros2_control", "scene",
+        "self_filter", "sensor", "size", "spherical_coordinates", "statistic", "transmission", "verbose", "visual",
+    )
+)  # fmt: skip
+_CONTACT = frozenset(
+    (
+        "collision", "collision_checking", "contact", "contact_coefficients", "fdir1", "kd", "kp", "maxContacts",
+        "maxVel", "minDepth", "mu1", "mu2", "selfCollide", "self_collide", "surface",
+    )
+)  # fmt: skip
 #: So many things of one name are said one by one.
 _SAID = 6
 
@@ -55,7 +100,14 @@ class LeftOut(OneProcess):
         self._named = {as_choice("thing to leave out", name, LEAVE_OUT) for name in as_texts("leave_out", given)}
         self._error, self._found = error, dict[str, list[str]]()
 
-    def named(self, name: str, what: str, advice: str, error: Callable[[str], FileFormatError] | None = None) -> None:
+    def named(
+        self,
+        name: str,
+        what: str,
+        advice: str,
+        error: Callable[[str], FileFormatError] | None = None,
+        more: str = "",
+    ) -> None:
         """Leave out what changes the motion.
 
         Parameters
@@ -66,6 +118,8 @@ class LeftOut(OneProcess):
             What it is and where, and how to do without it.
         error : callable, optional
             The error of the element.
+        more : str
+            Lines for the end of the message, such as a text to paste.
 
         Raises
         ------
@@ -73,8 +127,9 @@ class LeftOut(OneProcess):
             If the caller did not name it.
         """
         if name not in self._named:
+            effect = f"; it {_MECHANISM}" if name in _OF_MECHANISM else ""
             raise (error or self._error)(
-                f'{what}: {advice}, or leave it out with leave_out=["{name}"] (--leave-out {name})'
+                f'{what}: {advice}, or leave it out with leave_out=["{name}"] (--leave-out {name}){effect}{more}'
             )
         self.say(name, what)
 
@@ -88,8 +143,30 @@ class LeftOut(OneProcess):
 
     @property
     def report(self) -> tuple[str, ...]:
-        """One entry for each name: the name, and what was left out."""
-        return tuple(f"{name}: {'; '.join(_shortened(whats))}" for name, whats in self._found.items())
+        """One entry for each name: the name, what was left out, its effect and what that means."""
+        return tuple(entry(name, "; ".join(_shortened(whats))) for name, whats in self._found.items())
+
+
+def entry(name: str, what: str) -> str:
+    """One entry of ``left_out``.
+
+    Parameters
+    ----------
+    name : str
+        Of :data:`LEAVE_OUT`, or of what is left out without being named.
+    what : str
+        What was left out.
+    """
+    if name in LEAVE_OUT:
+        effect, meaning = _MECHANISM if name in _OF_MECHANISM else _FORCES, LEAVE_OUT[name]
+    else:
+        effect, meaning = _NOTED[name]
+    return f"{name}: {what} ({effect}: {meaning})"
+
+
+def name_of_element(tag: str) -> str:
+    """Under which name an element of other programs is left out."""
+    return "programs" if tag in _PROGRAMS else "contact" if tag in _CONTACT else "unread"
 
 
 def _shortened(whats: list[str]) -> list[str]:

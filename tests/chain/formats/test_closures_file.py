@@ -184,7 +184,8 @@ def test_the_closures_file_of_the_documentation_closes_a_slider_crank(tmp_path):
     (tmp_path / "robot.urdf").write_text(SLIDER_CRANK)
     tree = ClosedChain.from_urdf(tmp_path / "robot.urdf")
     assert tree.closures == ()
-    assert tree.description.left_out == ("closures: there is no robot.closures.toml: read as a tree",)
+    (said,) = tree.description.left_out
+    assert said.startswith("closures: there is no robot.closures.toml: read as a tree (no effect: ")
     (tmp_path / "robot.closures.toml").write_text(text)
     chain = ClosedChain.from_urdf(tmp_path / "robot.urdf")
     assert chain.roles.actuated == ("crank_hinge",)

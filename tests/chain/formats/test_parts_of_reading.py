@@ -139,7 +139,10 @@ def test_of_many_things_that_are_left_out_the_first_are_said(count, said):
     for k in (*range(count), 0):
         left.say("geoms", str(k))
     left.named("fluid", "air", "breathe")
-    assert left.report == (f"geoms: {said}", "fluid: air")
+    assert left.report == (
+        f"geoms: {said} (no effect: shapes that are not drawn)",
+        "fluid: air (may change forces: density and viscosity of the air)",
+    )
     assert [left.has("geoms"), left.has("x", "fluid"), left.has("gravcomp"), left.has()] == [True, True, False, False]
     with pytest.raises(FileFormatError, match=r'wind: stop it, or leave it out with leave_out=\["gravcomp"\]'):
         left.named("gravcomp", "wind", "stop it")

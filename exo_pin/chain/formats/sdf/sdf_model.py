@@ -6,7 +6,7 @@ What of an SDF's links is drawn or may touch, which other formats carry along.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,9 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError
 from ....core.validation import FloatArray
+from ...structure.closures import Closure
 from ...structure.description import Shape
+from ...structure.frames import placement_of
 from ..leaving_out import LeftOut
 from ..urdf.urdf_shapes import found_file
 from ..urdf.urdf_values import inertia_of
@@ -32,6 +34,10 @@ _NOT_READ = ("screw", "gearbox")
 #: From this size on a limit is none, as in the specification.
 _NO_LIMIT = 1e16
 _SHORTEST_AXIS = 1e-6
+#: Largest cosine of the angle between the axes of a universal joint that a closure can be.
+_SQUARE = 1e-12
+#: Types of closures that are called otherwise than the joints.
+_CLOSURES = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical", "fixed": "rigid"}
 
 
 _SIZES = {
@@ -244,6 +250,26 @@ def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
         values["stiffness"] = _one(dynamics, "spring_stiffness", 0.0)
         values["reference"] = _one(dynamics, "spring_reference", 0.0)
     return Axis(direction / np.linalg.norm(direction), **values, mimic=None if mimic is None else _mimic(scope, mimic))
+
+
+def is_closure(joint: SdfJoint) -> bool:
+    """Whether a closure type allows just the joint's motion: two axes have to be at right angles."""
+    return len(joint.axes) < 2 or abs(float(joint.axes[0].direction @ joint.axes[1].direction)) < _SQUARE
+
+
+def closure_of(joint: SdfJoint, places: Mapping[str, pin.SE3]) -> Closure:
+    """The closure that allows a joint's motion, with the poses of its links in the world where the joint is zero."""
+    place: pin.SE3 = joint.place
+    axis: tuple[float, ...] | None = None
+    if len(joint.axes) == 2:
+        # A universal closure turns about y of frame b, the parent's, and x of frame a, the child's.
+        x, y = joint.axes[1].direction, joint.axes[0].direction
+        place = place * pin.SE3(np.column_stack([x, y, np.cross(x, y)]), np.zeros(3))
+    elif joint.axes:
+        axis = tuple(joint.axes[0].direction.tolist())
+    kind, parent = _CLOSURES.get(joint.kind, joint.kind), "universe" if joint.parent == "world" else joint.parent
+    at_child, at_parent = (placement_of(places[end].actInv(place)) for end in (joint.child, joint.parent))
+    return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
 
 
 def _mimic(scope: Scope, element: Element) -> tuple[str, int, float, float, float]:

@@ -44,7 +44,7 @@ from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame
 from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
-from ..leaving_out import LeftOut
+from ..leaving_out import LeftOut, name_of_element
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
 from .sdf_model import read_joint, read_link, sdf_shapes
@@ -184,10 +184,12 @@ def read_sdf(
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
         left, folder = LeftOut(leave_out), None if file is None else file.parent
-        model, closures, words = _read(root, root_joint, first_joint, left, check_grammar(root), folder, closing)
+        for said in check_grammar(root):
+            left.say(name_of_element(said[1 : said.index(">")]), said)
+        model, closures, words = _read(root, root_joint, first_joint, left, folder, closing)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
-            return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), (), folder, closing)[:2]
+            return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), folder, closing)[:2]
 
         return model, with_digits(model, closures, words, again)
     except FileFormatError as error:
@@ -201,7 +203,6 @@ def _read(
     root_joint: str | None,
     first_joint: str | None,
     left: LeftOut,
-    left_out: tuple[str, ...],
     folder: Path | None,
     closing: Collection[str],
 ) -> tuple[pin.Model, Closures, tuple[str, ...]]:
@@ -222,13 +223,12 @@ def _read(
     root_data = Root(gravity=tuple(np.asarray(gravity).tolist()))
     roles = Roles(tuple(tree.actuated))
     name = outermost.attributes["name"]
-    left_out += left.report
     shapes = tuple(
         shape
         for own, element in scope.all("link")
         for shape in sdf_shapes(element, f"{own.name}{element.attributes['name']}", folder)
     )
-    closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out, shapes=shapes)
+    closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left.report, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
     words = tuple(word for element in placed for part in element.children for word in pose_words(part))

@@ -26,10 +26,7 @@ from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
 from ..bodies import add_frame, add_joint, axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
-from .sdf_model import SdfJoint, SdfLink
-
-#: Largest cosine of the angle between the axes of a universal joint that a closure can be.
-_SQUARE = 1e-12
+from .sdf_model import SdfJoint, SdfLink, closure_of, is_closure
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +140,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
     """
     tree = SdfTree(pin.Model())
     tree.model.name = name
-    more = [joint for joint in graph.closing if not (joint.is_bare and _is_closure(joint))]
+    more = [joint for joint in graph.closing if not (joint.is_bare and is_closure(joint))]
     hanging: dict[str, list[tuple[SdfJoint, bool]]] = {}
     for edge in graph.tree:
         hanging.setdefault(graph.body[edge.parent], []).append((edge, True))
@@ -173,7 +170,7 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
     places = {link.name: link.place for link in links} | {"world": pin.SE3.Identity()}
     for loop in graph.closing:
-        tree.closures.append(_end_closure(loop, places) if loop in more else _closure(loop, places))
+        tree.closures.append(_end_closure(loop, places) if loop in more else closure_of(loop, places))
     _add_mimics(tree, [*graph.tree, *more])
     return tree
 
@@ -235,26 +232,6 @@ def axis_names(joint: SdfJoint) -> tuple[str, ...]:
 def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
     place = placement_of(places[joint.child].actInv(joint.place))
     return Closure(f"{joint.name}_closure", "rigid", joint.child, f"{joint.name}_end", place)
-
-
-def _is_closure(joint: SdfJoint) -> bool:
-    """Whether a closure type allows just the joint's motion: two axes have to be at right angles."""
-    return len(joint.axes) < 2 or abs(float(joint.axes[0].direction @ joint.axes[1].direction)) < _SQUARE
-
-
-def _closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
-    kinds = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical"}
-    place: pin.SE3 = joint.place
-    axis: tuple[float, ...] | None = None
-    if len(joint.axes) == 2:
-        # A universal closure turns about y of frame b, the parent's, and x of frame a, the child's.
-        x, y = joint.axes[1].direction, joint.axes[0].direction
-        place = place * pin.SE3(np.column_stack([x, y, np.cross(x, y)]), np.zeros(3))
-    elif joint.axes:
-        axis = tuple(joint.axes[0].direction.tolist())
-    kind, parent = kinds.get(joint.kind, joint.kind), "universe" if joint.parent == "world" else joint.parent
-    at_child, at_parent = (placement_of(places[end].actInv(place)) for end in (joint.child, joint.parent))
-    return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
 
 
 def _add_mimics(tree: SdfTree, joints: list[SdfJoint]) -> None:

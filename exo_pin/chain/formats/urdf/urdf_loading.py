@@ -31,7 +31,8 @@ from ..bodies import rebuilt
 from ..closures_file import read_closures
 from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
-from ..leaving_out import LEAVE_OUT, LeftOut
+from ..leaving_out import LEAVE_OUT, LeftOut, name_of_element
+from ..urdf_dialects import DIALECTS, extensions, with_dialects
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
 from .urdf_shapes import urdf_shapes
 from .urdf_values import (
@@ -125,14 +126,15 @@ def checked_urdf(
     def faulty(error: FileFormatError) -> None:
         left.say("pictures", str(error))
 
-    strange: Counter[str] = Counter()
+    strange: Counter[tuple[str, str]] = Counter()
     for element, rule in checked(root, "urdf", faulty):
-        strange.update(f"<{child.tag}> in <{element.tag}>" for child in element.children if is_left_out(child, rule))
+        unread = (child.tag for child in element.children if is_left_out(child, rule) and child.tag not in DIALECTS)
+        strange.update((tag, f"<{tag}> in <{element.tag}>") for tag in unread)
         for child in element.children:
             if child.tag.startswith("xacro:"):
                 raise child.error("the file still has xacro in it; expand it first (ros2 run xacro xacro ...)")
-    for name, count in strange.items():
-        left.say("not_urdf", name if count == 1 else f"{name}, {count} times")
+    for (tag, name), count in strange.items():
+        left.say(name_of_element(tag), name if count == 1 else f"{name}, {count} times")
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
     robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
@@ -271,7 +273,8 @@ def load_model(
         The file, or the XML itself.
     closures : Closures or path-like, optional
         What closes the loops; by default the file beside the URDF, ``robot.closures.toml`` for
-        ``robot.urdf``. Where there is none the URDF is read as a tree.
+        ``robot.urdf``. Loops that elements of other programs state are added, see
+        :mod:`exo_pin.chain.formats.urdf_dialects`. Where there are none the URDF is read as a tree.
     root_joint : str, optional
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
         closures.
@@ -279,7 +282,8 @@ def load_model(
         Angles ``rpy`` of the URDF this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708,
         which tilts the axes of loops that are meant to be plane. Not above 0.01.
     leave_out : iterable of str
-        "inertia_rules" reads inertias that no body has; ``description.left_out`` says what was left out.
+        Names of :data:`exo_pin.chain.formats.leaving_out.LEAVE_OUT`: "inertia_rules" reads inertias that no body has,
+        "loops" what states a loop that no closure holds. ``description.left_out`` says what was left out.
 
     Returns
     -------
@@ -309,11 +313,11 @@ def load_model(
     """
     refuse_tolerance(right_angle_tolerance)
     source, path = read_source(urdf)
-    left = LeftOut(leave_out)
+    left, missing = LeftOut(leave_out), ""
     if closures is None:
         beside = None if path is None else path.with_suffix(".closures.toml")
         if beside is None or not beside.exists():
-            left.say("closures", f"there is no {'closures file' if beside is None else beside.name}: read as a tree")
+            missing = "closures file" if beside is None else beside.name
             closures = Closures("unnamed" if path is None else path.stem)
         else:
             closures = beside
@@ -334,9 +338,12 @@ def load_model(
         checked = checked_urdf(document, left, closures.closures, folder)
         closures = with_mimics(closures, checked.mimics)
         kinds, closures = _kinds_of_floating(closures)
-        model = _built(checked.text, hanging(), root.name, kinds)
+        model, own, stated = _built(checked.text, hanging(), root.name, kinds), extensions(document), closures
+        closures = with_dialects(stated, own, model, left)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
+    if missing and closures is stated:
+        left.say("closures", f"there is no {missing}: read as a tree")
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
     closures = replace(closures, left_out=(*closures.left_out, *left.report), shapes=checked.shapes)
@@ -344,9 +351,12 @@ def load_model(
     def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
         document = digits.element(parse_xml(checked.text))
         whole = checked_urdf(document, LeftOut(LEAVE_OUT))
-        return _built(whole.text, hanging(), root.name, kinds), digits.closures(closures)
+        redrawn = _built(whole.text, hanging(), root.name, kinds)
+        loops = with_dialects(digits.closures(stated), digits.element(own), redrawn, LeftOut(LEAVE_OUT))
+        return redrawn, replace(closures, closures=loops.closures)
 
-    return model, with_digits(model, closures, (*checked.words, *closure_words(closures)), again)
+    words = (*checked.words, *geometry_words(own), *closure_words(stated))
+    return model, with_digits(model, closures, words, again)
 
 
 def _kinds_of_floating(closures: Closures) -> tuple[dict[str, str], Closures]:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.bodies import world_link
+from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 from exo_pin.chain.formats.sdf.sdf_model import sdf_shapes, write_sdf_shape
 from exo_pin.chain.formats.urdf.urdf_shapes import found_file, urdf_shapes, write_urdf_shape
@@ -56,6 +57,10 @@ def urdf_of(shape):
     return write_urdf_shape(link, shape), ET.tostring(root, encoding="unicode")
 
 
+def read(text, left=None, folder=None):
+    return list(urdf_shapes(parse_xml(text), folder, (1, 0), LeftOut() if left is None else left))
+
+
 def assert_same(found, shape, role):
     assert (found.frame, found.kind, found.role) == (shape.frame, shape.kind, role)
     np.testing.assert_allclose(found.size, shape.size, rtol=1e-15)
@@ -79,7 +84,7 @@ def test_shapes_come_back_from_both_formats(kind, role, colour):
     written, text = urdf_of(shape)
     assert written == (kind != "ellipsoid")
     if kind not in ("ellipsoid", "capsule"):
-        for found, part in zip(urdf_shapes(parse_xml(text), None), shape.elements, strict=True):
+        for found, part in zip(read(text), shape.elements, strict=True):
             assert_same(found, shape, part)
 
 
@@ -96,7 +101,7 @@ def test_the_colour_of_a_urdfs_visual(material, colour):
     shape = f'<geometry><sphere radius="1"/></geometry>{material}'
     text = f"""<robot><material name="blue"><color rgba="0 0 1 1"/></material><material name="bare"/>
     <link name="a"><visual>{shape}</visual><collision>{shape}</collision></link></robot>"""
-    assert [found.colour for found in urdf_shapes(parse_xml(text), None)] == [colour, None]
+    assert [found.colour for found in read(text)] == [colour, None]
 
 
 @pytest.mark.parametrize(
@@ -124,8 +129,11 @@ FAULTY = [
 def test_pictures_with_a_fault_are_left_out_and_the_others_read():
     good = '<geometry><drake:x/><sphere radius="1"/></geometry>'
     pictures = "".join(f"<visual>{inside}</visual>" for inside in (*FAULTY, good))
-    (found,) = urdf_shapes(parse_xml(f'<robot><link name="a">{pictures}</link></robot>'), None)
+    left = LeftOut()
+    (found,) = read(f'<robot><link name="a">{pictures}</link></robot>', left)
     assert (found.kind, found.size) == ("sphere", (1.0,))
+    (said,) = left.report
+    assert "got 0" in said
     faulty = ["<pose relative_to='b'>0 0 0 0 0 0</pose><geometry><sphere><radius>1</radius></sphere></geometry>"]
     faulty += ["<geometry><sphere/></geometry>", "<geometry><mesh/></geometry>", "<pose>1</pose>"]
     good = "<pose>1 0 0 0 0 0</pose><geometry><drake:x/><sphere><radius>1</radius></sphere></geometry>"
@@ -136,8 +144,8 @@ def test_pictures_with_a_fault_are_left_out_and_the_others_read():
 
 def test_a_mesh_has_its_own_size_unless_it_is_scaled(tmp_path):
     for text in ('<mesh filename="a.stl"/>', '<mesh filename="a.stl" scale="1 1 1"/>'):
-        robot = parse_xml(f'<robot><link name="a"><visual><geometry>{text}</geometry></visual></link></robot>')
-        assert next(urdf_shapes(robot, tmp_path)).size == (1.0, 1.0, 1.0)
+        robot = f'<robot><link name="a"><visual><geometry>{text}</geometry></visual></link></robot>'
+        assert read(robot, folder=tmp_path)[0].size == (1.0, 1.0, 1.0)
     (tmp_path / "robot").mkdir()
     (tmp_path / "robot" / "a.stl").write_text("solid")
     for uri, file in (("model://robot/a.stl", str((tmp_path / "robot" / "a.stl").resolve())), ("b.stl", "b.stl")):

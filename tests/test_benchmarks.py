@@ -32,7 +32,7 @@ def test_what_a_benchmark_imports_exists(path, monkeypatch):
     if '"tests" / "oracles"' in path.read_text() or "import peer" in path.read_text():
         sys.path.insert(0, str(oracles))
     found = list(imports(path))
-    assert len(found) > 2
+    assert found
     for module, name in found:
         if module.split(".")[0] in PEERS and importlib.util.find_spec(module.split(".")[0]) is None:
             continue

@@ -303,9 +303,9 @@ class MasslessMotion(ExoPinError, ValueError):
 
     Examples
     --------
-    >>> chain = ep.load("four-cables").chain  # its limbs have no mass
+    >>> tree = ep.ClosedChain(ep.load("four-cables").chain.model, ep.chain.Closures())  # loose limbs without mass
     >>> try:
-    ...     chain.forward_dynamics(chain.close(chain.neutral()), method="proximal")
+    ...     tree.forward_dynamics(tree.neutral())
     ... except ep.MasslessMotion as error:
     ...     print(error.joints[0])
     limb_1_platform_y

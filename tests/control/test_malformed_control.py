@@ -31,7 +31,6 @@ def calibrate(rng):
         "orientation_noise": 1e-3,
         "tolerances": {"base_points": 1e-3},
         "torso_mounting": Rotation.identity(),
-        "loss": "linear",
     }
     name = rng.choice(list(good))
     if name == "poses":
@@ -142,7 +141,6 @@ STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experime
         lambda: gains_for(EXO),
         lambda: control.FeedbackGains(air_ahead="yes"),
         lambda: control.LengthController(EXO, UP),
-        lambda: control.LengthController(CABLES.plant, UP, gains=control.FeedbackGains()),
         lambda: PLANT.state("up"),
         lambda: PLANT.state(Rotation.identity(2)),
         lambda: PLANT.held(3, [1.0, 1.0, 1.0]),

@@ -100,7 +100,7 @@ def test_a_check_that_does_not_hold_is_reported(tmp_path):
 def test_every_live_cell_has_a_picture():
     """Where a notebook shows a scene, live or still, the stored output is what it looked like."""
     shown = [
-        (path.stem, lines[-1].rpartition(".")[2], [kind for output in cell["outputs"] for kind in output["data"]])
+        (path.stem, lines[-1].rpartition(".")[2], [kind for output in cell["outputs"] for kind in output.get("data", ())])
         for path in NOTEBOOKS
         for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
         if cell["cell_type"] == "code" and (lines := "".join(cell["source"]).splitlines())[-1].endswith("cell()")

@@ -187,7 +187,7 @@ def _of_dimension(device: Device, case: Case, name: str, known: Mapping[str, Any
         (named,) = device.parameters([name])
     except UnknownName:
         others = [*known, *{_PLACE.sub(r"\1_mm", each) for each in known}]
-        raise UnknownName("uncertain quantity", name, others, where="or a dimension of the design") from None
+        raise UnknownName("uncertain quantity or dimension", name, set(others)) from None
     value = device.value_of(named)
     if value is None:
         raise InvalidInput(f"expected a known dimension, got {name!r}, of which the design has none")

@@ -157,7 +157,7 @@ def test_an_uncertain_dimension_is_a_file_with_another_number(tmp_path):
     )
     assert effect.name == name
     assert max(sizes) - min(sizes) > 1e-3
-    with pytest.raises(InvalidInput, match=r"called end_b\[NAME\]_mm"):
+    with pytest.raises(InvalidInput, match=r"uncertain quantity or dimension 'loop_mm'.*end_b_mm"):
         exo.uncertainty(pose, uncertainties={"loop_mm": 3.0})
 
 

@@ -50,7 +50,7 @@ def test_a_two_bar_linkage_ends_at_a_gap_and_not_behind_it(degrees):
     criteria = Criteria(["connected"])
     margin = exo.workspace(about_y(turns[:, None, None]), criteria).margins["connected"].ravel()
     np.testing.assert_array_equal(margin > 0.0, closes)
-    edge = (1.0 + margin[~closes] + criteria.independence) * turns[~closes]
+    edge = (1.0 + margin[~closes] + criteria.least_margin) * turns[~closes]
     assert np.ptp(edge) < 1e-4
     assert abs(short._cosine(edge[0])) == pytest.approx(1.0, abs=1e-4)
 

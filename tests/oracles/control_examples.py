@@ -45,7 +45,7 @@ def _motor_examples(reference):
     motion = length_motion(cables.mechanism.geometry, reference(0.5))
     states = tackles.drive_states(lengths, np.full(4, 10.0))
     return (
-        cables, start, seen, length, length.gains, model, motion, states, *cables.drives, *cables.units, *rods.drives,
+        cables, start, seen, length, model, motion, states, *cables.drives, *cables.units, *rods.drives,
         *tackles.drives, cables.options.winch, cables.options.linear_actuator,
         tackles.mechanism.limbs[0].actuator.tackle,
     )  # fmt: skip

@@ -244,7 +244,7 @@ def test_a_limit_with_a_margin_is_where_mujoco_holds_the_joint():
 def test_many_things_are_said_in_a_few_words():
     bodies = "".join(f'<body name="m{k}" mocap="true"/>' for k in range(9))
     (text,) = [x for x in read(world=bodies).description.left_out if x.startswith("mocap")]
-    assert text.endswith("; and 4 more")
+    assert "; and 4 more (may change forces" in text
 
 
 @pytest.mark.parametrize(

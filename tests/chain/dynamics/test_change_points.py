@@ -25,8 +25,16 @@ def moved(N, kind, start, speed, times):
     return run, np.column_stack([np.sin(run.q[:, 0]), np.cos(run.q[:, 0])]), error
 
 
-@pytest.mark.parametrize("kind", ["revolute", "spherical"])
-@pytest.mark.parametrize("N", [1, 2, pytest.param(40, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    ("N", "kind"),
+    [
+        (1, "revolute"),
+        (1, "spherical"),
+        (2, "revolute"),
+        (2, "spherical"),
+        pytest.param(40, "spherical", marks=pytest.mark.full),
+    ],
+)
 def test_windows_stay_parallelograms(N, kind):
     run, end, error = moved(N, kind, np.pi / 2, -1.0, np.linspace(0.0, 10.0, 101))
     np.testing.assert_allclose(end[[10, 50, 100]], A02[N], atol=2e-6)
@@ -45,10 +53,10 @@ def test_windows_stay_parallelograms(N, kind):
 
 @pytest.mark.full
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
-@pytest.mark.parametrize("N", [1, 3, 10, 20])
-def test_no_start_speed_is_silently_wrong(N, kind):
+@pytest.mark.parametrize(("N", "count"), [(1, 25), (3, 10), (10, 4)])
+def test_no_start_speed_is_silently_wrong(N, count, kind):
     right = 0
-    speeds = np.random.default_rng(N).uniform(0.2, 2.0, 25)
+    speeds = np.random.default_rng(N).uniform(0.2, 2.0, count)
     for speed in speeds:
         try:
             right += moved(N, kind, np.pi / 2, -speed, np.linspace(0.0, 10.0, 21))[2] < 1e-3

@@ -46,13 +46,15 @@ def test_suggested_poses_are_nearly_the_best_of_all_subsets():
 
 
 def reached(exo, orientations, least=0.05):
-    """By definition: every limb within its stroke, and det X clearly of the sign that it has at rest."""
+    """By definition: every limb within its stroke, regular, and det X of the sign that it has at rest."""
     lengths = exo.inverse_kinematics(orientations).lengths
     strokes = [limb.stroke for limb in exo.mechanism.limbs]
     ends = [[s.end_fitting + share * s.nominal_length for share in (s.shortest, s.longest)] for s in strokes]
     low, high = np.array(ends).T
-    det = exo.singularity(orientations).determinant * np.sign(exo.singularity(exo.pose()).determinant)
-    return ((lengths >= low) & (lengths <= high)).all(axis=1) & (det >= least)
+    beyond = exo.singularity(orientations).determinant * exo.singularity(exo.pose()).determinant < 0.0
+    squares = np.linalg.svd(exo.jacobian(orientations), compute_uv=False) ** 2
+    margin = np.sqrt(3.0 / (1.0 / squares).sum(axis=-1) / squares.mean(axis=-1))
+    return ((lengths >= low) & (lengths <= high)).all(axis=1) & ~beyond & (margin >= least)
 
 
 def daily(exo):

@@ -115,6 +115,11 @@ def _more_chains(folder):
     rps.configurations(rps.pose([50.0, 52.0], 20.0, 0.0))
     serial = ep.load(URDF / "serial-y-x-z.urdf")
     serial.reaction(serial.pose(50.0, 20.0), limits="none")
+    rrr = ep.load(URDF / "spherical-3rrr.urdf").worn_by(ep.Person(1.75, 75, "male"))
+    str(rrr.reaction(rrr.pose([48.0, 50.0, 52.0, 54.0], 20.0)).verdict)
+    rrr.workspace(rrr.pose([50.0, 52.0], 20.0), ["clearance"])
+    chain._state.buffers.linearise(chain.close(chain.neutral()))
+    chain._state.buffers.unit_wrenches()
     model = pin.Model()
     kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer()
     for kind in kinds:

@@ -15,6 +15,7 @@ from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from moving_chains import moving
 from places import URDF
+from published_problems import windows
 from published_urdf import published_urdf
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
@@ -186,6 +187,7 @@ def _chains(folder):
     chain.inverse_kinematics(chain.closures[0].frame_a, place, q)
     bouncing = slide(np.pi / 2, friction=0.5, limits=(0.0, 1.0))
     bouncing.simulate([0.01], [0.0], [0.0, 0.2], stops=True)
+    windows(1).simulate([0.1, -0.1, 0.1], [3.0, -3.0, 3.0], [0.0, 0.6])
     bouncing.forward_dynamics([0.0], stops=True).forces.friction_interval("slide")
     bouncing.inverse_dynamics([0.5], actuated=["slide"])
     chain.inverse_dynamics_derivatives(q, v, a)

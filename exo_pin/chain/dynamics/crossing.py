@@ -13,6 +13,7 @@ decided, and the simulation stops. Forces that jump while σ is small are not se
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -43,6 +44,8 @@ _NEAR = 0.3
 _MISSED_SPEED, _MISSED_RATE = 1e-5, 1e-2
 #: Singular values below this share of the largest are not counted: rows are redundant to the loops' residual.
 _REDUNDANT = 1e-6
+#: Steps that are kept; next to the place they halve σ, so that few reach back far enough.
+_KEPT = 64
 #: Step along the motion, characteristic lengths and rad, to the derivative of σ.
 _STEP = 1e-6
 
@@ -104,8 +107,8 @@ class Crossings:
         Largest σ so far.
     rank : int
         Largest rank of the loops so far.
-    smooth_steps : list of SmoothStep
-        Steps since the motion was last not smooth.
+    smooth_steps : deque of SmoothStep
+        The last steps, none from before the motion was last not smooth.
     last : tuple or None
         Time, s, and rate of σ before, 1/s.
     """
@@ -113,7 +116,7 @@ class Crossings:
     rates: Rates
     largest: float = 0.0
     rank: int = 0
-    smooth_steps: list[SmoothStep] = field(default_factory=list)
+    smooth_steps: deque[SmoothStep] = field(default_factory=lambda: deque(maxlen=_KEPT))
     last: tuple[float, float] | None = None
 
     def near(self, instant: Instant) -> Nearness:

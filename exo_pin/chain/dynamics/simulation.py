@@ -102,7 +102,8 @@ def simulate(
 
     SciPy's DOP853 on the configuration manifold: the coordinates of every step are relative to the configuration at
     its start, so that quaternions have length 1. After every step the state is projected on the closed loops, so that
-    their residual is at most 1e-12 for any length of time.
+    their residual is at most 1e-12 for any length of time; through a singular configuration
+    (:mod:`exo_pin.chain.dynamics.crossing`) it is that of the continued motion, below 1e-9.
 
     Parameters
     ----------

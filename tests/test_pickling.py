@@ -7,6 +7,7 @@ import itertools
 import multiprocessing
 import pickle
 import xml.etree.ElementTree as ET
+from collections import deque
 from functools import cached_property
 from pathlib import PurePath
 
@@ -54,7 +55,7 @@ def differences(one, other, where="", seen=None):
         return [] if np.array_equal(one.as_quat(), other.as_quat(), equal_nan=True) else [where]
     if isinstance(one, pin.Model | pin.SE3 | PurePath):
         return [] if one == other else [where]
-    if isinstance(one, tuple | list):
+    if isinstance(one, tuple | list | deque):
         pairs = [(str(k), a, b) for k, (a, b) in enumerate(zip(one, other, strict=False))]
         return [f"{where}: length"] * (len(one) != len(other)) + _all_differences(pairs, where, seen)
     if isinstance(one, ET.Element):

@@ -57,7 +57,7 @@ def _method() -> _Method:
     return _Method(points, stages, own, ways, np.linalg.inv(ways), first, inside)
 
 
-class _Inside(scipy.integrate.DenseOutput):  # type: ignore[misc]
+class _Inside(scipy.integrate.DenseOutput):
     """The polynomial of a step."""
 
     def __init__(self, start: float, end: float, coefficients: FloatArray) -> None:
@@ -68,8 +68,8 @@ class _Inside(scipy.integrate.DenseOutput):  # type: ignore[misc]
         return np.asarray(legendre.legval(2.0 * (t - self.t_old) / (self.t - self.t_old) - 1.0, self._coefficients))
 
 
-class Collocation(scipy.integrate.OdeSolver):  # type: ignore[misc]
-    """SciPy's interface.
+class Collocation(scipy.integrate.OdeSolver):
+    """SciPy's interface, with which it goes step by step in place of DOP853.
 
     ``jac(t, y, rate)`` returns the derivative of the right side by y, shape (n, n). From the solver of the step
     ``before`` come its derivative, which serves as long as Newton's method is fast with it, and a first guess.
@@ -89,9 +89,13 @@ class Collocation(scipy.integrate.OdeSolver):  # type: ignore[misc]
         before: Collocation | None = None,
     ) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized=False)
+        self.t: float = t0
+        self.y: FloatArray = y0
         self._tolerances, self._jac, self._rate = (rtol, atol), jac, self.fun(t0, y0)
-        fits = before is not None and before.n == self.n
-        self._J, self._polynomial = (before._J, before.dense_output()) if before is not None and fits else (None, None)
+        self._J: FloatArray | None = None
+        self._polynomial: _Inside | None = None
+        if before is not None and before.n == self.n:
+            self._J, self._polynomial = before._J, before.dense_output()
         # A hundredth of the time in which the state would change by itself.
         self.h_abs = first_step or 0.01 * self._size(np.ones_like(y0), y0) / max(self._size(self._rate, y0), 1e-300)
 
@@ -100,7 +104,7 @@ class Collocation(scipy.integrate.OdeSolver):  # type: ignore[misc]
         return float(np.sqrt(np.mean((error / (atol + rtol * np.abs(y))) ** 2)))
 
     def _step_impl(self) -> tuple[bool, str | None]:
-        t, y, method, h = self.t, self.y, _method(), self.h_abs
+        t, y, method, h = self.t, self.y, _method(), float(self.h_abs)
         real = float(method.own[np.abs(method.own.imag).argmin()].real)
         fresh = self._J is None
         J = self._jac(t, y, self._rate) if self._J is None else self._J

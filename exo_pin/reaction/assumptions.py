@@ -25,6 +25,8 @@ from .splits.registry import SPLITS
 from .splits.split import Split
 from .splits.weights import Weights
 
+# Only arguments that are given by name alone can be declared once: a ParamSpec takes no further ones by name (PEP 612),
+# and a TypedDict has none by position (PEP 692). So the positional ones stand in each signature.
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 

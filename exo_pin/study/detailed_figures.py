@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__: list[str] = []
 
-#: A pose is nearly singular where the drives' Jacobian has less than this share of its largest singular value.
+#: A pose is nearly singular below this margin, as in a workspace (``Criteria.least_margin``).
 _NEAR = 0.05
 #: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
 _OFF, _OFF_POSES = 0.01, 6
@@ -75,21 +75,18 @@ def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
 
 
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
-    """Of the reached poses: share that is singular or nearly, and median of least over largest singular value."""
-    none = {"singular": np.nan, "dexterity": np.nan}
+    """Of the reached poses: share that is singular or nearly, and median margin."""
+    none = {"singular": np.nan, "median_margin": np.nan}
     if is_passive(exo):
         return none
-    kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
-    J = exo.jacobian(poses).reshape(len(kind), -1, 3)
-    there = ~np.isin(kind, _UNREACHED) & np.isfinite(J).all(axis=(1, 2))
+    found = exo.singularity(poses)
+    kind, margin = np.ravel(found.kind), np.ravel(found.margin)
+    there = ~np.isin(kind, _UNREACHED) & np.isfinite(margin)
     # A device that holds the arm about two axes alone does so in every pose: no pose of it is a singular one.
     if not (there & (kind != "passive")).any():
         return none
-    values = np.linalg.svd(J[there], compute_uv=False)
-    # Fewer than three drives leave a direction to none of them.
-    ratio = values[:, 2] / values[:, 0] if values.shape[1] == 3 else np.zeros(len(values))
-    lost = (ratio < _NEAR) | (kind[there] != "regular")
-    return {"singular": float(lost.mean()), "dexterity": float(np.median(ratio))}
+    lost = (margin < _NEAR) | (kind != "regular")
+    return {"singular": float(lost[there].mean()), "median_margin": float(np.median(margin[there]))}
 
 
 def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:

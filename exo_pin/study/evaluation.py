@@ -170,9 +170,9 @@ def compare(
     ``not_evaluated`` : fraction of poses that the data of a spring do not cover: of these it is not known whether they
     are held, and they are among no other fraction but the reached, clear and singular ones, which need no spring.
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
-    ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
-    Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio. NaN of a device whose drives do not
-    hold the arm about all axes in any pose.
+    ``singular`` : fraction of the reached poses that are singular, or whose :attr:`exo_pin.Reaction.margin` is below
+    0.05, as in a workspace; ``median_margin`` : median of that margin. NaN of a device whose drives do not hold the arm
+    about all axes in any pose.
     ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
     without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;

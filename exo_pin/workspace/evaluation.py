@@ -62,6 +62,8 @@ class PoseValues(Record):
 
     #: Unit of the distance to the ends of strokes.
     stroke_unit = "m"
+    #: Values of idle joints by name, a row a pose, or configurations; None where nobody gave any.
+    posture: Any = None
     #: Configurations of a device that has others than those of limbs.
     _placed: Any = None
     criteria: Criteria

@@ -115,6 +115,7 @@ def workspace(
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
         limits.wearers_of(device),
         values.stroke_unit,
+        values.posture,
     )
 
 

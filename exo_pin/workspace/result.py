@@ -6,7 +6,7 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,8 @@ class Workspace(Result, ReadOnly):
     stroke_unit : str
         Unit of the margin "stroke": "m", or "rad" where hinges are drives. Where slides are, too, their travel counts
         over their mean lever.
+    posture : mapping, ndarray or None
+        Values of idle joints by name, shape (N,) for all poses, or configurations (N, nq), if they were asked for.
 
     Examples
     --------
@@ -90,6 +92,9 @@ class Workspace(Result, ReadOnly):
     centre_offset: CentreOffset | None = None
     wearers: tuple[Wearer, ...] = ()
     stroke_unit: str = "m"
+    posture: Any = None
+
+    _hidden: ClassVar[frozenset[str]] = frozenset({"posture"})
 
     def __post_init__(self) -> None:
         for values in self.margins.values():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..reaction.assumptions import Question
-from .drive_figures import is_passive
+from .detailed_figures import is_passive
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo

@@ -29,8 +29,7 @@ from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
 from .criterion import CRITERIA
-from .evaluation import PoseValues, rest_side
-from .pose_offsets import PoseOffsets
+from .evaluation import PoseOffsets, PoseValues, rest_side
 
 __all__: list[str] = []
 

@@ -23,7 +23,7 @@ from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
 from ..wrist.clearance.clearance import limb_gaps, limb_radii
 from .device_values import mass_words, values_of
-from .pose_offsets import PoseOffsets
+from .evaluation import PoseOffsets
 from .result import Workspace
 
 #: Columns of a drive that is no limb between two joint centres.
@@ -83,7 +83,7 @@ def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     mechanism, geometry = limbs, limbs.geometry
     R = np.ascontiguousarray(found.poses.as_matrix().reshape(total, 3, 3)[rows])
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
-    gaps = _gaps(mechanism, found, R, offsets)
+    gaps = _gaps(limbs, found, R, offsets)
     base, cuff = offsets.spread(len(R))
     table = []
     for i in range(n):

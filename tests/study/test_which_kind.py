@@ -343,7 +343,8 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "relieves the joint by {spring-support relief, %} %",
         "a median margin of {spherical-3rrr median margin} for the 3RRR, {prototype median margin} and "
         "{optimised-table-c-2 median margin} for the wrists",
-        "reaches: {three-linear-actuators median margin}, with {three-linear-actuators of its limit, %} % of its effort",
+        "reaches: {three-linear-actuators median margin}, "
+        "with {three-linear-actuators of its limit, %} % of its effort",
         "where the 3RRR needs {spherical-3rrr of its limit, %} %",
         "{three-linear-actuators held and clear, %} % of the poses are held and clear, "
         "{spherical-3rrr held and clear, %} % with",

@@ -13,7 +13,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.core.progress import processes
-from exo_pin.workspace import tasks as population
+from exo_pin.workspace import population
 
 DESIGNS = ("four-linear-actuators", "four-cables-worn")
 

@@ -1,7 +1,4 @@
-"""Reactions as columns of a table, with units in the names, as plain data, and as pictures.
-
-Reactions as short tables.
-"""
+"""Reactions as columns of a table, with units in the names, as plain data, as pictures and as short texts."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""What is made of a reaction on demand: which parts equilibrium alone determines, optimality, closest forces.
-
-The record of poses that the limbs cannot hold, and forces within the limits that come closest to equilibrium.
-"""
+"""What is made of a reaction on demand: what equilibrium determines, optimality, and proof that a pose is not held."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
-"""Measurement noise of a movement, propagated to the shoulder force.
+"""Reactions along movements: histories, peaks and tables, and the noise of the measurement in them.
 
 At each sample the covariance of orientation, ω and η about an axis is split into three independent parts, each of which
 moves all three quantities together. The pose is moved by one standard deviation of each part about each axis of the
 base frame, and the query is repeated, nine times. The sum of squares of the nine changes of F_s is its variance, exact
 where F_s is linear in the change (it is linear in η), for every split and limit.
-
-Reactions along movements: histories, peaks and tables.
 """
 
 from __future__ import annotations

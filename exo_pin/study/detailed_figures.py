@@ -1,7 +1,4 @@
-"""Efforts and strokes of the drives of a device over poses.
-
-What a comparison of kinds of devices asks beside :func:`exo_pin.study.evaluate`: fit, joint, masses, failure.
-"""
+"""What a comparison of kinds of devices asks beside :func:`exo_pin.study.evaluate`: fit, joint, masses, failure."""
 
 from __future__ import annotations
 

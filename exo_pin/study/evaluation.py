@@ -1,7 +1,4 @@
-"""One wearer, one payload and one side for all designs of a comparison.
-
-Figures of designs over the same poses, one design or several side by side.
-"""
+"""Figures of designs over the same poses: one design, or several side by side on one wearer, payload and side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the device's centre lies in each pose of a stack: offsets as the kernels of a workspace take them.
+"""The margins of a design to all criteria, over a stack of poses, each with the place of the device's centre.
 
 A_i + base and B_i + cuff are the joints seen from the anatomical centre O, the first in the base frame, the second in
 the arm's. All that a workspace checks is computed with these points and with moments about O, so that the moment of f_i
@@ -7,8 +7,6 @@ is that of the limb's displaced line: (R (B_i + cuff)) × (-f_i s_i).
 The torso goes with the base. What base and cuff differ by is taken for the motion of O against the torso, because the
 device fits at rest: the torso is displaced by base - cuff. A device that only sits in another place (base and cuff
 alike) leaves the torso where it is.
-
-The margins of a design to all criteria, over a stack of poses.
 """
 
 from __future__ import annotations
@@ -32,9 +30,8 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..reaction.holding.least_held_forces import least_held_forces
 from ..wrist.forces.displaced import as_offset
 from .criteria import Criteria
-from .criterion import CRITERIA
+from .criterion import CRITERIA, body, forces, joints
 from .kernels import connection_margin, kinematic_stack, nearest_to_rest, shoulder_stack
-from .needs import body, forces, joints
 
 
 class PoseOffsets(Record):

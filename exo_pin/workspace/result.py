@@ -1,7 +1,4 @@
-"""A workspace: which poses belong to it, by how much, and why the others do not.
-
-A workspace as text.
-"""
+"""A workspace: which poses belong to it, by how much, and why the others do not."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +23,8 @@ from ..load_case.ranges_of_motion import Share, grid_axes, share_of_volume
 from ..numerics.vectors import SINGULAR_MARGIN
 from ..study import StudyTable
 from .criteria import Criteria
-from .criterion import CRITERIA, NO_LIMIT
+from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, forces
 from .kernels import largest_region, nearest_to_rest
-from .needs import NO_SPRINGS, forces
 
 
 @checked
@@ -96,8 +92,6 @@ class Workspace(Result, ReadOnly):
     wearers: tuple[Wearer, ...] = ()
     stroke_unit: str = "m"
     posture: Any = None
-
-    _hidden: ClassVar[frozenset[str]] = frozenset({"posture"})
 
     def __post_init__(self) -> None:
         for values in self.margins.values():

@@ -1,9 +1,7 @@
-"""How much of daily tasks a design reaches, as in Table 5-7: from movements, and from published ranges of angles.
+"""How much of daily tasks a design reaches, as in Table 5-7, and what each person of a population gets from it.
 
 A published range is a box of angles, not a movement: its corners may be poses that nobody takes in the task, so its
 share says less than that of a movement. The table labels them.
-
-Workspaces of designs over persons: what each of a population gets from each design.
 """
 
 from __future__ import annotations

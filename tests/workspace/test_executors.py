@@ -10,7 +10,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
-from exo_pin.workspace import tasks as population
+from exo_pin.workspace import population
 
 WEARERS = [ep.Wearer(1.525, 51, "female"), ep.Wearer(1.626, 67, "female"), ep.Wearer(1.87, 111, "male")]
 LIMITS = ep.Criteria(largest_shoulder_force=150.0)

@@ -1,11 +1,6 @@
-"""Common parts of the loops over poses: the query as arrays, and blocks of poses with their loads.
+"""The loops over poses behind :func:`exo_pin.reaction.reaction_map`, compiled, without the GIL.
 
-The loop over poses of any limbs behind :func:`exo_pin.reaction.reaction_map`, compiled, without the GIL.
-
-The input are unit quaternions. Each pose is computed by itself, so that the result does not depend on the blocks or on
-the number of threads, to the last bit.
-
-The loop over poses of three limbs without bounds, several poses at once, compiled.
+Both take blocks of poses with their loads: one any limbs, one three limbs without bounds, several poses at once.
 
 The input are unit quaternions. Each pose is computed by itself, so that the result does not depend on the blocks or on
 the number of threads, to the last bit.

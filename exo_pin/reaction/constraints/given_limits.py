@@ -1,7 +1,4 @@
-"""Bounds on the side forces g_i, in the forms a caller may give them.
-
-Limits of the limb forces f_i, in the forms a caller may give them.
-"""
+"""Limits of the limb forces f_i and bounds on the side forces g_i, in the forms a caller may give them."""
 
 from __future__ import annotations
 

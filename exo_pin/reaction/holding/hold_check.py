@@ -1,9 +1,8 @@
-"""Whether the actuators can take the lengths and forces of a pose.
+"""Whether the actuators can take the lengths and forces of a pose, and what an answer does not say by itself.
 
 The forces are those of the answer: they were chosen within the limits where that is possible
 (:func:`exo_pin.reaction.answer.chosen_forces`). What is computed here is by how much limits are missed, for the texts.
-
-What an answer does not say by itself: how it was chosen, what was not checked, which data were not used.
+Cautions say how it was chosen, what was not checked, and which data were not used.
 """
 
 from __future__ import annotations

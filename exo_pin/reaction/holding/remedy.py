@@ -1,12 +1,10 @@
-"""Remedies for a pose that cannot be held: a pose nearby that can, and the moment that is missing.
+"""Other poses and postures: the nearest pose that can be held, and the range of forces over the postures of a device.
 
 The search for a pose tries turns of growing angle (rings) about axes spread evenly over the sphere; larger rings have
 more axes. Around the first poses that can be held a direct search then shortens the turn. All poses of a ring or of a
 step are one stack. The result is a pose that was checked. A nearer one between two axes may have been missed.
 
-Least and greatest shoulder force over the postures of a device in one pose of the arm.
-
-Every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits of the joints,
+Over postures every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits of the joints,
 is asked the same question. Freedoms that no drive holds are taken as held where they are, as by friction. The set is
 laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are searched from its best configurations.
 """

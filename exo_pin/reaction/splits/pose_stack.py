@@ -1,4 +1,6 @@
-"""How the efforts of a device share what it holds: the wearer least, then the drives, then the brakes.
+"""Poses with their equilibrium and their limits: what a split chooses forces from.
+
+How the efforts of a device share what it holds: the wearer least, then the drives, then the brakes.
 
 In each pose equilibrium is A f + w = m, with a row for each motion that drives or brakes hold; w, in the three rows of
 the arm's turns, is the wearer's moment where they cannot hold the arm alone. Chosen are, in this order,
@@ -8,8 +10,6 @@ the arm's turns, is the wearer's moment where they cannot hold the arm alone. Ch
    and N m, each effort is divided by the larger magnitude of its limits; where a limit is not known, squares of N and
    N m are added as they are, and the answer says so. A brake's effort is a reaction: before it is squared it counts a
    thousandth of a drive's, so that a drive is spared wherever a brake within its limit can do the work.
-
-Poses with their equilibrium and their limits: what a split chooses forces from.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The interface of a split, the assumption on forces that equilibrium alone does not determine, and the default one.
+"""The interface of a split, the assumption on forces that equilibrium alone does not determine, and the rigid ones.
 
 Split "minimal": the side forces within their bounds that make the shoulder force least.
 

@@ -1,4 +1,4 @@
-"""What a search makes small: how far poses are from meeting all criteria, and what they cost the shoulder.
+"""What a search makes small, how far poses are from all criteria and what they cost the shoulder; and one run of it.
 
 A share of poses changes in steps and is zero over most of the space of designs, so no search climbs it. The coverage
 term is its smooth stand-in: over the poses, the weighted mean of

@@ -1,8 +1,6 @@
-"""Which designs of a search are reported: judged on the full grid by the objectives that were asked for.
+"""Results of a search. Which designs are reported is judged on the full grid by the objectives that were asked for.
 
 A search judges on few poses; what is best there may be worse on the full grid than another run, or than the start.
-
-Results of a search.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
 """Strokes and force limits of many poses, and tensions within them, in compiled code.
 
-Limits are what :func:`exo_pin.reaction.holding.hold_check.hold_check` says of poses whose forces are determined or chosen.
+Limits are what :func:`exo_pin.reaction.holding.hold_check.hold_check` says of poses whose forces are determined or
+chosen.
 
-Tensions of least norm are those of limbs that carry no side force: what :class:`exo_pin.reaction.splits.split.Spherical` chooses in stacks, from the same programs of the numerics.
+Tensions of least norm are those of limbs that carry no side force: what
+:class:`exo_pin.reaction.splits.split.Spherical` chooses in stacks, from the same programs of the numerics.
 """
 
 from __future__ import annotations

@@ -4,9 +4,10 @@ The search for a pose tries turns of growing angle (rings) about axes spread eve
 more axes. Around the first poses that can be held a direct search then shortens the turn. All poses of a ring or of a
 step are one stack. The result is a pose that was checked. A nearer one between two axes may have been missed.
 
-Over postures every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits of the joints,
-is asked the same question. Freedoms that no drive holds are taken as held where they are, as by friction. The set is
-laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are searched from its best configurations.
+Over postures every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits
+of the joints, is asked the same question. Freedoms that no drive holds are taken as held where they are, as by
+friction. The set is laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are searched from its best
+configurations.
 """
 
 from __future__ import annotations

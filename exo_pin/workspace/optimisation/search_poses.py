@@ -1,7 +1,8 @@
 """What a search may choose of a device, and the poses and centre offsets with which it judges its designs.
 
-Dimensions are of a wrist those of joints and strokes, of another device its links. Their names are those of sweeps (:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`). A limb of a
-wrist whose ``nominal_length`` is no variable gets the stroke of its family that fits best.
+Dimensions are of a wrist those of joints and strokes, of another device its links. Their names are those of sweeps
+(:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`). A limb of a wrist whose ``nominal_length``
+is no variable gets the stroke of its family that fits best.
 
 A frame on the torso has the shoulder's centre at its own only in some poses, and no donning is exact. A search may be
 given several offsets, each of them one for all poses or a centre path: then every pose counts once with each.

@@ -1,8 +1,9 @@
 """Where a search begins: joints anywhere, actuators of a family, and the bounds of free joints.
 
-Strokes fit the lengths that a design needs, by family. Which longest length serves best is chosen for each limb by itself, from a few quantiles of its lengths: the family
-sets the shortest length that goes with it (:mod:`exo_pin.design.actuator_families`), and the choice is the one that
-leaves the least weighted shortfall over the poses.
+Strokes fit the lengths that a design needs, by family. Which longest length serves best is chosen for each limb by
+itself, from a few quantiles of its lengths: the family sets the shortest length that goes with it
+(:mod:`exo_pin.design.actuator_families`), and the choice is the one that leaves the least weighted shortfall over the
+poses.
 """
 
 from __future__ import annotations

@@ -17,11 +17,11 @@ MuJoCo needs mass and moments of inertia everywhere. A massless body at the end 
 to another, gets a millionth of that one's; a body with mass and without moments, its mass times a millionth of the
 square of the robot's characteristic length.
 
-MuJoCo's equalities are compliant; they are written as stiff as its time step allows, so that they hold better with a
-shorter one: MuJoCo makes the time constant of ``solref`` at least two steps. Other data of joints than their motion are written
-as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An actuated joint has a motor. The
-control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it pulls, within the limits of the
-slide's effort; that of any other joint is the effort itself.
+MuJoCo's equalities, friction and limits of joints are compliant. They are written as stiff as its time step allows, and
+hold better with a shorter one: MuJoCo makes the time constant of ``solref`` at least two steps. Other data of joints
+than their motion are written as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An
+actuated joint has a motor. The control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it
+pulls, within the limits of the slide's effort; that of any other joint is the effort itself.
 """
 
 from __future__ import annotations
@@ -68,6 +68,8 @@ FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" fo
 _AXES = dict(zip("xyz", np.eye(3), strict=True))
 #: The least time constant, s, which MuJoCo lengthens to two of its steps, and its largest impedance.
 _STIFF = {"solref": "0.0001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+#: Friction and limits of joints; critically damped limits throw a joint back at any stiffness.
+_PARTS, _STOPS = ("friction", "limit"), {"solreflimit": "0.0001 20"}
 _HELPER_SHARE = 1e-6
 
 
@@ -98,7 +100,11 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     refuse_massless([each.body for each in joined if each.body.index not in ends], "MuJoCo")
     root = ET.Element("mujoco", model=chain.description.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
-    ET.SubElement(ET.SubElement(root, "default"), "equality", _STIFF)
+    default = ET.SubElement(root, "default")
+    ET.SubElement(default, "equality", _STIFF)
+    ET.SubElement(
+        default, "joint", {f"{key}{part}": value for part in _PARTS for key, value in _STIFF.items()} | _STOPS
+    )
     option = ET.SubElement(root, "option", gravity=as_numbers(chain.model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
     first = [each.body for each in joined if each.parent == 0]

@@ -28,6 +28,8 @@ _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 #: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
 #: Singular poses are a set of measure zero: random neighbours are regular.
 _NEIGHBOURS, _NEAR = 3, 0.05
+#: The farthest of them where more than the second one of a singular value may be rounding.
+_FARTHEST, _COARSE = 0.5, 1e-4
 #: No coordinate is held.
 NOTHING_HELD = np.array([], dtype=np.int64)
 #: What may be left open of rows that a rounded geometry determines, in tolerances.
@@ -249,7 +251,9 @@ def nearest_closed(
     raise LoopNotClosed(best.q, best.residual, max(steps, 1))
 
 
-def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: np.ndarray) -> Iterator[FloatArray]:
+def neighbours(
+    state: ChainState, q: FloatArray, motions: FloatArray, held: np.ndarray, known: float = 0.0
+) -> Iterator[FloatArray]:
     """Some closed configurations beside q, where held coordinates are as in q.
 
     Parameters
@@ -262,15 +266,23 @@ def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: np.n
         Shape (nv, k), a basis of the motions there, scaled.
     held : ndarray of int
         Coordinates of v.
+    known : float
+        Singular values up to this may be zero; the others have to be larger beside q.
     """
-    rng = np.random.default_rng(0)
-    for _ in range(_NEIGHBOURS if motions.shape[1] else 0):
+    rng, column = np.random.default_rng(0), state.topology.column
+    for k in range(_NEIGHBOURS if motions.shape[1] else 0):
+        size = min(_NEAR * 3.0**k, _FARTHEST) if known > _COARSE else _NEAR
         away = motions @ rng.normal(size=motions.shape[1])
-        start = pin.integrate(state.model, q, state.topology.column * away * (_NEAR / np.abs(away).max()))
+        start = pin.integrate(state.model, q, column * away * (size / np.abs(away).max()))
         try:
-            yield nearest_closed(state, start, held, _CLOSED, _STEPS)[0]
+            there = nearest_closed(state, start, held, _CLOSED, _STEPS)[0]
         except LoopNotClosed:
             continue
+        # Loops that allow the motion to first order alone come back to q, as near as they are closed.
+        if np.abs(pin.difference(state.model, q, there) / column).max() > size * min(
+            0.3, 1e-3 + 100.0 * np.sqrt(known)
+        ):
+            yield there
 
 
 def _least_open(

@@ -62,6 +62,10 @@ class PartsMoved(NamedTuple):
         Orientation of the arm, shape (N, 3, 3): as asked where the drives hold it, turned where they are locked.
     efforts : ndarray
         Of the equilibrium, shape (N, p), N or N m.
+    undetermined : ndarray of int
+        Independent efforts and forces that equilibrium alone, without any stiffness, leaves open, shape (N,).
+    determined : ndarray of bool
+        Which efforts and components of F_s it determines, shape (N, p + 3).
     """
 
     interfaces: FloatArray
@@ -70,6 +74,8 @@ class PartsMoved(NamedTuple):
     share: FloatArray
     arm: FloatArray
     efforts: FloatArray
+    undetermined: NDArray[np.int64]
+    determined: NDArray[np.bool_]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -78,7 +84,8 @@ class PartsMoved(NamedTuple):
     def none(cls, count: int, links: int, efforts: int) -> PartsMoved:
         """Of N poses, to be filled."""
         shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,), (count, 3, 3), (count, efforts)
-        return cls(*(np.full(shape, np.nan) for shape in shapes))
+        every = np.ones((count, efforts + 3), dtype=bool)
+        return cls(*(np.full(shape, np.nan) for shape in shapes), np.zeros(count, dtype=np.int64), every)
 
 
 class DeviceEquilibrium(NamedTuple):

@@ -58,6 +58,18 @@ def test_rigid_limbs_do_not_close_off_their_centre():
     assert np.isnan(answer.shoulder_force).all()
 
 
+@pytest.mark.parametrize("split", ["spherical", "minimal"])
+@pytest.mark.parametrize("kinds", ["UUU", "SUUS", pytest.param("UUUU", marks=pytest.mark.full)])
+def test_limbs_that_may_twist_follow_an_offset_of_their_centre_as_their_wrist_says(kinds, split):
+    exo = ep.ShoulderExo.from_device(random_wrist(7, kinds))
+    chain = ep.ShoulderExo.from_device(exo.device.as_chain())
+    questions = {"limits": "none", "split": split, **CASES["offset"], **CASES["load"]}
+    one, other = (device.reaction(device.pose(*ANGLES.T), **questions) for device in (exo, chain))
+    assert_same(one, other)
+    assert np.abs(one.constraint_forces).max() > 1.0 or split == "spherical"
+    assert (other.certificate.undetermined == one.certificate.undetermined).all()
+
+
 def test_a_wrist_without_a_shoulder_stands_alone_in_both():
     exo = ep.load("prototype")
     one, other = both_ways(exo, "standalone", {}, exo.pose(*ANGLES.T))

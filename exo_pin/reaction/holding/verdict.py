@@ -179,25 +179,24 @@ def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
             most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
             limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
             reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")
-    for rows, rate in (
-        (np.flatnonzero((fast > 0.0) & own), rate) for own, rate in ((is_force, "m/s"), (~is_force, "rad/s"))
-    ):
+    for own, rate in ((is_force, "m/s"), (~is_force, "rad/s")):
+        rows = np.flatnonzero((fast > 0.0) & own)
         if rows.size:
             speeds = enumerated(f"{speed:.2g}" for speed in fast[rows])
             reasons.append(f"{words(rows)} would have to be {speeds} {rate} faster than the actuator can")
-    is_length = is_force & pulls
+    is_length, past = is_force & pulls, np.isfinite(length) & (length != 0.0)
     cases = (
         (np.isinf(length) & is_length, "an actuator cannot take the length of {}", 0.0),
         (np.isinf(length) & ~is_length, "{} cannot take this position", 0.0),
-        (is_length & (length < 0.0), "{} would be {} mm too short", 1e3),
-        (is_length & (length > 0.0), "{} would be {} mm too long", 1e3),
-        (is_force & ~pulls & (length != 0.0), "{} would be {} mm beyond its range", 1e3),
-        (~is_force & (length != 0.0), "{} would be {}° beyond its range", 180.0 / np.pi),
+        (past & is_length & (length < 0.0), "{} would be {} mm too short", 1e3),
+        (past & is_length & (length > 0.0), "{} would be {} mm too long", 1e3),
+        (past & is_force & ~pulls, "{} would be {} mm beyond its range", 1e3),
+        (past & ~is_force, "{} would be {}° beyond its range", 180.0 / np.pi),
     )
     for broken, text, scale in cases:
-        rows = np.flatnonzero(broken & (np.isfinite(length) if scale else True))
+        rows = np.flatnonzero(broken)
         if rows.size:
-            reasons.append(text.format(words(rows), _listed(scale * np.abs(length[rows]))))
+            reasons.append(text.format(words(rows), _listed(scale * np.abs(length[rows])) if scale else ""))
     return reasons + ([_PASSIVE] if check.passive is not None and check.passive else [])
 
 

@@ -115,16 +115,17 @@ class DeviceState(NamedTuple):
         )
 
 
-def moments_of(rows: FloatArray) -> FloatArray:
+def moments_of(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Moments of efforts that leave the idle motions at rest, shape (N, 3, p), from the rows M_f, shape (N, 3 + d, p).
 
-    The columns are those of a projection: they have the singular values of the moments, and zeros.
+    The columns are those of a projection: they have the singular values of the moments, and zeros. The singular values
+    of the idle rows are returned as well.
     """
-    if rows.shape[1] == 3:
-        return rows
     _, s, Vt = np.linalg.svd(rows[:, 3:], full_matrices=False)
+    if not s.size:
+        return rows[:, :3], s
     V = Vt.mT * (s > NONE * s.max(axis=1, initial=0.0)[:, None])[:, None]
-    return np.asarray(rows[:, :3] - rows[:, :3] @ V @ V.mT)
+    return rows[:, :3] - rows[:, :3] @ V @ V.mT, s
 
 
 class LeastEfforts(NamedTuple):

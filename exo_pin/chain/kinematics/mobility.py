@@ -14,9 +14,9 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState
+from .closing import neighbours
 from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
 from .rank import rank_tolerance, self_consistent_error
-from .structural_rank import neighbours
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ..core.errors.checked import checked
 from ..core.validation import require_type
 from . import variants
-from .derivatives import dynamics_derivatives
+from .derivatives import dynamics_derivatives, forward_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
@@ -292,6 +292,7 @@ class ClosedChain:
     joint_reaction = _method_of_state(inverse.joint_reaction)
     inverse_dynamics_derivatives = _method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
     forward_dynamics = _method_of_state(forward.forward_dynamics)
+    forward_dynamics_derivatives = _method_of_state(forward_derivatives.forward_dynamics_derivatives)
     simulate = _method_of_state(simulation.simulate)
 
     # Its parts

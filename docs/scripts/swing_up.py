@@ -14,7 +14,7 @@ import sys
 import crocoddyl
 import numpy as np
 
-from exo_pin.chain import ClosedChain, ClosedChainAction
+from exo_pin.chain import ClosedChain, action_model
 
 #: Limit of the motor, N m, time between two samples, s, and how many there are.
 TORQUE, STEP, STEPS = 1.0, 0.03, 80
@@ -40,7 +40,7 @@ def arm():
 def swing_up(iterations=200):
     """Solve it: action model, states (k, 2), efforts (k, 1), goal, and whether the solver has converged."""
     chain = arm()
-    model = ClosedChainAction(chain, chain.close([np.pi / 2, 0.0, np.pi / 2]), MOTOR, MOTOR, crocoddyl.CostModelSum)
+    model = action_model(chain, chain.close([np.pi / 2, 0.0, np.pi / 2]), MOTOR, MOTOR, crocoddyl.CostModelSum)
     # Where the motor holds the arm without effort, below and above.
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
     held = [chain.inverse_dynamics(model.configuration([angle]), actuated=MOTOR).tau[0] for angle in angles]
@@ -61,7 +61,7 @@ def swing_up(iterations=200):
 
     actions = []
     for weights, step in (((0.0, 0.01), STEP), ((1000.0, 0.0), 0.0)):
-        action = ClosedChainAction(chain, model.start, MOTOR, MOTOR, costs(*weights))
+        action = action_model(chain, model.start, MOTOR, MOTOR, costs(*weights))
         actions.append(crocoddyl.IntegratedActionModelEuler(action, step))
         actions[-1].u_lb, actions[-1].u_ub = np.array([-TORQUE]), np.array([TORQUE])
     running, last = actions

@@ -1,4 +1,4 @@
-from .action_model import ClosedChainAction as ClosedChainAction
+from .optimal_control import action_model as action_model
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
 from .derivatives.forward_derivatives import MotionDerivatives as MotionDerivatives

@@ -6,7 +6,7 @@ from mechanisms import five_bar
 from spatial_mechanisms import stewart
 
 from exo_pin import InvalidInput, UndeterminedMotion
-from exo_pin.chain import ClosedChainAction
+from exo_pin.chain import action_model
 
 crocoddyl = pytest.importorskip("crocoddyl", reason="crocoddyl is not installed")
 
@@ -21,7 +21,7 @@ def model_of(mechanism, joints, motors):
         found.addCost("effort", crocoddyl.CostModelResidual(state, crocoddyl.ResidualModelControl(state, count)), 0.5)
         return found
 
-    return ClosedChainAction(chain, chain.close(mechanism.q), joints, motors, costs)
+    return action_model(chain, chain.close(mechanism.q), joints, motors, costs)
 
 
 CRANKS = ("left_crank_hinge", "right_crank_hinge")

@@ -28,8 +28,10 @@ _Data: Any = object if crocoddyl is None else crocoddyl.DifferentialActionDataAb
 _STEP = 0.3
 
 
-class ClosedChainAction(_Model):  # type: ignore[misc]
-    """Forward dynamics of a closed chain with its derivatives, for ``crocoddyl.IntegratedActionModelEuler`` and others.
+def action_model(
+    chain: ClosedChain, q: ArrayLike, independent: Iterable[str], motors: Iterable[str], costs: Any
+) -> ClosedChainAction:
+    """A closed chain's forward dynamics with its derivatives, for ``crocoddyl.IntegratedActionModelEuler`` and others.
 
     Parameters
     ----------
@@ -44,6 +46,11 @@ class ClosedChainAction(_Model):  # type: ignore[misc]
     costs : callable
         From the state and the number of controls to a ``crocoddyl.CostModelSum``.
 
+    Returns
+    -------
+    ClosedChainAction
+        A ``crocoddyl.DifferentialActionModelAbstract``; its ``configuration`` takes q_i to the closed q.
+
     Raises
     ------
     MissingExtra
@@ -56,37 +63,43 @@ class ClosedChainAction(_Model):  # type: ignore[misc]
     Examples
     --------
     >>> import crocoddyl
-    >>> from exo_pin.chain import ClosedChainAction
+    >>> from exo_pin.chain import action_model
     >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
     >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-    >>> model = ClosedChainAction(chain, [0.0], ["hinge"], ["hinge"], crocoddyl.CostModelSum)
+    >>> model = action_model(chain, [0.0], ["hinge"], ["hinge"], crocoddyl.CostModelSum)
     >>> data = model.createData()
     >>> model.calc(data, np.array([0.4, 0.0]), np.array([0.0]))
     >>> data.xout.round(4)  # rad/s², - m g l sin q over the inertia of 0.6 kg m²
     array([-6.367])
     """
+    if crocoddyl is None:
+        raise MissingExtra("optimal_control", "crocoddyl")
+    require_type("chain", chain, ClosedChain)
+    joints = tuple(independent)
+    parts = [chain.configuration_slice(joint) for joint in joints]
+    if any(part.stop - part.start != 1 for part in parts) or len(chain.velocity_indices(joints)) != len(parts):
+        raise InvalidInput(f"expected joints of one coordinate to lead, got {', '.join(joints)}")
+    start = chain.close(q, hold=joints)
+    # Raises where these joints do not determine the others.
+    chain.reduced_jacobian(start, joints)
+    return ClosedChainAction(chain, start, joints, [part.start for part in parts], tuple(motors), costs)
+
+
+class ClosedChainAction(_Model):  # type: ignore[misc]
+    """What :func:`action_model` makes."""
 
     def __init__(
-        self, chain: ClosedChain, q: ArrayLike, independent: Iterable[str], motors: Iterable[str], costs: Any
-    ) -> None:
-        if crocoddyl is None:
-            raise MissingExtra("optimal_control", "crocoddyl")
-        require_type("chain", chain, ClosedChain)
-        self.chain, self.joints = chain, tuple(independent)
-        self.start = chain.close(q, hold=self.joints)
-        self._own, self._motors = chain.velocity_indices(self.joints), chain.velocity_indices(motors)
-        parts = [chain.configuration_slice(joint) for joint in self.joints]
-        if any(part.stop - part.start != 1 for part in parts) or len(self._own) != len(parts):
-            raise InvalidInput(f"expected joints of one coordinate to lead, got {', '.join(self.joints)}")
-        self._places = np.array([part.start for part in parts])
-        # Raises where these joints do not determine the others.
-        chain.reduced_jacobian(self.start, self.joints)
-        state, count = crocoddyl.StateVector(2 * len(parts)), len(self._motors)
+        self, chain: ClosedChain, start: FloatArray, joints: tuple[str, ...], places: list[int],
+        motors: tuple[str, ...], costs: Any,
+    ) -> None:  # fmt: skip
+        self.chain, self.start, self.joints, self._places = chain, start, joints, places
+        self._own, self._motors = chain.velocity_indices(joints), chain.velocity_indices(motors)
+        state, count = crocoddyl.StateVector(2 * len(places)), len(self._motors)
         self.costs = costs(state, count)
         super().__init__(state, count, self.costs.nr)
 
     def createData(self) -> Any:
-        """See Crocoddyl."""
+        """What Crocoddyl hands to the functions below."""
         return _ActionData(self)
 
     def calc(self, data: Any, x: FloatArray, u: FloatArray | None = None) -> None:
@@ -118,33 +131,9 @@ class ClosedChainAction(_Model):  # type: ignore[misc]
                 array[:] = np.nan
 
     def configuration(self, q_independent: ArrayLike, near: FloatArray | None = None) -> FloatArray:
-        """The closed configuration of independent coordinates, followed in small steps.
+        """The closed configuration, shape (nq,), of coordinates of shape (d,), from one nearby in small steps.
 
-        Parameters
-        ----------
-        q_independent : array_like
-            Shape (d,), rad and m.
-        near : ndarray, optional
-            Shape (nq,), where the way begins; the configuration that was given if left out.
-
-        Returns
-        -------
-        ndarray
-            Shape (nq,).
-
-        Raises
-        ------
-        LoopNotClosed
-            If the loops do not close on the way.
-
-        Examples
-        --------
-        >>> import crocoddyl
-        >>> from exo_pin.chain import ClosedChainAction
-        >>> rod = '<joint name="z" type="slide" axis="0 0 1"/><inertial mass="2" pos="0 0 0" diaginertia="1 1 1"/>'
-        >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
-        >>> ClosedChainAction(chain, [0.0], ["z"], [], crocoddyl.CostModelSum).configuration([0.3])
-        array([0.3])
+        Raises LoopNotClosed where the loops do not close on the way.
         """
         q = (self.start if near is None else near).copy()
         left = np.asarray(q_independent, dtype=float) - q[self._places]

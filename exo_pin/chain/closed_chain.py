@@ -20,7 +20,7 @@ from ..core.errors.base import ExoPinError
 from ..core.errors.checked import checked
 from ..core.validation import require_type
 from . import variants
-from .derivatives import dynamics_derivatives
+from .derivatives import dynamics_derivatives, forward_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
@@ -299,6 +299,7 @@ class ClosedChain:
     joint_reaction = _method_of_state(inverse.joint_reaction)
     inverse_dynamics_derivatives = _method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
     forward_dynamics = _method_of_state(forward.forward_dynamics)
+    forward_dynamics_derivatives = _method_of_state(forward_derivatives.forward_dynamics_derivatives)
     simulate = _method_of_state(simulation.simulate)
 
     # Its parts

@@ -1,4 +1,4 @@
-"""Ranks of designs by the poses that they hold and by their peak force; equal designs share a rank; and the Pareto front."""
+"""Ranks of designs by the poses that they hold and by their peak force; equals share a rank; and the Pareto front."""
 
 from __future__ import annotations
 

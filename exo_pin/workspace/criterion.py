@@ -1,5 +1,6 @@
-"""The criteria of a workspace: one record each, with its name, unit, words, colour, needs, margin and weight; and what
-a design, limits and poses lack for them.
+"""The criteria of a workspace: one record each, with name, unit, words, colour, needs, margin and weight.
+
+Needs say what a design, limits and poses lack for a criterion.
 
 A criterion that is added to :data:`CRITERIA` is checked wherever its needs are met, and stands in every table, picture
 and search.

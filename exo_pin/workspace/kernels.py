@@ -1,4 +1,4 @@
-"""Lengths, joint angles and singularity of the limbs, and the shoulder's range, over stacks of poses; the way from rest.
+"""Lengths, joint angles and singularity of limbs, and the shoulder's range, over stacks of poses; the way from rest.
 
 Which poses of a grid can be reached from rest without coming near a singular pose.
 

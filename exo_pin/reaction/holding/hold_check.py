@@ -50,11 +50,13 @@ class HoldCheck(Result, ReadOnly):
     asked : bool
         Whether the query asked for limits; where it did not, nothing is known.
     drives : tuple of (str, str)
-        Of a device that is not a wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
+        Name and unit of the effort of each drive that has a name; empty for limbs, which have numbers
         and tensions in N.
     pulls : tuple of bool
         Of these drives: whether the effort is a tension, along a route or in a limb that is counted so; of a slide
         else it pushes where it is positive. All are tensions if left out.
+    passive : ndarray of bool or None
+        Shape (...): whether a joint without drive would be beyond its limits; None where none has any.
     """
 
     can_hold: NDArray[np.bool_]
@@ -69,6 +71,7 @@ class HoldCheck(Result, ReadOnly):
     asked: bool = True
     drives: tuple[tuple[str, str], ...] = ()
     pulls: tuple[bool, ...] = ()
+    passive: NDArray[np.bool_] | None = None
 
     def reshaped(self, shape: tuple[int, ...]) -> HoldCheck:
         """The same with the stack's shape."""
@@ -114,8 +117,10 @@ def hold_check(
     if unmet is None:
         unmet = (long | strong).any(axis=1) & answered
     known = ~np.isnan(limits.length_error) & ~np.isnan(force_error)
+    passive = None
     if limits.passive_error is not None:
-        unmet = unmet | (answered & (limits.passive_error > 0.0))
+        passive = answered & (limits.passive_error > 0.0)
+        unmet = unmet | passive
     # Where estimated lengths alone are beyond their limits, the outcome depends on the estimate.
     sure = (unmet & ~(long.any(axis=1) & ~(long & ~estimated).any(axis=1) & ~strong.any(axis=1))) | ~answered
     open_ = ~sure & ((~known | estimated).any(axis=1) | (not limits.asked))
@@ -132,6 +137,7 @@ def hold_check(
         asked=limits.asked,
         drives=mechanism.drive_units,
         pulls=_are_tensions(mechanism),
+        passive=passive,
     )
 
 
@@ -214,6 +220,7 @@ def cautions(source: AnswerSource, check: HoldCheck) -> Iterator[str]:
 def _of_device(source: AnswerSource) -> Iterator[str]:
     """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
+    yield from device.doubts
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "

@@ -310,7 +310,7 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     if not found:
         raise InvalidInput("expected poses for the range over postures, got an empty stack")
     *parts, rules = zip(*found, strict=True)
-    ends = (np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts)
+    ends: Any = [np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts]
     return PostureRange(*ends, rules[0])
 
 
@@ -319,8 +319,8 @@ def _single_range(exo: Any, case: Case, assumptions: Assumptions | None) -> tupl
     answer = solve(exo, case, assumptions)
     if answer.source.poses.placed is None:
         # Closed forms: spins of limbs about themselves change no force.
-        size, none = answer.magnitude, np.zeros(0)
-        return size, size, none, none, 1, int(answer.held), "one posture: no joint moves by itself"
+        only, none = float(answer.magnitude), np.zeros(0)
+        return only, only, none, none, 1, int(answer.held), "one posture: no joint moves by itself"
     # A device that gives way has the postures of the rigid one.
     rigid = answer
     if answer.source.split.moves:

@@ -27,7 +27,7 @@ from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.given_limits import UNBOUNDED, SideForceBounds, are_actuators, as_limb_limits
-from .splits.elastic import DeviceElastic
+from .elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import UNFELT, EffortSharing, PoseStack, sharing_of
 from .splits.split import shortest_tensions

@@ -1,6 +1,4 @@
-"""What a comparison of kinds of devices asks beside :func:`exo_pin.study.evaluate`: fit, joint, masses, failure; and
-why one is blank.
-"""
+"""What a comparison of kinds asks beside :func:`exo_pin.study.evaluate`: fit, joint, masses, failure; and blanks."""
 
 from __future__ import annotations
 

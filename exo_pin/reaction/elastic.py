@@ -39,25 +39,25 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
-from ...core.errors.checked import checked
-from ...core.progress import track
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice
-from ...design import Mechanism
-from ...design.shoulder import nothing_gives_way
-from ...load_case.pose_stacks import Query
-from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
-from ...wrist.forces.affine_state import BalancedTensions, EquilibriumParts
-from ...wrist.forces.displaced import Displaced, MovedDevice
-from ...wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
-from ...wrist.forces.side_forces import guide_flexibility
-from ...wrist.limbs import STATUS
-from ..answer import QUERY_STATUS, answered
-from ..holding.infeasible_poses import is_held, shortfall
-from .limb_and_side_forces import Pose, choose
-from .pose_stack import Moved, PoseStack
-from .split import Chosen, Spherical, Split
+from ..core.errors import InvalidInput, SolverFailed
+from ..core.errors.checked import checked
+from ..core.progress import track
+from ..core.records import Record
+from ..core.validation import FloatArray, as_choice
+from ..design import Mechanism
+from ..design.shoulder import nothing_gives_way
+from ..load_case.pose_stacks import Query
+from ..numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ..wrist.forces.affine_state import BalancedTensions, EquilibriumParts
+from ..wrist.forces.displaced import Displaced, MovedDevice
+from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
+from ..wrist.forces.side_forces import guide_flexibility
+from ..wrist.limbs import STATUS
+from .answer import QUERY_STATUS, answered
+from .holding.infeasible_poses import is_held, shortfall
+from .splits.limb_and_side_forces import Pose, choose
+from .splits.pose_stack import Moved, PoseStack
+from .splits.split import Chosen, Spherical, Split
 
 
 def require_what_gives_way(mechanism: Mechanism) -> None:

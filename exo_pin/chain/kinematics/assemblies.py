@@ -62,10 +62,9 @@ class Assemblies(Record):
     Examples
     --------
     >>> chain = ep.load("three-linear-actuators").chain
-    >>> lengths = chain.roles.actuated
-    >>> found = chain.assemblies(lengths, chain.close(chain.neutral()), starts=512)
+    >>> found = chain.assemblies(chain.roles.actuated, chain.close(chain.neutral()), frame="arm")
     >>> len(found), found.is_complete  # orientations of the arm with these three lengths
-    (4, True)
+    (2, True)
     """
 
     configurations: FloatArray
@@ -100,6 +99,7 @@ def assemblies(
     state: ChainState,
     held: Iterable[str] = (),
     q: ArrayLike | None = None,
+    frame: str | None = None,
     starts: int = 100_000,
     seed: int = 0,
     progress: bool = False,
@@ -116,6 +116,9 @@ def assemblies(
         Joints that do not move, such as the actuated ones; with them the loops have to determine all others.
     q : array_like, optional
         Shape (nq,), where they are held; :meth:`reference_configuration` if left out.
+    frame : str, optional
+        Configurations that put this frame at one pose count as one, such as those whose universal joints are turned
+        over. If left out, all links have to be at theirs.
     starts : int
         At most so many.
     seed : int
@@ -135,9 +138,9 @@ def assemblies(
     Examples
     --------
     >>> exo = ep.load("scenario-one")
-    >>> found = exo.chain.assemblies(exo.chain.roles.actuated, exo.chain.close(exo.chain.neutral()), starts=512)
-    >>> len(found) == int(exo.forward_kinematics(exo.inverse_kinematics(exo.pose()).lengths).count)
-    True
+    >>> found = exo.chain.assemblies(exo.chain.roles.actuated, exo.chain.close(exo.chain.neutral()), frame="arm")
+    >>> len(found), int(found.meeting.sum())  # in one of them two meet
+    (3, 1)
     """
     names, most, top, count = joint_names(held), as_count("starts", starts, 1), state.topology, 0
     start = reference_configuration(state) if q is None else state.configuration(q)
@@ -145,12 +148,14 @@ def assemblies(
     forest, rng = forest_of(state), np.random.default_rng(seed)
     scale = np.ones((state.model.njoints - 1, 4, 3))
     scale[:, 3] = 1.0 / top.length
+    bodies = slice(1, None) if frame is None else slice(state.body_index(frame), state.body_index(frame) + 1)
+    scale = scale[: len(range(state.model.njoints)[bodies])]
     found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
     for done in track(range(0, most, BLOCK), "closing", progress):
         count = min(BLOCK, most - done)
         rows, closed = closed_stack(state, _starts(state, start, weight, rng, count), weight, _CLOSED, _STEPS, False)
         for row in rows[closed]:
-            poses = (forest.kinematics(row[None])[0][0, 1:] * scale).ravel()
+            poses = (forest.kinematics(row[None])[0][0, bodies] * scale).ravel()
             near = np.flatnonzero(np.abs(places - poses).max(axis=1, initial=0.0) <= _ALIKE)
             if near.size:
                 hits[near[0]] += 1

@@ -168,10 +168,8 @@ def close(
             return nearest_closed(state, found, held, tolerance, iterations)[0]
         nearest = nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
         if base is not None:
-            warn(
-                f"the branch of the configuration ends before {', '.join(joints)} are where they are held",
-                BranchChanged,
-            )
+            text = f"the branch of the configuration ends before it has {', '.join(joints)} where they are held"
+            warn(f"{text}: another branch is returned", BranchChanged)
         return nearest
 
     if np.ndim(q) != 2:

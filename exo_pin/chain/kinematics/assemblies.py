@@ -33,6 +33,8 @@ from .reduced_kinematics import still_moving
 _ALIKE = 1e-4
 #: Residual of a closed loop, m and rad, and most steps to it.
 _CLOSED, _STEPS = 1e-12, 60
+#: How often steps that are stuck start anew.
+_ROUNDS = 4
 #: How often each configuration has to be found.
 _OFTEN = 3
 #: Singular values up to this share of the largest are zero where two configurations meet.
@@ -153,7 +155,10 @@ def assemblies(
     found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
     for done in track(range(0, most, BLOCK), "closing", progress):
         count = min(BLOCK, most - done)
-        rows, closed = closed_stack(state, _starts(state, start, weight, rng, count), weight, _CLOSED, _STEPS, False)
+        rows, closed = _starts(state, start, weight, rng, count), np.zeros(count, dtype=np.bool_)
+        # Along narrow valleys steps get stuck; some go on when they start anew from there.
+        for _ in range(_ROUNDS):
+            rows[~closed], closed[~closed] = closed_stack(state, rows[~closed], weight, _CLOSED, _STEPS, False)
         for row in rows[closed]:
             poses = (forest.kinematics(row[None])[0][0, bodies] * scale).ravel()
             near = np.flatnonzero(np.abs(places - poses).max(axis=1, initial=0.0) <= _ALIKE)

@@ -155,8 +155,8 @@ def test_most_of_dietmaiers_forty_are_found_and_what_is_missing_is_said():
     q = chain.neutral()
     for name, length, foot, tip in zip(chain.roles.actuated, _LENGTHS, _FEET, drawn, strict=True):
         q[chain.configuration_slice(name)] = length - np.linalg.norm(tip - foot)
-    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=30_000)
-    assert 34 <= int((found.hits >= 3).sum()) <= 40
+    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=20_000)
+    assert 34 <= int((found.hits >= 3).sum()) <= len(found) <= 40
     assert max(np.abs(chain.residual(row)).max() for row in found.configurations) <= 1e-11
 
 

@@ -11,14 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import (
-    FloatArray,
-    as_choice,
-    as_positive,
-    as_rotation,
-    as_single_rotation,
-    require_method,
-)
+from ...core.validation import FloatArray, as_choice, as_positive, as_rotation, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours

@@ -262,11 +262,7 @@ class Scene(Pages):
         stamps = as_times(times, "pose", poses.shape)
         answer, frames = self._frames(poses, query)
         self._plan(frames)
-
-        def draw(index: int) -> None:
-            self._draw(frames[index])
-
-        return stamps, answer, draw
+        return stamps, answer, lambda index: self._draw(frames[index])
 
     def _frames(self, poses: Rotation, query: Question) -> tuple[Reaction | None, list[Frame]]:
         """The answer for poses of shape () or (k,), and 1 or k frames."""

@@ -19,7 +19,7 @@ ROUNDING = float(np.finfo(float).eps)
 RESOLVED = 1e-3
 
 
-@kernel(fills=True)
+@kernel
 def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> float:
     """Singular values of a scaled constraint Jacobian that may be zero.
 

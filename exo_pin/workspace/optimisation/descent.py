@@ -7,14 +7,14 @@ few arrays of numbers, so a run that is broken off continues where it was stored
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
+from ...core.optional_packages import optional
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from .merit import Merit
@@ -70,10 +70,7 @@ class Descent(OneProcess):
         start: FloatArray | None = None,
     ) -> None:
         self._merit, self._weights, self._seed = merit, weights, seed
-        try:
-            cma: Any = import_module("cmaes")
-        except ImportError as error:
-            raise MissingExtra("optimise", "cmaes") from error
+        cma = optional("optimise", "cmaes")
         count = merit.variables.count
         mean = np.random.default_rng(seed).uniform(0.0, 1.0, count) if start is None else np.array(start)
         step = _STEP if start is None else _FINE_STEP

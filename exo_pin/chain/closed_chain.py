@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ..core.errors.checked import checked
 from ..core.validation import require_type
 from . import variants
-from .derivatives import dynamics_derivatives
+from .derivatives import dynamics_derivatives, forward_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
@@ -126,8 +126,8 @@ class ClosedChain:
         """The same chain with a geometry known to a tolerance, for files whose numbers are rounded.
 
         Rows of closures that agree within it are one row, in ranks, motions and forces. Loops that cannot close are
-        left open by the least squares. A singular value above the tolerance of a rank by less than ten times is a
-        caution of :meth:`mobility`, and forces there are refused. A closures file keeps the tolerance.
+        left open by the least squares. A singular value that the digits may make or hide is said by :meth:`mobility`,
+        and forces are refused where it is within ten times the tolerance of a rank. A closures file keeps it.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class ClosedChain:
         >>> chain.mobility(chain.close(chain.neutral())).geometry > 0.0
         True
         """
-        return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance))
+        return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance, rounding=0.0))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model.
@@ -292,6 +292,7 @@ class ClosedChain:
     joint_reaction = _method_of_state(inverse.joint_reaction)
     inverse_dynamics_derivatives = _method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
     forward_dynamics = _method_of_state(forward.forward_dynamics)
+    forward_dynamics_derivatives = _method_of_state(forward_derivatives.forward_dynamics_derivatives)
     simulate = _method_of_state(simulation.simulate)
 
     # Its parts

@@ -127,9 +127,7 @@ def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespac
     plain = options.json or options.table or options.compare is not None
     orientation = pose(options, exo)
     answers = _answers(exo, orientation, bounds, options)
-    if options.posture:
-        refuse(options, "the wearer's muscles are counted in the device's own posture", "muscles")
-    report = report_on_pose(exo, answers[0], _wearer(options, plain or bool(options.posture)), options.muscles is True)
+    report = report_on_pose(exo, answers[0], _wearer(options, plain), options.muscles is True)
     contact = report.contact
     head = [exo.device.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.device)}"]
     if options.offset is not None:

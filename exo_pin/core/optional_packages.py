@@ -14,6 +14,7 @@ _MODULES = {
     "optimise": ("optuna", "cmaes"),
     "robots": ("mujoco", "yaml"),
     "study": ("pandas",),
+    "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }
 #: Versions whose compiled models are known: least, and the first that is not.

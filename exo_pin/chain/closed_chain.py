@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.errors.base import ExoPinError
 from ..core.errors.checked import checked
 from ..core.validation import require_type
 from . import variants
@@ -45,7 +46,13 @@ def _method_of_state(
 
     @wraps(function)
     def method(self: Any, *given: _Given.args, **named: _Given.kwargs) -> _Answer:
-        return function(self._state, *given, **named)
+        try:
+            return function(self._state, *given, **named)
+        except ExoPinError as error:
+            for text in self._state.description.doubts:
+                if text not in getattr(error, "__notes__", ()):
+                    error.add_note(text)
+            raise
 
     return _called_on("self", method, 1)
 

@@ -79,7 +79,8 @@ def mode(name: str) -> Iterator[None]:
 
 def compilations() -> int:
     """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
-    return sum(sum(each.compiled.stats.cache_misses.values()) for each in _all if each.is_ready)
+    made = [each._compiled for each in _all if each._compiled is not None]
+    return sum(sum(each.stats.cache_misses.values()) for each in made)
 
 
 def _announce() -> None:
@@ -202,25 +203,25 @@ class Kernel:
     def choose(self) -> None:
         """Set which form calls take, by the mode of the process."""
         forms = {"auto": self._call_and_count, "plain": self._call_plain, "compiled": self._call_compiled}
-        self.run = forms["compiled" if current_mode() == "auto" and self.is_ready else current_mode()]
+        self.run = self._compiled if self.is_ready and current_mode() != "plain" else forms[current_mode()]
 
     def _call_plain(self, *arguments: Any) -> Any:
         with np.errstate(all="ignore"):
             return _as_python(self.plain(*[np.float64(a) if type(a) is float else a for a in arguments]))
 
     def _call_compiled(self, *arguments: Any) -> Any:
+        made = self.compiled
         try:
-            if not self.is_ready:
-                _machine_code().make_ready(self.compiled, arguments)
-                self.is_ready = True
-                self.choose()
-            return self.compiled(*arguments)
+            _machine_code().make_ready(made, arguments)
         except Exception as error:
             if not _machine_code().give_up(error):
                 raise
-        for each in _all:
-            each.forget()
-        return self._call_compiled(*arguments)
+            for each in _all:
+                each.forget()
+            return self._call_compiled(*arguments)
+        self.is_ready = True
+        self.choose()
+        return made(*arguments)
 
     def _call_and_count(self, *arguments: Any) -> Any:
         self._done += self._work(arguments)

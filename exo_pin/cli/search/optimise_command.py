@@ -79,10 +79,10 @@ def run_workspace(options: argparse.Namespace) -> int:
     parts = [str(found), *([str(found.one_by_one())] if options.one_by_one else [])]
     if options.limb_table:
         refuse(options, "--limb-table prints a table", "json")
-        parts.append(limb_sheet(exo.mechanism, limb_table(exo.mechanism, found)))
+        parts.append(limb_sheet(exo.device, limb_table(exo.device, found)))
     if options.limb_loss:
         refuse(options, "--limb-loss prints a table", "json")
-        left = limb_loss(exo.mechanism, found)
+        left = limb_loss(exo.device, found)
         parts += [str(left), limb_loss_words(left)]
 
     def figure() -> Any:

@@ -224,6 +224,9 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
         return q
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
+    if options.set and not held:
+        # The joints are set in the drawn configuration, whose branch the answer is on.
+        q = chain.close(q)
     held += [_set(chain, q, text) for text in options.set]
     return chain.close(q, hold=held)
 

@@ -23,7 +23,6 @@ from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain
 from ...core.errors import InvalidInput, OutsideHumanRange
-from ...core.errors.inputs import require_extra
 from ...core.files import (
     is_stream,
     require_ending,
@@ -33,6 +32,7 @@ from ...core.files import (
     write_figure,
     write_text,
 )
+from ...core.optional_packages import require_extra
 from ...core.results import plain
 from ...core.validation import FloatArray, as_finite, as_positive
 from ...design import Wearer

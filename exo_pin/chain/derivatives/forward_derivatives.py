@@ -284,7 +284,7 @@ def acceleration_changes(
     return found, reduced, own, (rank, most, cut)
 
 
-@kernel(fills=True)
+@kernel
 def _add_product(A: Any, B: Any, factor: float, out: Any) -> None:
     """Add a multiple of A B."""
     for j in range(len(B)):
@@ -319,7 +319,7 @@ def _response(lower: Any, Z: Any) -> Any:
     return out
 
 
-@kernel(fills=True)
+@kernel
 def _add_outer(one: Any, other: Any, out: Any) -> None:
     """Add one otherᵀ."""
     for i in range(len(one)):

@@ -24,7 +24,7 @@ from ..structure.projection import (
 )
 
 
-@kernel
+@kernel(inline=True)
 def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) -> None:
     """Add to a row the change V × m of motion k, which turns with twist j; all are rows of arrays, shape (..., 6)."""
     u, v, w, x, y, z = twists[j, 0], twists[j, 1], twists[j, 2], twists[j, 3], twists[j, 4], twists[j, 5]
@@ -168,14 +168,14 @@ def drift_change(
     couple_rate_change(q, v, u, w, coupled, polynomials, out)
 
 
-@kernel
+@kernel(inline=True)
 def _turn(omega: Any, twist: Any, out: Any) -> None:
     """Subtract ω × of both parts of a twist."""
     add_cross(omega, twist, -1.0, out)
     add_cross(omega, twist[3:], -1.0, out[3:])
 
 
-@kernel
+@kernel(inline=True)
 def _add_product(P: Any, twist: Any, out: Any) -> None:
     for i in range(len(out)):
         for j in range(6):

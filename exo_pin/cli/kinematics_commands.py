@@ -1,39 +1,53 @@
-"""``exo-pin kinematics`` and ``exo-pin singularity``: poses from measurements, and singular poses.
-
-``exo-pin mobility`` and ``exo-pin forces`` are for any robot: its freedoms, and the forces in actuators and joints.
-"""
+"""``exo-pin kinematics`` and ``singularity``; and of any robot ``mobility`` and ``forces``."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from cyclopts import Parameter
 
 from ..chain import PULL, ClosedChain
+from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
+from ..design import DEFAULT_PRESET
 from ..device import ChainDevice
+from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.sides_of_the_surface import side_of_rest
-from . import deliver, main
-from .options.query_options import configuration, design, joined_json, named_numbers, numbers, pose, pose_words, refuse
+from .options import (
+    Design,
+    Joints,
+    Json,
+    LeaveOut,
+    Pose,
+    Side,
+    Texts,
+    Worn,
+    called,
+    configuration,
+    named_numbers,
+    numbers,
+    refuse,
+)
+from .output import deliver, draws, joined_json, writes
+from .reaction_command import reaction
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
 
 
-def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
+def _device_kinematics(exo: Any, pose: Pose, files: dict[str, Any]) -> None:
     """Joints of the device in a pose, in the assembly modes that were found."""
-    refuse(options, "poses from measured lengths or angles are of wrists", "lengths", "theta_x", "theta_y")
-    poses, idle = pose(options, exo), exo.chain_device.structure.idle
+    poses, idle = pose.of(exo), exo.chain_device.structure.idle
     from_rest = exo.configurations(poses)
     is_reached = bool(np.isfinite(from_rest).all())
     if idle:
@@ -45,15 +59,14 @@ def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
         modes = exo.assembly_modes(poses)
         found = f"{len(modes) or 'no'} assembly mode{'' if len(modes) == 1 else 's'} found"
         found += ", mode 1 continues from rest" if is_reached else ""
-    head = filled(f"{pose_words(options, exo)}: {found if is_reached else f'not reached from rest; {found}'}")
+    head = filled(f"{pose.words(exo)}: {found if is_reached else f'not reached from rest; {found}'}")
     parts, rows = [f"{exo.device.title or exo.name}\n{head}"], joint_rows(exo.chain_device, modes[:_MOST_MODES])
     if not rows:
         parts.append("It has no joints: springs and cables from torso to arm alone.")
     elif len(modes):
         header = ["joint", *(f"mode {k}" for k in range(1, 1 + min(len(modes), _MOST_MODES)))]
         parts.append("\n".join(aligned([header, *rows])))
-    deliver(options, "\n\n".join(parts), json=lambda: joined_json(exo, modes=modes))
-    return 0
+    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes), **files)
 
 
 def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
@@ -78,11 +91,11 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
     return rows
 
 
-def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -> int:
+def _device_singularity(exo: Any, pose: Pose, files: dict[str, Any]) -> None:
     """Singularities of a device that is not a wrist."""
-    refuse(options, "the singular surface is of wrists with three limbs", "plot")
-    state: Any = exo.singularity(poses)
-    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    refuse("the singular surface is of wrists with three limbs", plot=files["plot"])
+    state: Any = exo.singularity(pose.of(exo))
+    head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = [
         f"margin of the drives, from 0 (singular) to 1 (all moments alike)   {float(state.margin):5.4f}",
         f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
@@ -90,8 +103,7 @@ def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -
     ]
     axis = describe_axis(state.lost_direction)
     text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}."])
-    deliver(options, text, json=state.to_json)
-    return 0
+    deliver(text, as_json=state.to_json, **files)
 
 
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -100,9 +112,6 @@ _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("θ_yA of the base joints", ("base_theta_y",)),
     ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
 )
-#: Options of ``exo-pin forces`` that say a pose, and those that ask for something of the chain.
-_POSE = ("flexion", "abduction", "internal_rotation")
-_OF_CHAIN = ("joint", "actuated", "external", "pull", "least", "set", "leave_out")
 #: Limb lengths, mm, below which all of them are likely to be metres.
 _SHORT = 3.0
 
@@ -113,41 +122,70 @@ def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
     return np.array(numbers(text, f"--{name} as {count} numbers with commas between", count))
 
 
-def run_kinematics(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin kinematics`` and return its exit status."""
-    exo = design(options)
+def kinematics(
+    design: Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: Side = None,
+    pose: Pose = Pose(),
+    lengths: Annotated[str | None, called("MM,...")] = None,
+    theta_x: Annotated[str | None, called("DEG,...")] = None,
+    theta_y: Annotated[str | None, called("DEG,...")] = None,
+    json: Json = False,
+    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+) -> None:
+    """Compute limb lengths and joint angles in a pose, or the poses that fit measured lengths or angles.
+
+    Without measurements: lengths and angles in the pose, and every other pose with the same lengths. With measurements:
+    every pose that fits them, and which is closest to the pose (default: rest). Of a device that is no wrist: its
+    joints in the pose, in every assembly mode that is found.
+
+    Parameters
+    ----------
+    lengths : str, optional
+        Measured limb lengths between joint centres, mm, one for each limb.
+    theta_x : str, optional
+        Measured angles θ_xA of the base joints, degrees.
+    theta_y : str, optional
+        Measured angles θ_yA of the base joints, degrees.
+
+    Examples
+    --------
+    exo-pin kinematics --flexion 30
+    exo-pin kinematics prototype --lengths 262.96,330.50,384.21
+    """
+    exo, files = load(design, side=side), {"json": json, "out": out}
     if exo.wrist is None:
-        return device_kinematics(exo, options)
+        measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
+        refuse("poses from measured lengths or angles are of wrists", **measured)
+        _device_kinematics(exo, pose, files)
+        return
     n = exo.geometry.limb_count
-    lengths = _numbers("lengths", options.lengths, n)
-    theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))
-    if lengths is not None and 0.0 < np.abs(lengths).max() < _SHORT:
-        raise InvalidInput(f"expected --lengths in mm, got {options.lengths} (metres?)")
-    measured_angles = theta_x is not None or theta_y is not None
-    if lengths is not None and measured_angles:
+    given = _numbers("lengths", lengths, n)
+    x, y = (_numbers(name, text, n) for name, text in (("theta-x", theta_x), ("theta-y", theta_y)))
+    if given is not None and 0.0 < np.abs(given).max() < _SHORT:
+        raise InvalidInput(f"expected --lengths in mm, got {lengths} (metres?)")
+    is_angles = x is not None or y is not None
+    if given is not None and is_angles:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
-    near = pose(options, exo)
-    if measured_angles:
-        x, y = (None if angles is None else np.radians(angles) for angles in (theta_x, theta_y))
+    near = pose.of(exo)
+    limbs = exo.inverse_kinematics(near) if given is None and not is_angles else None
+    if is_angles:
+        x, y = (None if angles is None else np.radians(angles) for angles in (x, y))
         modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
         unit, scale = "°", np.degrees(1.0)
     else:
-        known = exo.inverse_kinematics(near).lengths if lengths is None else lengths * 1e-3
-        modes = exo.forward_kinematics(known, near=near)
+        modes = exo.forward_kinematics(limbs.lengths if given is None else given * 1e-3, near=near)
         unit, scale = "mm", 1e3
-    given = None if lengths is not None or measured_angles else near
-    parts = [] if given is None else [f"{pose_words(options, exo)}\n{_limb_table(exo, given)}"]
+    parts = [] if limbs is None else [f"{pose.words(exo)}\n{_limb_table(limbs)}"]
     text = "\n\n".join([exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
-    limbs = None if given is None else exo.inverse_kinematics(given)
-    deliver(options, text, json=lambda: joined_json(exo, modes=modes, limbs=limbs))
-    return 0
+    deliver(text, as_json=lambda: joined_json(exo, modes=modes, limbs=limbs), **files)
 
 
-def _limb_table(exo: ShoulderExo, poses: Rotation) -> str:
-    state = exo.inverse_kinematics(poses)
+def _limb_table(state: Any) -> str:
     lines = [f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}"]
     columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
-    for i in range(exo.geometry.limb_count):
+    for i in range(len(state.lengths)):
         joint_angles = " ".join(f"{np.degrees(column[i]):9.3f}" for column in columns)
         lines.append(f"{i + 1:>4} {state.lengths[i] * 1e3:11.3f} {joint_angles}")
     return "\n".join(lines)
@@ -177,19 +215,37 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
-def run_singularity(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin singularity`` and return its exit status."""
-    exo = design(options)
-    poses = pose(options, exo)
+def singularity(
+    design: Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: Side = None,
+    pose: Pose = Pose(),
+    json: Json = False,
+    out: Annotated[Path | None, writes(".json")] = None,
+    plot: Annotated[Path | None, draws("det X over flexion and abduction")] = None,
+) -> None:
+    """Show how far a pose is from a singular one, in which the limbs cannot resist a moment about some axis.
+
+    It also shows how much of daily life lies beyond the singular poses.
+
+    Examples
+    --------
+    exo-pin singularity prototype --abduction 60
+    exo-pin singularity prototype --abduction 90 --plot map.png
+    """
+    exo, files = load(design, side=side), {"json": json, "out": out, "plot": plot}
     if exo.wrist is None:
-        return device_singularity(exo, poses, options)
+        _device_singularity(exo, pose, files)
+        return
+    poses = pose.of(exo)
     state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
     nearest = exo.nearest_singularity(poses) if exo.geometry.limb_count == 3 else None
     crossings = []
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = ["turn of the arm per unit of sensor error, worst"]
     sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
     for label, sensor in sensors.items():
@@ -200,15 +256,14 @@ def run_singularity(options: argparse.Namespace) -> int:
     def figure() -> Any:
         from ..view.plots.angle_maps import determinant_map
 
-        return determinant_map(exo, internal_rotation=float(options.internal_rotation)).figure
+        return determinant_map(exo, internal_rotation=pose.internal_rotation).figure
 
     deliver(
-        options,
         "\n\n".join(parts),
-        json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
+        as_json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
         figure=figure,
+        **files,
     )
-    return 0
 
 
 def _singularity_table(exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None) -> str:
@@ -263,78 +318,144 @@ def _bounded(value: float, unit: str, digits: int = 1) -> str:
     return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"
 
 
-def run_mobility(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin mobility`` and return its exit status."""
-    exo = design(options)
-    chain, q = exo.chain, configuration(options, exo)
-    answer = chain.mobility(q, frame=options.frame, part=options.part or "pose")
-    print(f"{exo.name}\n{answer}")
+def mobility(
+    design: Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: Side = None,
+    pose: Pose = Pose(),
+    set: Joints = (),
+    leave_out: LeaveOut = (),
+    frame: Annotated[str | None, called("NAME")] = None,
+    part: Annotated[str, Parameter(choices=tuple(PARTS_OF_POSE))] = "pose",
+) -> None:
+    """Count the degrees of freedom of a design or of any robot with closed loops.
+
+    Names redundant closures, and prints the distance from a singular configuration.
+
+    Parameters
+    ----------
+    frame : str, optional
+        Body whose motion is counted (default: the arm that the closures file names).
+    part : str
+        Which part of its motion is counted: position, orientation, or both (pose).
+
+    Examples
+    --------
+    exo-pin mobility prototype --abduction 90
+    exo-pin mobility urdf/dummy-shoulder.urdf --set shoulder_x=20deg
+    """
+    exo = load(design, side=side, leave_out=leave_out)
+    chain, q = exo.chain, configuration(exo, pose, set)
+    print(f"{exo.name}\n{chain.mobility(q, frame=frame, part=part)}")
     beyond = chain.beyond_limits(q)
     if beyond:
         print(f"beyond their limits  {', '.join(beyond)}")
     for text in chain.description.left_out:
         print(f"left out             {text}")
-    return 0
 
 
-def run_forces(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin forces`` and return its exit status.
+def forces(
+    design: Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: Side = None,
+    pose: Pose = Pose(),
+    set: Joints = (),
+    leave_out: LeaveOut = (),
+    worn: Worn = Worn(),
+    joint: Annotated[Texts, called("NAME")] = (),
+    actuated: Annotated[str | None, called("NAME,...")] = None,
+    external: Annotated[Texts, called("FRAME=FX,FY,FZ[,MX,MY,MZ]")] = (),
+    pull: bool = False,
+    least: Annotated[str | None, called("NAME")] = None,
+    at: Annotated[str, called("FRAME")] = "origin",
+    in_frame: Annotated[str, called("FRAME", name="--in")] = "world",
+    json: Json = False,
+    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+) -> int:
+    """Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops.
 
-    In a pose of a device whose drives are no limbs it is what ``exo-pin reaction`` answers, with springs and cables,
-    unless an option asks for something of the chain.
+    Those that equilibrium determines are marked. In a pose of a device whose drives are no limbs it is what exo-pin
+    reaction answers, with springs and cables, unless an option asks for something of the chain.
+
+    Parameters
+    ----------
+    joint : tuple of str
+        Joint or closure to report, may be repeated (default: the shoulder, else all closures).
+    actuated : str, optional
+        Joints with an actuator (default: as in the file).
+    external : tuple of str
+        Force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up.
+    pull : bool
+        Let actuators only pull (slides only shorten).
+    least : str, optional
+        Minimise the force in this joint or closure.
+    at : str
+        Report moments about the origin of this frame (origin: the joint's own).
+    in_frame : str
+        Report along the axes of this frame.
+
+    Examples
+    --------
+    exo-pin forces prototype --flexion 45
+    exo-pin forces urdf/prototype.urdf --external arm=0,0,-20 --joint limb_1_base
     """
-    exo = design(options)
+    exo = worn.load(design, side, leave_out)
     chain = exo.chain
-    if any(getattr(options, name) for name in _POSE) and not chain.roles.limbs and exo.has_arm:
-        if not any(getattr(options, name) for name in _OF_CHAIN):
-            return main(_as_reaction(options))
+    if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
+        if not any((joint, actuated, external, pull, least, set, leave_out)):
+            return reaction(design, side=side, pose=pose, worn=worn, json=json, out=out)
         device = exo.chain_device
         parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
         if parts:
             raise InvalidInput(
                 f"joints of the chain do not feel {', '.join(part.name for part in parts)}: ask for the forces in the "
-                f"pose without options of the chain, or exo-pin reaction {options.design}"
+                f"pose without options of the chain, or exo-pin reaction {design}"
             )
-    actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))
-    forces = chain.inverse_dynamics(
-        configuration(options, exo),
-        external=_wrenches(options.external),
-        actuated=actuated,
-        effort_bounds=dict.fromkeys(actuated, PULL) if options.pull else None,
-        objective=None if options.least is None else {options.least: [1.0] * 3 + [0.0] * 3},
+    driven = chain.roles.actuated if actuated is None else tuple(actuated.split(","))
+    found = chain.inverse_dynamics(
+        configuration(exo, pose, set),
+        external=_wrenches(external),
+        actuated=driven,
+        effort_bounds=dict.fromkeys(driven, PULL) if pull else None,
+        objective=None if least is None else {least: [1.0] * 3 + [0.0] * 3},
     )
-    names = options.joint or _default_joints(chain)
-    reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
-    lines = [exo.name, *(f"Caution: {text}" for text in forces.cautions)]
+    names = joint or _default_joints(chain)
+    reactions = {name: found.joint_reaction(name, at=at, in_frame=in_frame) for name in names}
+    lines = [exo.name, *(f"Caution: {text}" for text in found.cautions)]
     lines += [f"Left out: {text}" for text in chain.description.left_out]
-    slides = False
-    for joint in actuated:
-        own = chain.velocity_slice(joint)
-        rows = zip(forces.effort(joint), forces.effort_is_unique[own], forces.effort_interval(joint), strict=True)
-        for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
-            slides |= bool(slide)
-            reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
-            range_text = "unique" if alone else f"undetermined, {reach}"
-            lines.append(f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {range_text}")
-    if slides:
+    lines += [line for name in driven for line in _effort_lines(chain, found, name)]
+    if any(chain.metres[chain.velocity_slice(name)].any() for name in driven):
         lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
-    text = "\n".join([*lines, *(f"\n{reaction}" for reaction in reactions)])
-    efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
-    joints = {each.name: each for each in reactions}
+    efforts = {name: {"value": found.effort(name), "interval": found.effort_interval(name)} for name in driven}
     deliver(
-        options,
-        text,
-        json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints, cautions=forces.cautions),
+        "\n".join([*lines, *(f"\n{each}" for each in reactions.values())]),
+        as_json=lambda: joined_json(
+            exo,
+            forces=found,
+            efforts=efforts,
+            reactions={each.name: each for each in reactions.values()},
+            cautions=found.cautions,
+        ),
+        json=json,
+        out=out,
     )
     return 0
 
 
-def _as_reaction(options: argparse.Namespace) -> list[str]:
-    """The words of ``exo-pin reaction`` with the same options."""
-    names = (*_POSE, "side", "person", "elbow_flexion", "payload", "out")
-    given = {name: value for name in names if (value := getattr(options, name)) is not None}
-    plain = ["--json"] if options.json else []
-    return ["reaction", options.design, *(f"--{key.replace('_', '-')}={value}" for key, value in given.items()), *plain]
+def _effort_lines(chain: ClosedChain, found: Any, joint: str) -> list[str]:
+    """Efforts of a joint, and what equilibrium leaves open of them."""
+    own = chain.velocity_slice(joint)
+    rows = zip(found.effort(joint), found.effort_is_unique[own], found.effort_interval(joint), strict=True)
+    lines = []
+    for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
+        free = np.isinf([low, high]).all()
+        reach = "equilibrium does not determine it" if free else f"undetermined, from {low:.6g} to {high:.6g}"
+        lines.append(
+            f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {'unique' if alone else reach}"
+        )
+    return lines
 
 
 def _default_joints(chain: ClosedChain) -> list[str]:
@@ -344,7 +465,7 @@ def _default_joints(chain: ClosedChain) -> list[str]:
     return [closure.name for closure in chain.closures if not closure.kind.is_coupling]
 
 
-def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
+def _wrenches(texts: Texts) -> dict[str, np.ndarray]:
     """Wrenches by frame; several on one frame add up."""
     total: dict[str, np.ndarray] = {}
     for text in texts:

@@ -13,7 +13,7 @@ from public_names import HIDDEN, ROOMS, public_names
 
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import GROUPS
-from exo_pin.cli.parser import command, examples, notes
+from exo_pin.cli.parser import command, examples, notes, shown_default
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.design.io.mechanism_reading import _KEYS
 
@@ -84,10 +84,7 @@ def _options(app: App) -> Iterable[str]:
             choices = "{" + ",".join(each.get_choices()) + "}" if each.get_choices() else None
             value = "" if each.hint is bool else choices or each.parameter.metavar or ""
             called = ", ".join(each.names) if each.name.startswith("--") else each.name
-            default = (
-                each.parameter.show_default(each.field_info.default) if callable(each.parameter.show_default) else None
-            )
-            said = each.parameter.help or ""
+            default, said = shown_default(each.field_info.default), each.parameter.help or ""
             said += f" Default {default}." if default and not each.required and "default" not in said else ""
             yield f"| `{_cell(f'{called} {value}'.strip())}` | {_cell(said)} |"
 

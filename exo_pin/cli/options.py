@@ -61,7 +61,7 @@ Percent = Annotated[float, called("PERCENT")]
 Texts = tuple[str, ...]
 Json = Annotated[bool, Parameter(help="Print JSON instead of text.")]
 Progress = Annotated[bool, Parameter(help="Show a progress bar.")]
-Split = Annotated[str, Parameter(choices=tuple(SPLITS), help="Assumption on the side forces of the limbs.")]
+Split = Annotated[str, called("NAME", help=f"Assumption on the side forces of the limbs: {', '.join(SPLITS)}.")]
 Side = Annotated[Literal["left", "right"] | None, Parameter(help="Side of the body (default: as in the design).")]
 Design = Annotated[
     str,

@@ -56,7 +56,7 @@ def command(name: str) -> App:
         version_flags=(),
         help_formatter=DefaultFormatter(panel_spec=PanelSpec(box=box.SIMPLE, padding=(0, 0))),
         default_parameter=Parameter(
-            negative_bool=(), negative_iterable=(), allow_repeating=True, show_default=_shown_default
+            negative_bool=(), negative_iterable=(), allow_repeating=True, show_default=shown_default
         ),
     )
     app.default(function)
@@ -109,7 +109,7 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _shown_default(value: Any) -> str | None:
+def shown_default(value: Any) -> str | None:
     """A default in the help; what is left out or empty has none."""
     if value is None or value is False or value == ():
         return None

@@ -84,8 +84,6 @@ def reaction(
         Also print the range of |F_s| over all postures of such joints.
     side_force_limit : str, optional
         For --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force.
-    split : str, optional
-        Assumption on the side forces of the limbs (default: spherical).
     compare : list of str, optional
         A table with a column for each of these assumptions (default: all that need no stiffness).
     shoulder_stiffness : float, optional

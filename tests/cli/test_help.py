@@ -73,7 +73,7 @@ def test_help_is_given_wherever_it_is_asked_for(capsys):
         (("reacton",), "did you mean 'reaction'"),
         (("muscle", "forc"), "did you mean 'muscle force'"),
         (("reaction", "--flexon", "60"), "Did you mean --flexion?"),
-        (("reaction", "--split", "minmal"), 'Did you mean "minimal"?'),
+        (("reaction", "--split", "minmal"), "did you mean 'minimal'?"),
         (("reaction", "--person", "75,1.75,m"), "did you mean 1.75,75,male?"),
         (("reaction", "--person", "1.75,female,60"), "did you mean 1.75,60,female?"),
         (("workspace", "--fits", "75,1.75,male"), "did you mean 1.75,75,male?"),

@@ -1,4 +1,4 @@
-"""How many of the robots that packages of PyPI bring are read, and why the others are not.
+"""How many of the robots that packages of PyPI and repositories bring are read, and why the others are not.
 
 ::
 
@@ -6,8 +6,12 @@
     world/bin/pip install dm_control gymnasium-robotics myosuite robosuite mujoco playground
     world/bin/pip install pybullet drake example-robot-data
     python benchmarks/reading_robots.py world
+    git clone https://github.com/osrf/gazebo_models gazebo/gazebo_models
+    git clone https://github.com/gazebosim/gz-sim gazebo/gz-sim
+    python benchmarks/reading_robots.py gazebo
 
-Counted are the MJCF files that MuJoCo compiles and that move, and the URDF files that Pinocchio loads, each file once.
+Counted are the MJCF files that MuJoCo compiles and that move, the URDF files that Pinocchio loads, and the SDF files
+with a joint that include no other file, each file once.
 A robot that is refused is read again with what the error asks to name in ``leave_out``. What is read of MJCF is
 compared with MuJoCo's mass matrix, bias and passive forces by the reader; of URDF with Pinocchio's mass matrix and bias
 here, to 1e-9. The tables are those of docs/evidence/robots_read.md.
@@ -30,8 +34,8 @@ from exo_pin.core.errors import ExoPinError
 
 #: Files of one program that makes robots at random.
 RANDOM, MADE = "random_urdfs", "made at random"
-#: Around what is generated in the page.
-MARKS = ("<!-- from benchmarks/reading_robots.py -->", "<!-- end -->")
+#: Around what is generated in the page, of a format.
+MARKS = ("<!-- {} from benchmarks/reading_robots.py -->", "<!-- end -->")
 
 
 def files(folder, endings, begins):
@@ -79,6 +83,12 @@ def moves(path):
         return False
 
 
+def is_whole(path):
+    """Whether an SDF has joints, and none of its parts in other files."""
+    text = re.sub("<!--.*?-->", "", path.read_text(errors="replace"), flags=re.DOTALL)
+    return "<joint" in text and "<include" not in text
+
+
 def plain_model(path):
     """Pinocchio's own model, None if it does not load the file."""
     try:
@@ -124,6 +134,8 @@ def survey(folder, endings, begins, counts_as, load, same=None):
             continue
         row["as it is" if not names else "one name" if len(names) == 1 else "more names"] += 1
         named.update(names)
+    if not table:
+        return ""
     columns = ("files", "as it is", "one name", "more names", "refused")
     total = sum(table.values(), Counter())
     rows = [(name, *(row[column] for column in columns)) for name, row in [*sorted(table.items()), ("all", total)]]
@@ -148,27 +160,34 @@ def _markdown(head, rows):
     return [f"| {' | '.join(map(str, row))} |" for row in (head, ["---"] * len(head), *rows)]
 
 
-def replaced(page, text):
-    """A page of the docs with what stands between its marks replaced."""
-    before, rest = page.split(MARKS[0])
-    return f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{rest.split(MARKS[1])[1]}"
+def replaced(page, kind, text):
+    """A page of the docs with what stands between the marks of a format replaced."""
+    mark, end = MARKS[0].format(kind), MARKS[1]
+    before, rest = page.split(mark)
+    return f"{before}{mark}\n\n{text}\n\n{end}{rest.split(end, 1)[1]}"
 
 
 def main():
-    """Print both tables, or write them into a page."""
+    """Print the tables of the formats that are there, or write them into a page."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=Path, help="an environment with the packages")
     parser.add_argument("--page", type=Path, help="a page to write the tables into, docs/evidence/robots_read.md")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     mujoco.set_mju_user_warning(lambda _: None)
-    mjcf = survey(given.folder, (".xml", ".mjcf"), "<mujoco", moves, ClosedChain.from_mjcf)
-    urdf = survey(given.folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same)
-    versions = f"MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__}"
-    text = f"MJCF ({versions}): {mjcf}\n\nURDF: {urdf}"
-    print(text)
-    if given.page is not None:
-        given.page.write_text(replaced(given.page.read_text(encoding="utf-8"), text), encoding="utf-8")
+    found = {
+        "MJCF": survey(given.folder, (".xml", ".mjcf"), "<mujoco", moves, ClosedChain.from_mjcf),
+        "URDF": survey(given.folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same),
+        "SDF": survey(given.folder, (".sdf", ".world"), "<sdf", is_whole, ClosedChain.from_sdf),
+    }
+    versions = {"MJCF": f" (MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__})"}
+    for kind, tables in found.items():
+        if tables:
+            text = f"{kind}{versions.get(kind, '')}: {tables}"
+            print(f"{text}\n")
+            if given.page is not None:
+                page = replaced(given.page.read_text(encoding="utf-8"), kind, text)
+                given.page.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

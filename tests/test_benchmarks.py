@@ -91,20 +91,22 @@ def test_the_survey_of_robots_counts_what_is_read(benchmark, tmp_path):
     (folder / "a.xml").write_text(f"<mujoco>{body}</mujoco>")
     (folder / "b.xml").write_text(f'<mujoco><option density="1"/>{body}</mujoco>')
     (folder / "c.xml").write_text("<mujoco/>")
-    (folder / "d.xml").write_text(f'<mujoco><option density="1"/>{body}<!-- é --></mujoco>'.replace("é", "\x01"))
+    (folder / "d.xml").write_text(f'<mujoco model="\x01"><option density="1"/>{body}</mujoco>')
     text = survey.survey(tmp_path, (".xml",), "<mujoco", survey.moves, survey.ClosedChain.from_mjcf)
     assert text.startswith("66.7 % are read with at most one name.")
     assert "| robots | 3 | 1 | 1 | 0 | 1 |" in text
-    assert "| `fluid` | 1 | density and viscosity of the air |" in text
+    assert "| `fluid` | 1 | forces of air and water |" in text
     assert "| robots | `d.xml` | not an MJCF: its XML is not well-formed" in text
-    page = survey.replaced(f"a\n{survey.MARKS[0]}\nold\n{survey.MARKS[1]}\nb\n", text)
-    assert page == f"a\n{survey.MARKS[0]}\n\n{text}\n\n{survey.MARKS[1]}\nb\n"
+    begin, end = survey.MARKS[0].format("SDF"), survey.MARKS[1]
+    page = survey.replaced(f"a\n{begin}\nold\n{end}\nb\n", "SDF", text)
+    assert page == f"a\n{begin}\n\n{text}\n\n{end}\nb\n"
     # So many of the world's files are read.
     shown = (Path(__file__).parents[1] / "docs" / "evidence" / "robots_read.md").read_text(encoding="utf-8")
-    assert all(mark in shown for mark in survey.MARKS)
+    assert all(survey.MARKS[0].format(kind) in shown for kind in ("MJCF", "URDF", "SDF"))
     shares = [float(share) for share in re.findall(r": ([0-9.]+) % are read", shown)]
     assert shares[0] >= 95.0
     assert shares[1] >= 97.0
+    assert shares[2] >= 92.0
 
 
 def test_the_devices_files_have_what_the_searches_found(benchmark):

@@ -126,8 +126,8 @@ class ClosedChain:
         """The same chain with a geometry known to a tolerance, for files whose numbers are rounded.
 
         Rows of closures that agree within it are one row, in ranks, motions and forces. Loops that cannot close are
-        left open by the least squares. A singular value above the tolerance of a rank by less than ten times is a
-        caution of :meth:`mobility`, and forces there are refused. A closures file keeps the tolerance.
+        left open by the least squares. A singular value that the digits may make or hide is said by :meth:`mobility`,
+        and forces are refused where it is within ten times the tolerance of a rank. A closures file keeps it.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class ClosedChain:
         >>> chain.mobility(chain.close(chain.neutral())).geometry > 0.0
         True
         """
-        return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance))
+        return ClosedChain(self.model, replace(self._state.description, tolerance=tolerance, rounding=0.0))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model.

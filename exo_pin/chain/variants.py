@@ -27,6 +27,7 @@ from ..core.errors import InvalidInput
 from ..core.records import keeps_read_only
 from ..core.validation import FloatArray
 from .formats.bodies import axis_joint, rebuilt
+from .kinematics.loops import residual
 from .structure.chain_state import CLOSED, ChainState
 from .structure.closures import Closure
 from .structure.description import Closures, JointProperties, Shape
@@ -69,14 +70,15 @@ def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.
     model = pin.buildReducedModel(whole, indices, q)
     model.gravity = whole.gravity
     description = state.description
-    root, roles = description.root, description.roles
+    root, roles, gone = description.root, description.roles, names | _bridged(state, indices, q)
     changed = replace(
         roles,
         actuated=tuple(name for name in roles.actuated if name not in names),
-        shoulder=None if roles.shoulder in names else roles.shoulder,
-        limbs=tuple(limb for limb in roles.limbs if not {limb.slide, limb.platform_joint} & names),
+        shoulder=None if roles.shoulder in gone else roles.shoulder,
+        limbs=tuple(limb for limb in roles.limbs if not {limb.slide, limb.platform_joint, limb.closure} & gone),
     )
-    closures = (_held(state, closure, names, q) if closure.polynomial else closure for closure in state.closures)
+    kept = (closure for closure in state.closures if closure.name not in gone)
+    closures = (_held(state, closure, names, q) if closure.polynomial else closure for closure in kept)
     return model, replace(
         description,
         root=replace(root, joint="fixed") if root.name in names else root,
@@ -113,6 +115,31 @@ def with_joint(
     if inertia is not None:
         new.inertias[joint] = inertia
     return new
+
+
+def _bridged(state: ChainState, indices: list[int], q: FloatArray) -> set[str]:
+    """Closures between bodies that locked joints make one.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them is open.
+    """
+    body = list(range(state.model.njoints))
+    for index in indices:
+        # Parents come first.
+        body[index] = body[state.model.parents[index]]
+    open_by, found = residual(state, q), set[str]()
+    for closure, (a, b) in zip(state.closures, state.topology.joints.tolist(), strict=True):
+        if closure.polynomial is None and body[a] == body[b]:
+            gap = float(np.abs(open_by[state.rows(closure.name)]).max())
+            if gap > state.closed:
+                raise InvalidInput(
+                    f"closure {closure.name!r} is open by {gap:.3g} (m, rad) where the joints between its links are "
+                    "locked: lock them where it is closed, for example at a configuration from close()"
+                )
+            found.add(closure.name)
+    return found
 
 
 def _held(state: ChainState, closure: Closure, names: set[str], q: FloatArray) -> Closure | None:

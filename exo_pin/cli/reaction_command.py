@@ -138,10 +138,7 @@ def reaction(
         answers = [_way(exo, query, way.angles(pose), files)]
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
-        if posture:
-            refuse("the wearer's muscles are counted in the device's own posture", muscles=muscles)
-        plain = json or table or compare is not None
-        wearer = _wearer(worn, muscles, plain or bool(posture))
+        wearer = _wearer(worn, muscles, json or table or compare is not None)
         report = report_on_pose(exo, answers[0], wearer, muscles is True)
         head = [exo.device.title or exo.name, f"{pose.words(exo)}; {moving_mass(exo.device)}"]
         if offset is not None:

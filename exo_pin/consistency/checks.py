@@ -83,9 +83,10 @@ def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = Non
     else:
         left = usual.locked.degrees_of_freedom
     text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
-    kinds = answers[0].kinds
-    text += f"; the first configuration is singular: {', '.join(kinds)}" if kinds else ""
-    return Finding("mobility", "note" if kinds or left else "pass", text)
+    first = answers[0]
+    if first.verdict != "regular":
+        text += f"; the first configuration is {first.verdict}{': ' * bool(first.kinds)}{', '.join(first.kinds)}"
+    return Finding("mobility", "note" if left or first.verdict != "regular" else "pass", text)
 
 
 def _left_out(chain: ClosedChain) -> list[Finding]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..chain import ClosedChain
 from ..core.conventions import as_side
 from ..core.errors import InvalidInput
-from ..core.tables import enumerated
+from ..core.tables import enumerated, limb_list
 from ..core.validation import FloatArray, as_real, frozen, require_type
 from ..design import Mechanism
 from ..design.parameters.names import DesignParameter
@@ -144,9 +144,18 @@ class ChainDevice(DeviceRecord):
         """Shape (p,): true for as many entries as F_s has directions that equilibrium does not determine."""
         return frozen(np.arange(self.limb_count) < self.structure.open_directions)
 
+    @cached_property
+    def _are_limbs(self) -> bool:
+        """Whether its efforts are the tensions of limbs, which are told by their numbers, as those of a wrist."""
+        pull = all(drive.pulls or drive.joint is None for drive in self.drives)
+        numbered = [f"limb_{i}_slide" for i in range(1, 1 + len(self.drives))]
+        return self.holds_alone and pull and [own.name for own in self.efforts] == numbered
+
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
-        """Name and unit of the effort of each entry of f."""
+        """Name and unit of the effort of each entry of f; empty of limbs, which have numbers, and tensions in N."""
+        if self._are_limbs:
+            return ()
         own = [(drive.name, self.unit_of(drive)) for drive in self.efforts]
         return (*own, *((name, "N m") for name in (() if self.holds_alone else WEARER)))
 
@@ -158,7 +167,7 @@ class ChainDevice(DeviceRecord):
     @property
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
-        return "efforts of the drives f", "forces of the structure g"
+        return "limb forces f" if self._are_limbs else "efforts of the drives f", "forces of the structure g"
 
     def gaps(
         self,
@@ -431,7 +440,7 @@ class ChainDevice(DeviceRecord):
         return self.replace(guided_slides=tuple(limbs))
 
     def limb_words(self, numbers: Sequence[int]) -> str:
-        """Drives and brakes of these numbers, counted from 1, by their names.
+        """Drives and brakes of these numbers, counted from 1, by their names; limbs by their numbers.
 
         Parameters
         ----------
@@ -445,6 +454,8 @@ class ChainDevice(DeviceRecord):
         Examples
         --------
         >>> ep.load("scenario-one").device.as_chain().limb_words([1, 3])
-        'limb_1_slide and limb_3_slide'
+        'limbs 1 and 3'
         """
+        if self._are_limbs:
+            return limb_list(numbers)
         return enumerated(self.limbs[number - 1].name for number in numbers)

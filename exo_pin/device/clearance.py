@@ -94,7 +94,12 @@ class LinkGaps(Gaps):
         self._device, self._matrices, self._offset, self._placed = device, matrices, offset, placed
         self._body = own_body(device.arm, device.side) if body is None else body
         self._capsules, found = link_capsules(device), _pieces(device)
-        self.parts = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(piece.name for piece in found))
+        self._names = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(piece.name for piece in found))
+        # Limbs are told by their numbers.
+        numbers = {} if device.drive_units else {own.name: f"limb {i}" for i, own in enumerate(device.drives, 1)}
+        self.parts = tuple(numbers.get(name, name) for name in self._names)
+        if self.parts and set(self.parts) <= set(numbers.values()):
+            self.plural, self.another = Gaps.plural, Gaps.another
         self.unknown = (() if self._body is not None else (NOBODY,)) + (() if self.parts else ("shapes of the links",))
         own = set(zip(self._capsules.names, _link_pairs(device).limbs.tolist(), strict=True))
         several = len(own) > len({limb for _, limb in own})
@@ -119,7 +124,7 @@ class LinkGaps(Gaps):
             model = device_model(self._device, tuple(shift[:3]), tuple(shift[3:]))
             q, reached = self._configurations(model, rows)
             shifts = both[rows, :3] - both[rows, 3:]
-            out[rows] = _of_model(self._device, model, q, self._matrices[rows], shifts, self._body, self.parts)
+            out[rows] = _of_model(self._device, model, q, self._matrices[rows], shifts, self._body, self._names)
             out[rows[~reached]] = np.nan
         return out
 
@@ -141,6 +146,8 @@ class LinkGaps(Gaps):
         return np.asarray(self._each[rows].min(axis=0))
 
     def _subject(self, rows: NDArray[np.intp]) -> str:
+        if self.plural == Gaps.plural:
+            return super()._subject(rows)
         touching = np.flatnonzero((self.each(rows) < 0.0).any(axis=1)).tolist()
         return named([self.parts[part] for part in touching], self.plural)
 

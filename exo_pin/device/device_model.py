@@ -119,6 +119,8 @@ class DeviceModel:
         self.passive = np.setdiff1d(self.v_from, [*self.soft, *self.held.velocity_indices(self._fixed)])
         self.moving = np.union1d(self.passive, self.soft)
         self.fixed = np.array([*range(self.arm_v.start, self.arm_v.stop), *self.held.velocity_indices(self._fixed)])
+        #: Where the forces g of limbs act that turn about their own lines.
+        self.twists = self.free.velocity_indices(self.device.twists)
         self.carried = carried_joints(free)
         self.owners = np.concatenate([np.full(free.nvs[k], k) for k in range(1, free.njoints)])
         self._flight = q_slice(free, arm).start

@@ -51,6 +51,8 @@ class DeviceRecord(Record, ABC):
 
     #: No limit of a drive is an estimate.
     estimated = ()
+    #: Joints in which limbs turn that resist it with side forces; see :func:`.twisting_device`.
+    twists = ()
 
     def __post_init__(self) -> None:
         require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)

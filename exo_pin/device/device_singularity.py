@@ -94,7 +94,7 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
     """Analyse poses of a device."""
     shape, found = _found(device, poses)
     n = len(device.efforts)
-    moments = moments_of(found.state.moment_of_f[:, :, :n] / np.array(device.structure.scales))
+    moments = moments_of(found.state.moment_of_f[:, :, :n] / np.array(device.structure.scales))[0]
     U, values, _ = np.linalg.svd(np.pad(moments, ((0, 0), (0, 0), (0, max(0, 3 - n)))))
     there, margin = _filled(found), found.margin
     kind = np.full(len(found.q), "regular", dtype="<U15")

@@ -89,8 +89,8 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
     size = np.abs(every).max(axis=(1, 2), initial=0.0)
-    independent = _rank(moments_of(every), NONE * np.where(size > 0.0, size, 1.0))
-    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE))
+    independent = _rank(moments_of(every)[0], NONE * np.where(size > 0.0, size, 1.0))
+    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE)) + len(model.twists)
     scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
         Structure(*numbers, scales=scales)

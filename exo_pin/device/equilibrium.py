@@ -62,6 +62,10 @@ class PartsMoved(NamedTuple):
         Orientation of the arm, shape (N, 3, 3): as asked where the drives hold it, turned where they are locked.
     efforts : ndarray
         Of the equilibrium, shape (N, p), N or N m.
+    undetermined : ndarray of int
+        Independent efforts and forces that equilibrium alone, without any stiffness, leaves open, shape (N,).
+    determined : ndarray of bool
+        Which efforts and components of F_s it determines, shape (N, p + 3).
     """
 
     interfaces: FloatArray
@@ -70,6 +74,8 @@ class PartsMoved(NamedTuple):
     share: FloatArray
     arm: FloatArray
     efforts: FloatArray
+    undetermined: NDArray[np.int64]
+    determined: NDArray[np.bool_]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -78,7 +84,8 @@ class PartsMoved(NamedTuple):
     def none(cls, count: int, links: int, efforts: int) -> PartsMoved:
         """Of N poses, to be filled."""
         shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,), (count, 3, 3), (count, efforts)
-        return cls(*(np.full(shape, np.nan) for shape in shapes))
+        every = np.ones((count, efforts + 3), dtype=bool)
+        return cls(*(np.full(shape, np.nan) for shape in shapes), np.zeros(count, dtype=np.int64), every)
 
 
 class DeviceEquilibrium(NamedTuple):
@@ -226,7 +233,10 @@ def _fill(
     out.data_margin[rows] = loads.data_margin
     out.coordinates[rows] = 0.0
     out.coordinates[rows, :own], out.rates[rows, :own] = loads.driven.coordinates, loads.rates
-    R, state = query.matrices[rows], DeviceState(*(part[rows] for part in out.state))
+    # Poses one after another are filled in place.
+    in_row = rows[-1] - rows[0] == len(rows) - 1
+    where = slice(int(rows[0]), int(rows[-1]) + 1) if in_row else rows
+    R, state = query.matrices[rows], DeviceState(*(part[where] for part in out.state))
     found = fill_forces(model, loads, R, on_cuff[rows], state)
     status, margin, weak = _judged(state.moment_of_f[..., :own], found, structure)
     weak[(status == _SINGULAR) & (found.freedom <= NONE)] = np.nan
@@ -234,20 +244,23 @@ def _fill(
     state.forget_loads(unknown)
     status[unknown], found.unheld[unknown] = _NOT_SOLVED, 0.0
     good = loads.is_driven
-    rows = rows[good]
     for whole, part in zip(out.state, state, strict=True):
-        whole[rows] = part[good]
+        part[~good] = 0.0
+        if not in_row:
+            whole[rows] = part
+    rows = rows[good]
     out.status[rows], out.margin[rows], out.weak_axis[rows] = status[good], margin[good], weak[good]
     out.freedom[rows], out.self_stresses[rows] = found.freedom[good], found.self_stresses[good]
     out.unheld[rows] = found.unheld[good]
 
 
-def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatArray]:
-    """Margins of the rows M_f of N poses, and the axes of the least moments, shapes (N,) and (N, 3)."""
-    U, values, _ = np.linalg.svd(moments_of(rows / np.array(structure.scales)))
+def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Margins of the rows M_f of N poses, shape (N,), the axes of the least moments, and values of the idle rows."""
+    moments, of_idle = moments_of(rows / np.array(structure.scales))
+    U, values, _ = np.linalg.svd(moments)
     values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
     margin = margin_of_values(values[:, : structure.moments]) if structure.moments else np.ones(len(rows))
-    return margin, U[:, :, 2].copy()
+    return margin, U[:, :, 2].copy(), of_idle
 
 
 def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
@@ -260,8 +273,7 @@ def _judged(rows: FloatArray, here: Freedoms, structure: Structure) -> tuple[NDA
     here, structure : Freedoms, Structure
         Motions of the device in these poses, and in general.
     """
-    margin, axis = margins(rows, structure)
-    of_idle = np.linalg.svd(rows[:, 3:] / np.array(structure.scales), compute_uv=False)
+    margin, axis, of_idle = margins(rows, structure)
     firm = of_idle[:, -1] > NEAR_MARGIN * of_idle[:, 0] if of_idle.shape[1] else np.ones(len(rows), dtype=bool)
     loaded = here.unheld.any(axis=1)
     # Loops lose a constraint: a motion that the device does not have elsewhere is loaded.

@@ -13,8 +13,9 @@ from ..core.errors.checked import checked
 from ..core.validation import as_finite, as_real, require_method
 from ..device.clearance import gaps
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.case import Posture
 from ..load_case.pose_stacks import pose_matrices
-from ..reaction import Limits, Reaction
+from ..reaction import Assumptions, Limits, Reaction, solve
 from ..wrist.clearance.gaps import own_body
 from ..wrist.forces.displaced import as_offset
 
@@ -45,6 +46,7 @@ def joint_contact(
     outside: str = "raise",
     progress: bool = False,
     executor: Executor | None = None,
+    posture: Posture = None,
 ) -> JointContact:
     """Contact force of the glenohumeral joint with the person's own muscles and the device.
 
@@ -91,6 +93,9 @@ def joint_contact(
     executor : concurrent.futures.Executor, optional
         Where the poses of a stack are computed (docs/howto/many_machines.md); here if left out. The numbers are
         the same.
+    posture : mapping or array_like, optional
+        Where joints stand that move while the arm rests, as in :meth:`exo_pin.ShoulderExo.reaction`. Not with a
+        Reaction, which has its own.
 
     Returns
     -------
@@ -118,12 +123,12 @@ def joint_contact(
     from .device_action import action_of_limbs, action_of_reaction
 
     require_method("person", person, "joint_contact", "a Person")
-    case = Case(poses, motion, load)
+    case = Case(poses, motion, load, centre_offset, posture=posture)
     poses, motion = case.poses, case.motion
     device, wearer, words = self.device, person.on_side(self.side), ""
-    given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
+    given = (centre_offset, constraint_bounds, posture) if isinstance(forces, Reaction) else (None,)
     if any(value is not None for value in given):
-        raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
+        raise InvalidInput("a Reaction has its own centre_offset, bounds and posture: leave them out here")
     if forces is None or (not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0):
         share = 1.0
         if forces is not None:
@@ -134,7 +139,7 @@ def joint_contact(
         words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
         # Without drives there are no limits to keep: the wearer makes what is left.
         kept = limits if device.driven_moments else "none"
-        forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=kept)
+        forces = worn.reaction(poses, motion, rest, centre_offset=centre_offset, limits=kept, posture=posture)
     if isinstance(forces, Reaction) and constraint_bounds is None:
         words = words and f"{words}; no side forces"
         if device.driven_moments < 3:
@@ -143,8 +148,7 @@ def joint_contact(
         action = action_of_reaction(forces, poses, words)
     else:
         tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
-        query = (poses, tensions, motion, load, limits, constraint_bounds, centre_offset)
-        action = action_of_limbs(device, *query, given_by=words)
+        action = action_of_limbs(device, case, tensions, limits, constraint_bounds, given_by=words)
     found = wearer.joint_contact(
         poses,
         motion,
@@ -156,15 +160,17 @@ def joint_contact(
         progress=progress,
         executor=executor,
     )
-    shown = worn = self.worn_by(person.on_side("left")).device
-    offset = placed = None
+    worn = self.worn_by(person.on_side("left"))
+    if not isinstance(forces, Reaction) and posture is not None:
+        forces = solve(worn, case, Assumptions(limits="none"))
+    shown, offset, placed = worn.device, None, None
     if isinstance(forces, Reaction):
         # The configurations are those of the reaction's device, which may have other joints where it gives way.
         own = forces.source.poses
         shown, offset, placed = own.mechanism, own.offset, own.placed
-    elif (moved := Case(poses, centre_offset=centre_offset).offset) is not None:
+    elif (moved := case.offset) is not None:
         offset = as_offset(moved, poses.shape)
-    touching = gaps(shown, pose_matrices(poses)[1], offset, placed, own_body(worn.arm, worn.side)).words
+    touching = gaps(shown, pose_matrices(poses)[1], offset, placed, own_body(worn.device.arm, worn.side)).words
     if touching:
         found = replace(found, caution=f"{found.caution} {touching}".lstrip())
     return replace(found, record_cautions=case.cautions) if case.cautions else found

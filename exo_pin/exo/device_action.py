@@ -14,8 +14,8 @@ from ..design import Mechanism
 from ..device.chain_device import ChainDevice
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
-from ..load_case import Case, CentreOffset, CentrePath, Load, Motion
-from ..load_case.pose_stacks import as_query, carried, require_massless
+from ..load_case import Case
+from ..load_case.pose_stacks import carried, require_massless
 from ..person import DeviceAction
 from ..reaction import Assumptions, Limits, Reaction
 from ..reaction.answer import QUERY_STATUS
@@ -94,30 +94,25 @@ def _caution(violated: NDArray[np.bool_], closest: bool = False) -> str:
 
 def action_of_limbs(
     device: Device,
-    poses: Rotation,
+    case: Case,
     forces: ArrayLike | str,
-    motion: Motion | None,
-    load: Load | None,
     limits: Limits,
     constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None,
-    centre_offset: CentreOffset | CentrePath | ArrayLike | None,
     given_by: str = "",
 ) -> DeviceAction:
     """What each limb does per newton, and its bounds; with ``constraint_bounds`` its side force besides.
 
     ``given_by`` tells the reader where forces that are given come from.
     """
-    mechanism = device.accelerate("contact")
+    mechanism = device.accelerate("contact") if case.posture is None else None
     if mechanism is None:
         if constraint_bounds is not None:
             raise InvalidInput("constraint_bounds are for wrists: pass a Reaction with side forces of the structure")
-        return _action_of_drives(device.as_chain(), Case(poses, motion, load, centre_offset), forces, limits, given_by)
+        return _action_of_drives(device.as_chain(), case, forces, limits, given_by)
     require_massless(mechanism)
-    if isinstance(centre_offset, CentrePath):
-        centre_offset = centre_offset.offset(poses)
-    query = as_query(poses, motion, load)
+    query, moved = case.query, case.offset
     shape, count, n = query.shape, len(query.matrices), mechanism.limb_count
-    base, cuff = as_offset(np.zeros(3) if centre_offset is None else centre_offset, shape)
+    base, cuff = as_offset(np.zeros(3) if moved is None else moved, shape)
     side = side_wrenches(mechanism, query.matrices, base, cuff)
     limbs = -np.concatenate([side.directions, side.moment_arms], axis=-1)
     carried_part = np.zeros((count, 6))

@@ -148,6 +148,7 @@ def remedy(
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
     limits: Limits = "design",
+    posture: Posture = None,
     progress: bool = False,
 ) -> Remedy:
     """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.
@@ -156,8 +157,8 @@ def remedy(
     ----------
     poses : Rotation
         Single, at rest.
-    load, split, centre_offset, limits
-        As in :meth:`reaction`.
+    load, split, centre_offset, limits, posture
+        As in :meth:`reaction`; a posture by the names of joints, which poses nearby take, too.
     progress : bool
         Whether to show a bar on standard error.
 
@@ -173,7 +174,8 @@ def remedy(
     >>> print(lacking[1] + ".")
     With the best forces within the limits, 0.32 N m about (-0.08, -0.79, 0.61) is missing.
     """
-    return remedy_of(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), progress)
+    case = Case(poses, None, load, centre_offset, posture=posture)
+    return remedy_of(self, case, Assumptions(split, limits), progress)
 
 
 @spelled_out

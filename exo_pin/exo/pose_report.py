@@ -5,6 +5,7 @@ Forces, what would make the pose possible, the load with the wearer's muscles, a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -232,8 +233,8 @@ def report_on_pose(
     """
     pose: Any = answer.case.poses
     remedy = None
-    # A device that cannot hold the arm by itself in any pose has no better pose nearby.
-    if not answer.held and exo.device.holds_alone:
+    # A device that cannot hold the arm by itself in any pose has no better pose nearby; a configuration is of its pose.
+    if not answer.held and exo.device.holds_alone and isinstance(answer.case.posture, Mapping | None):
         # One search with rigid limbs is over long before its functions would be compiled.
         quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():
@@ -254,7 +255,9 @@ def nearby_query(answer: Reaction) -> dict[str, Any]:
     forces of their own there, and a device that gives way other lengths.
     """
     split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
-    return {"split": split, "centre_offset": answer.case.centre_offset, "limits": answer.assumptions.limits}
+    case = answer.case
+    question = {"split": split, "centre_offset": case.centre_offset, "limits": answer.assumptions.limits}
+    return question | {"posture": case.posture}
 
 
 def with_muscles(contact: JointContact) -> str:

@@ -136,6 +136,43 @@ class Case(Record):
             load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
         return as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
 
+    def row(self, k: int) -> Case:
+        """One pose of the stack, with what of the case is its own.
+
+        Parameters
+        ----------
+        k : int
+            Number of the pose, counted over all dimensions.
+
+        Returns
+        -------
+        Case
+
+        Examples
+        --------
+        >>> case = ep.Case(ep.load("four-cables").pose([0, 60]), load=ep.Load([[0.0, 0.0, -10.0], [0.0, 0.0, -20.0]]))
+        >>> case.row(1).load.force
+        array([  0.,   0., -20.])
+        """
+        shape = self.poses.shape
+
+        def own(array: Any, *last: int) -> Any:
+            return np.broadcast_to(array, (*shape, *last)).reshape(-1, *last)[k]
+
+        motion, load, offset, posture = self.motion, self.load, self.offset, self.posture
+        if motion is not None:
+            motion = Motion(own(motion.angular_velocity, 3), own(motion.angular_acceleration, 3))
+        if load is not None:
+            load = Load(own(load.force, 3), own(load.moment, 3), own(load.at, 3), load.frame)
+        if offset is not None:
+            offset = CentreOffset(own(offset.base, 3), own(offset.cuff, 3))
+        if isinstance(posture, Mapping):
+            posture = {name: own(value) for name, value in posture.items()}
+        elif posture is not None:
+            posture = own(posture, np.shape(posture)[-1])
+        poses = Rotation.from_quat(own(self.poses.as_quat(), 4))
+        return replace(self, poses=poses, motion=motion, load=load, centre_offset=offset, posture=posture)
+
     @property
     def offset(self) -> CentreOffset | None:
         """Offset of the device's centre in these poses; None where it is the shoulder's."""

@@ -16,6 +16,7 @@ from ..device.balance.device_state import DeviceState, least_efforts
 from ..device.chain_device import ChainDevice
 from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
+from ..device.elastic.soft_tree import twisting_device
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
 from ..device.turns.given_postures import GivenPosture, given_posture
 from ..load_case.case import Case
@@ -84,6 +85,8 @@ def device_poses(
         found = settled(progress=progress)
         device = determined_device(device)
     else:
+        if offset is not None and device.guided_slides:
+            device = twisting_device(device)
         found = _equilibrium(device, query, offset, progress, posture)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
@@ -176,12 +179,16 @@ def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> B
     scales = 1.0 if sharing.scales is None else sharing.scales[:held]
     own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
     f, stress, values = least_efforts(*own)
+    f_of_g = np.zeros((count, p, p))
+    if state.moment_of_g.any():
+        rows, _, *rest = own
+        f_of_g[:] = least_efforts(rows[:, None], -state.moment_of_g.mT, *rest).f.mT
     return BalancedTensions(
         f,
-        np.zeros((count, p, p)),
+        f_of_g,
         stress,
         state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
-        state.shoulder_of_g,
+        state.shoulder_of_g + state.shoulder_of_f @ f_of_g,
         state.shoulder_of_f @ stress,
         values,
     )

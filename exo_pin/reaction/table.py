@@ -108,11 +108,12 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 def _force_labels(reaction: Reaction) -> tuple[dict[int, str], dict[int, str]]:
     """Labels of f and of g by their index; of a device that is not a wrist only of those g that are open."""
     mechanism = reaction.source.poses.mechanism
-    if mechanism.drive_units:
-        efforts = {i: f"{name}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}
-        return efforts, {i: f"structure g_{i + 1}, N" for i in np.flatnonzero(mechanism.is_upu).tolist()}
     limbs = range(mechanism.limb_count)
-    return {i: f"limb {i + 1} tension f, N" for i in limbs}, {i: f"limb {i + 1} side force g, N" for i in limbs}
+    efforts = {i: f"limb {i + 1} tension f, N" for i in limbs}
+    efforts |= {i: f"{name}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}
+    if mechanism.force_words[1] == "side forces g":
+        return efforts, {i: f"limb {i + 1} side force g, N" for i in limbs}
+    return efforts, {i: f"structure g_{i + 1}, N" for i in np.flatnonzero(mechanism.is_upu).tolist()}
 
 
 def _allowed(reaction: Reaction) -> str:

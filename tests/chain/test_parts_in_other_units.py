@@ -15,7 +15,8 @@ from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventInteg
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
 from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
-from exo_pin.chain.kinematics.structural_rank import _NEAR, _opening, neighbours
+from exo_pin.chain.kinematics.closing import _NEAR, neighbours
+from exo_pin.chain.kinematics.structural_rank import _opening
 from exo_pin.chain.structure.motion_axes import limits_of
 
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]

@@ -1,12 +1,14 @@
 """Chains with joints locked, beside the same chains with those joints held by a closure."""
 
+import dataclasses
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS
 
 from exo_pin import InvalidInput, UnknownName
-from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Roles
+from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties, Placement, Roles
 
 
 def hinges(chain):
@@ -97,6 +99,25 @@ def test_a_locked_root_and_limbs_leave_the_roles():
     assert fixed.description.root.joint == "fixed"
     assert fixed.roles.shoulder is None
     assert fixed.row_count == chain.row_count
+
+
+def test_locked_joints_take_the_closures_that_they_bridge_with_them():
+    chain, q = CHAINS["four_bar"]
+    names = list(chain.model.names)[1:]
+    fixed = chain.locked(names, q)
+    assert fixed.model.nv == 0
+    assert fixed.closures == ()
+    bridged = Closure("bridge", "rigid", "ground", "crank", *(Placement(),) * 2)
+    held = chain.with_closure(dataclasses.replace(bridged, placement_a=_place(chain, q, "crank")))
+    left = held.locked(["crank_hinge"], q)
+    assert [closure.name for closure in left.closures] == ["tip"]
+    with pytest.raises(InvalidInput, match="'bridge' is open by"):
+        held.locked(["crank_hinge"], q + 0.1)
+
+
+def _place(chain, q, name):
+    place = chain.placement(q, name)
+    return Placement(tuple(place.translation), tuple(pin.Quaternion(place.rotation).coeffs()))
 
 
 def test_what_cannot_be_locked_or_closed():

@@ -1,5 +1,7 @@
 """Values of idle joints that the user gives, against the closed form of motors in series through the shoulder."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -155,8 +157,34 @@ def test_the_range_over_a_link_that_hangs_on_the_arm():
     # Where it hangs is one of them.
     hanging = ep.solve(device, ep.Case(pose), ep.Assumptions(limits="none"))
     assert found.least <= float(hanging.magnitude) <= found.greatest
-    with pytest.raises(InvalidInput, match="single pose"):
-        ep.reaction.posture_range(device, ep.Case(POSES))
+    with pytest.raises(InvalidInput, match="empty stack"):
+        ep.reaction.posture_range(device, ep.Case(POSES[:0]))
+
+
+@pytest.mark.full
+def test_the_range_of_a_stack_is_that_of_each_pose_and_of_a_soft_device_that_of_its_equilibria():
+    build = Builder(np.random.default_rng(2))
+    build.add(build.arm, pin.JointModelRY(), np.array([0.02, 0.0, -0.25]), "pendulum", 0.5, np.array([0.1, 0.0, 0.0]))
+    build.hinges(3, [True] * 3)
+    way = ep.device.Route.over(("universe", [0.3, 0.2, 0.2]), ("pendulum_link", [0.12, 0.0, 0.03]))
+    cord = ep.device.Spring("cord", ep.device.LinearSpring(200.0, slack=0.05), route=way)
+    device, plain = build.device().replace(springs=[cord]), ep.Assumptions(limits="none")
+    loads = ep.Load([[0.0, 0.0, -10.0], [5.0, 0.0, 0.0]])
+    case = ep.Case(POSES[:2], load=loads)
+    found = ep.reaction.posture_range(device, case, plain)
+    assert found.least.shape == found.held.shape == (2,)
+    for k in range(2):
+        one = ep.reaction.posture_range(device, ep.Case(POSES[k], load=ep.Load(loads.force[k])), plain)
+        assert (float(one.least), float(one.greatest)) == (found.least[k], found.greatest[k])
+        np.testing.assert_array_equal(one.at_least, found.at_least[k])
+    soft = device.replace(interfaces=ep.Interfaces(harness=ep.Interface.upper_arm_cuff(0.1)))
+    elastic = ep.Assumptions("elastic", "none")
+    near = ep.reaction.posture_range(soft, replace(case.row(0), centre_offset=[0.003, 0.0, 0.002]), elastic)
+    assert near.greatest > near.least + 0.1
+    for size, q in ((near.least, near.at_least), (near.greatest, near.at_greatest)):
+        there = replace(case.row(0), centre_offset=[0.003, 0.0, 0.002], posture=q)
+        held = soft.replace(brakes=[ep.device.Brake("pendulum", "pendulum")])
+        assert float(ep.solve(held, there, elastic).magnitude) == pytest.approx(float(size), rel=1e-6)
 
 
 def test_other_doors_ask_in_the_posture_that_is_given(motors, tmp_path, capsys):
@@ -184,3 +212,29 @@ def test_other_doors_ask_in_the_posture_that_is_given(motors, tmp_path, capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert "Posture: hinge_2 at" in text
     assert "over all postures of joints that move while the arm rests" in text
+
+
+@pytest.mark.full
+def test_nearby_poses_and_the_wearers_muscles_are_asked_in_the_posture_too(motors):
+    pose, (_, free) = POSES[0], motors.angles(POSES)
+    asked = {"hinge_2": float(free[0, 1]) - 0.3}
+    device = motors.device
+    most = 0.9 * float(np.abs(motors.exo.reaction(pose, limits="none", posture=asked).actuator_forces).max())
+    exo = ep.ShoulderExo.from_device(
+        device.replace(drives=[replace(drive, lower=-most, upper=most) for drive in device.drives])
+    )
+    found = exo.remedy(pose, posture=asked)
+    assert found.nearest.distance > 0.0
+    assert exo.reaction(found.nearest.pose, posture=asked).held
+    with pytest.raises(InvalidInput, match="configuration"):
+        exo.remedy(pose, posture=np.zeros(3))
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    man = ep.Person(1.75, 75.0, "male")
+    answer = motors.exo.reaction(pose, limits="none", posture=asked)
+    one = motors.exo.joint_contact(pose, man, answer.actuator_forces, posture=asked, outside="mark")
+    other = motors.exo.joint_contact(pose, man, answer, outside="mark")
+    assert one.magnitude == pytest.approx(float(other.magnitude), rel=1e-6)
+    elsewhere = motors.exo.joint_contact(pose, man, answer.actuator_forces, outside="mark")
+    assert abs(float(elsewhere.magnitude) - float(one.magnitude)) > 1e-3
+    with pytest.raises(InvalidInput, match="its own centre_offset, bounds and posture"):
+        motors.exo.joint_contact(pose, man, answer, posture=asked)

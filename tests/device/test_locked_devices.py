@@ -45,6 +45,11 @@ def test_a_locked_wrist_is_its_locked_chain(name):
     np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-8)
     np.testing.assert_allclose(other.arm_orientation, one.arm_orientation, atol=1e-12)
     np.testing.assert_allclose(other.centre_displacement, one.centre_displacement, atol=1e-12)
+    # Both say as much of what equilibrium alone determines.
+    first, second = (answer.certificate for answer in (one, other))
+    assert first.undetermined == second.undetermined == {"guides": 3}.get(name, 1)
+    for key in ("actuator_forces", "constraint_forces", "shoulder_force"):
+        assert getattr(first, key).tolist() == getattr(second, key).tolist()
     # It is no held device: the arm turns, and four tensions are not those of least norm.
     held = ep.solve(exo, case, ep.Assumptions("elastic", "none"))
     assert np.abs(held.actuator_forces - one.actuator_forces).max() > 0.1

@@ -7,7 +7,7 @@ import pytest
 from mechanisms import random_wrist
 
 import exo_pin as ep
-from exo_pin.device import ChainDevice
+from exo_pin.device import ChainDevice, WristDevice
 
 URDF = Path(__file__).parents[2] / "urdf"
 ANGLES = np.array([[20.0, 30.0, 0.0], [60.0, 10.0, 10.0], [-20.0, 40.0, 20.0]])
@@ -56,6 +56,18 @@ def test_rigid_limbs_do_not_close_off_their_centre():
     assert answer.status == "out_of_reach"
     assert answer.verdict.startswith("The device cannot hold this pose: the device does not reach it. Its loops do not")
     assert np.isnan(answer.shoulder_force).all()
+
+
+@pytest.mark.parametrize("split", ["spherical", "minimal"])
+@pytest.mark.parametrize("kinds", ["UUU", "SUUS", pytest.param("UUUU", marks=pytest.mark.full)])
+def test_limbs_that_may_twist_follow_an_offset_of_their_centre_as_their_wrist_says(kinds, split):
+    exo = ep.ShoulderExo.from_device(random_wrist(7, kinds))
+    chain = ep.ShoulderExo.from_device(exo.device.as_chain())
+    questions = {"limits": "none", "split": split, **CASES["offset"], **CASES["load"]}
+    one, other = (device.reaction(device.pose(*ANGLES.T), **questions) for device in (exo, chain))
+    assert_same(one, other)
+    assert np.abs(one.constraint_forces).max() > 1.0 or split == "spherical"
+    assert (other.certificate.undetermined == one.certificate.undetermined).all()
 
 
 def test_a_wrist_without_a_shoulder_stands_alone_in_both():
@@ -194,3 +206,15 @@ def test_the_workspace_of_a_wrist_is_singular_where_that_of_its_chain_is(name, o
     expected = answer.margin * (1.0 if exo.geometry.limb_count > 3 else sign)
     if offset is None:
         np.testing.assert_allclose(one.margins["singularity"], expected - 0.05, atol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "words"), [("prototype", "limb 2 would be 39 mm too short"), ("four-cables", "")])
+def test_a_wrist_and_its_chain_are_told_in_the_same_words(name, words):
+    exo = ep.load(name)
+    chain = ep.ShoulderExo.from_device(WristDevice.of(exo.mechanism).as_chain())
+    several = exo.pose([0.0, 40.0, 80.0, 120.0], [0.0, 30.0, 60.0, 90.0])
+    for poses in (exo.pose(60.0, 30.0), several):
+        one, other = exo.reaction(poses), chain.reaction(poses)
+        assert one.verdict == other.verdict
+        assert words in one.verdict or poses is several
+        assert one.drive_units == other.drive_units

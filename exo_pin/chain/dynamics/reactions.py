@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ..kinematics.rank import rank_tolerance
+from ..kinematics.rank import digits_caution, rank_tolerance
 from .equations.equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .nonsmooth.joint_friction import RestingFriction
@@ -92,14 +92,15 @@ class ClosedForces(Record):
         efforts, loops = np.abs(self.tau * top.column), np.abs(self.multipliers / top.row_scale)
         load = max(equations.weights().max(initial=0.0), np.abs(equations.tau * top.column).max(initial=0.0))
         share = max(efforts.max(initial=0.0), loops.max(initial=0.0)) / load if load > 0.0 else 0.0
-        if not share > _AMPLIFIED or not len(passive) or not self.multipliers.size:
+        if not (share > _AMPLIFIED or state.digits) or not len(passive) or not self.multipliers.size:
             return ()
         scaled = (equations.jacobian * top.row_scale[:, None] * top.column)[:, passive]
         values = np.linalg.svd(scaled, compute_uv=False)
-        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, equations.gap)
+        known = state.digits or equations.gap
+        zero = rank_tolerance(scaled.shape, float(values[0]), state.model.njoints, known)
         least = float(values[values > zero].min(initial=values[0])) / float(values[0])
-        if least > _WEAK:
-            return ()
+        if least > _WEAK or not share > _AMPLIFIED:
+            return digits_caution(state.digits, values, zero)
         effort = self.tau[efforts.argmax()]
         worst = str(state.model.names[int(top.owners[efforts.argmax()])])
         return (

@@ -121,7 +121,7 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
 
 @dataclass(frozen=True, eq=False)
 class JoinedBody:
-    """A body with mass, and the hinges and slides of the massless bodies between it and its parent.
+    """A body with mass, and the hinges, slides or ball of the massless bodies between it and its parent.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class JoinedBody:
 
 
 def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBody]:
-    """The bodies that have to be written where several hinges and slides may be on one body, parents first.
+    """The bodies that have to be written where several hinges, slides and a ball may be on one, parents first.
 
     P_1 J_1 P_2 J_2 = (P_1 P_2) (P_2⁻¹ J_1 P_2) J_2: a joint before a body's own is one of the body itself, whose axis
     and position are those in the body's frame with all joints at zero.
@@ -156,13 +156,12 @@ def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBo
         Indices of bodies that have to be written, because a closure is on them.
     """
     children = Counter(body.parent for body in bodies)
-    scalar = {body.index for body in bodies if body.axis is not None}
-    follower = {body.parent: body.index for body in bodies}
+    follower = {body.parent: body for body in bodies}
     massless = {
         body.index: body
         for body in bodies
-        if _is_massless(body) and body.index not in held
-        if body.index in scalar and children[body.index] == 1 and follower[body.index] in scalar
+        if _is_massless(body) and body.index not in held and children[body.index] == 1
+        if _are_on_one_body(body, follower[body.index])
     }
     found = []
     for body in bodies:
@@ -175,6 +174,16 @@ def joined_bodies(bodies: list[TreeBody], held: Container[int]) -> list[JoinedBo
             parent, placement = joint.parent, joint.placement * placement
         found.append(JoinedBody(body, parent, placement, tuple(before)))
     return found
+
+
+def _are_on_one_body(joint: TreeBody, last: TreeBody) -> bool:
+    """Whether the joint of a massless body and the next can be on one body.
+
+    MuJoCo lets no hinge follow a ball, whose quaternion is in the body's own axes.
+    """
+    if joint.kind == "ball":
+        return not _is_massless(last) and last.kind == "slide" and np.array_equal(last.placement.rotation, np.eye(3))
+    return joint.axis is not None and (last.axis is not None or last.kind == "ball")
 
 
 def link_frames(model: pin.Model) -> dict[int, pin.Frame]:

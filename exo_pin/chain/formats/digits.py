@@ -32,6 +32,7 @@ import pinocchio as pin
 from ...core.errors import ExoPinError, InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_positive
 from ..kinematics.closing import close, reference_configuration
+from ..kinematics.mobility import mobility
 from ..kinematics.structural_rank import Agreement, agreeing_rows, measured_agreement
 from ..structure.chain_state import ChainState
 from ..structure.description import Closures
@@ -270,8 +271,10 @@ def with_digits(
     elif _closed(ChainState(model, closures)) is None:
         reason = "the loops close no better"
         rounded = finer
+    elif mobility(state, q).verdict != "regular":
+        reason = "the drawn configuration is singular within them"
     else:
-        return closures
+        return replace(closures, rounding=tolerance)
     return replace(rounded, left_out=(*closures.left_out, entry("digits", f"{known}, and {reason}")))
 
 

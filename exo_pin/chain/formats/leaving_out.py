@@ -23,12 +23,15 @@ LEAVE_OUT = MappingProxyType(
         "actuator_rotors": "rotors and damping of actuators that act on tendons, sites or ball joints",
         "ball_limits": "limits of ball and free joints",
         "bushings": "springs and dampers between two frames",
-        "fluid": "density and viscosity of the air",
+        "fluid": "forces of air and water",
         "free_joint_rotors": "rotors and dry friction of free joints",
-        "gravcomp": "MuJoCo's compensation of gravity",
+        "gravcomp": "links on which no gravity acts, or less",
         "empty_limits": "limits with the lower one above the upper one: the joint has none",
         "idle_forces": "ranges of force or control without 0, which make an actuator push without control",
+        "includes": "parts of the robot in other files, or in the state of a world",
         "inertia_rules": "rules that inertias obey: no moment is negative, or above the sum of the others",
+        "joint_types": "joints of types that no chain has",
+        "kinematic": "links that are moved from outside",
         "loop_forces": "springs, damping and friction of joints that close loops",
         "loops": "loops and bodies of other programs' elements that no closure holds",
         "nonlinear_springs": "what of springs and dampers is not linear",
@@ -36,9 +39,10 @@ LEAVE_OUT = MappingProxyType(
     }
 )
 #: Those of them that change the mechanism: its freedoms, loops or ranges.
-_OF_MECHANISM = ("ball_limits", "empty_limits", "loops", "tendons")
+_OF_MECHANISM = ("ball_limits", "empty_limits", "includes", "joint_types", "kinematic", "loops", "tendons")
 #: What is left out without being named: effect, and what that means.
 _NOTED = {
+    "axes": (_NONE, "the joint has no such axis, or the specification's, which is z"),
     "actuators": (_FORCES, "they exert nothing here; give their forces as external ones"),
     "closures": (_NONE, "a URDF states no loops by itself; a robot that has some needs the file"),
     "closing_frames": (_FORCES, "a ball is the weaker joint; state another type in the closures file"),
@@ -56,14 +60,15 @@ _NOTED = {
     "restated": (_NONE, "the closures file states the loop, and counts"),
     "rigid": (_NONE, "one body cannot move against itself"),
     "rounding": (_NONE, "read as written"),
+    "renamed": (_NONE, "a link has the name of the joint in the file"),
     "unread": (_FORCES, "of other programs, which may exert forces by it"),
 }
 #: Elements of other programs by what they are for; others are unread.
 _PROGRAMS = frozenset(
     (
-        "allow_auto_disable", "audio", "audio_sink", "audio_source", "battery", "camera", "compiler",
+        "actor", "allow_auto_disable", "audio", "audio_sink", "audio_source", "battery", "camera", "compiler",
         "disableFixedJointLumping", "frame", "gazebo", "gui", "laserRetro", "light", "magnetic_field", "material",
-        "particle_emitter", "preserveFixedJoint", "projector", "provideFeedback", "ros2_control", "scene",
+        "particle_emitter", "preserveFixedJoint", "projector", "provideFeedback", "road", "ros2_control", "scene",
         "self_filter", "sensor", "size", "spherical_coordinates", "statistic", "transmission", "verbose", "visual",
     )
 )  # fmt: skip

@@ -226,7 +226,7 @@ class _Reader:
         return _Loop(name, element, ends, closure)
 
     def _sdf(self, element: Element) -> _Loop:
-        for _ in checked(element, "sdf"):
+        for _ in checked(element, "sdf", strange=lambda name, where: self._left.say(name_of_element(name), where)):
             pass
         links = [
             Element("link", {"name": name}, element.line, name, [_pose(place, element)])
@@ -235,6 +235,7 @@ class _Reader:
         ]
         model = Element("model", {"name": "robot"}, element.line, element.place, [*links, element])
         joint = read_joint(Scope(model), element)
+        assert joint is not None
         ends = (self._end(element, joint.child), self._end(element, joint.parent))
         if not is_closure(joint):
             return _without(self._name(element), element, ends, "no closure has two axes that are not at right angles")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from os import PathLike
@@ -86,6 +86,10 @@ class Element:
         key = f"{self.place} {attribute}" if attribute else self.place
         return FileFormatError(f"line {self.line}: {key}: {message}", None, key)
 
+    def at_line(self, message: str) -> FileFormatError:
+        """An error that names the line, for a message that names the element."""
+        return FileFormatError(f"line {self.line}: {message}", None, self.place)
+
 
 def read_source(source: str | PathLike[str]) -> tuple[str | bytes, Path | None]:
     """The XML, and the file that it came from; None for XML that is given itself."""
@@ -124,9 +128,27 @@ def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:
     except (expat.ExpatError, LookupError, ValueError) as error:
         if isinstance(error, FileFormatError):
             raise
+        mended = _mended(source)
+        if mended != source:
+            return parse_xml(mended if encoding is None else mended.decode("utf-8", "surrogatepass"), what)
         raise FileFormatError(f"not {what}: its XML is not well-formed: {error}") from error
     assert builder.root is not None
     return builder.root
+
+
+def _mended(source: bytes) -> bytes:
+    """A document without its comments, and with its declaration at the start.
+
+    TinyXML, by which Gazebo, MuJoCo and urdfdom read, takes comments with ``--`` in them, and a declaration anywhere.
+    """
+
+    def kept(match: re.Match[bytes]) -> bytes:
+        # Lines keep their numbers.
+        return match[0] if match[0].startswith(b"<![") else b"\n" * match[0].count(b"\n")
+
+    bare = re.sub(rb"<!\[CDATA\[.*?\]\]>|<!--.*?-->", kept, source, flags=re.DOTALL)
+    found = re.search(rb"<\?xml\s.*?\?>", bare)
+    return bare if found is None or found.start() == 0 else found[0] + bare[: found.start()] + bare[found.end() :]
 
 
 class _Builder:
@@ -278,10 +300,8 @@ class Rule:
         Children that have to be there.
     left_out : sequence of str
         Children that are not read.
-    refused : dict of str to str
-        Children that no chain can hold, with the reason.
-    fixed : dict of str to str
-        Children with a value that has no effect; any other value is an error.
+    named : dict of str to str
+        Children that are left out by name if they have an effect: the name in ``leave_out``.
     text : bool
         Whether it has text instead of children.
     picture : bool
@@ -295,8 +315,7 @@ class Rule:
     often: Sequence[str] = ()
     needed: Sequence[str] = ()
     left_out: Sequence[str] = ()
-    refused: dict[str, str] = field(default_factory=dict)
-    fixed: dict[str, str] = field(default_factory=dict)
+    named: dict[str, str] = field(default_factory=dict)
     text: bool = False
     picture: bool = False
 
@@ -305,7 +324,10 @@ _TEXT = Rule(text=True)
 
 
 def checked(
-    root: Element, name: str, faulty: Callable[[FileFormatError], None] | None = None
+    root: Element,
+    name: str,
+    faulty: Callable[[FileFormatError], None] | None = None,
+    strange: Callable[[str, str], None] | None = None,
 ) -> Iterator[tuple[Element, Rule]]:
     """All elements that are read, parents first, each checked, with its rule; one without a rule holds a text.
 
@@ -317,11 +339,14 @@ def checked(
         The format.
     faulty : callable, optional
         Is given the error of a picture, which then is not read; without it the error is raised.
+    strange : callable, optional
+        Is given what is of no known name nor near to one, and is not read: the name, and where; without it that is an
+        error.
 
     Raises
     ------
     FileFormatError
-        If an attribute or a child is unknown, missing, refused, or there twice, or there is text where none is allowed.
+        If an attribute or a child is unknown, missing, or there twice, or there is text where none is allowed.
         A near miss is named.
     """
     rules = _read_rules(name)
@@ -331,14 +356,14 @@ def checked(
         rule = rules.get(element.tag, _TEXT)
         pictured |= rule.picture
         try:
-            children = _read_children(element, rule)
+            children = _read_children(element, rule, strange)
         except FileFormatError as error:
             if faulty is None or not pictured:
                 raise
             faulty(error)
             continue
         yield element, rule
-        waiting += [(child, pictured) for child in reversed(children) if child.tag not in rule.fixed]
+        waiting += [(child, pictured) for child in reversed(children)]
 
 
 @cache
@@ -350,11 +375,17 @@ def _read_rules(name: str) -> dict[str, Rule]:
 
 def is_left_out(child: Element, rule: Rule) -> bool:
     """Whether a child is not read: elements with a prefix are of other programs."""
-    return ":" in child.tag or child.tag in rule.left_out
+    return ":" in child.tag or child.tag in rule.left_out or child.tag in rule.named
 
 
-def _read_children(element: Element, rule: Rule) -> list[Element]:
+def _read_children(element: Element, rule: Rule, strange: Callable[[str, str], None] | None = None) -> list[Element]:
     """The children that are read, after a check of the element."""
+
+    def unknown(at: Element, what: str, name: str, known: Sequence[str]) -> None:
+        if strange is None or nearest(name, known):
+            raise at.error(f"unknown {what}{hint(name, known)}; there are: {', '.join(known) or 'none'}")
+        strange(name, f"{what} in <{element.tag}>")
+
     for attribute in rule.required:
         if attribute not in element.attributes:
             near = nearest(attribute, element.attributes)
@@ -362,20 +393,21 @@ def _read_children(element: Element, rule: Rule) -> list[Element]:
     known = (*rule.required, *rule.optional, *rule.others)
     for attribute in element.attributes:
         if ":" not in attribute and attribute != "xmlns" and attribute not in known:
-            raise _unknown(element, f"attribute {attribute!r}", attribute, known)
+            unknown(element, f"attribute {attribute!r}", attribute, known)
     if element.text and not rule.text:
-        raise element.error(f"expected no text in <{element.tag}>, got {echo(element.text)}")
-    read = (*rule.once, *rule.often, *rule.fixed)
+        if strange is None:
+            raise element.error(f"expected no text in <{element.tag}>, got {echo(element.text)}")
+        strange("text", f"text in <{element.tag}>")
+    read = (*rule.once, *rule.often)
     seen: dict[str, Element] = {}
     found = []
     for child in element.children:
         tag = child.tag
-        if tag in rule.refused:
-            raise child.error(f"<{tag}> {rule.refused[tag]}")
         if is_left_out(child, rule):
             continue
         if tag not in read:
-            raise _unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out))
+            unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out, *rule.named))
+            continue
         if tag in seen and tag not in rule.often:
             if child.says_as(seen[tag]):
                 continue
@@ -386,7 +418,3 @@ def _read_children(element: Element, rule: Rule) -> list[Element]:
         if tag not in seen:
             raise element.error(f"<{tag}> is missing")
     return found
-
-
-def _unknown(element: Element, what: str, name: str, known: Iterable[str]) -> FileFormatError:
-    return element.error(f"unknown {what}{hint(name, known)}; there are: {', '.join(known) or 'none'}")

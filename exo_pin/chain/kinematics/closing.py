@@ -5,7 +5,7 @@ Closed-loop forward kinematics, along paths that stay on one assembly branch, an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,14 +21,19 @@ from ..structure.frames import placement_of
 from ..structure.motion_axes import Limits, joint_names, limits_of
 from .closing_steps import attempt, closed_stack
 from .loops import closed_configuration
-from .rank import least_motion
+from .structural_rank import settled, structural_rank
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
+#: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
+#: Singular poses are a set of measure zero: random neighbours are regular.
+_NEIGHBOURS, _NEAR = 3, 0.05
+#: The farthest of them where more than the second one of a singular value may be rounding.
+_FARTHEST, _COARSE = 0.5, 1e-4
 #: No coordinate is held.
 NOTHING_HELD = np.array([], dtype=np.int64)
-#: Most steps to the least squares of a rounded geometry, and a step of rounding, characteristic lengths and rad.
-_REFINEMENTS, _REFINED = 10, 1e-14
+#: What may be left open of rows that a rounded geometry determines, in tolerances.
+FEW = 5.0
 #: MuJoCo's name of the configuration in which a file draws its bodies.
 _AS_DRAWN = "qpos0"
 
@@ -104,9 +109,9 @@ def close(
         Joints that must not move.
     tolerance : float
         Largest residual of a closed loop, m and rad; more than 1e-8, up to which every method takes loops for closed,
-        counts as that. Loops of a rounded geometry, which cannot close, are left open
-        by the least squares in the rows that the geometry determines, and by ten times its tolerance and the number of
-        joints at most.
+        counts as that. Loops of a rounded geometry, which cannot close, are left
+        open in rows that agree with others by the digits alone, by the least squares, and by at most five times its
+        tolerance, over characteristic lengths below a metre, in rows that the geometry determines.
     max_iterations : int
         Most steps from every start.
     respect_limits : bool
@@ -219,7 +224,10 @@ def nearest_closed(
     limits = limits_of(state.model) if respect_limits else None
     best = attempt(state, start, weight, loose, iterations, limits)
     if best.closed:
-        return _least_open(state, best.q, weight, limits, tolerance), best.steps
+        best.q, best.closed = _least_open(state, best.q, weight, limits, tolerance)
+        if best.closed:
+            return best.q, best.steps
+        best.stuck = True
     steps, spread = best.steps, _FIRST_SPREAD
     rng = np.random.default_rng(0)
     for _ in range(restarts if weight.any() else 0):
@@ -229,42 +237,76 @@ def nearest_closed(
         spread = min(2 * spread, _LARGEST_SPREAD)
         other = attempt(state, pin.integrate(state.model, start, away), weight, loose, iterations, limits)
         steps += other.steps
+        if other.closed:
+            other.q, other.closed = _least_open(state, other.q, weight, limits, tolerance)
         if other.closed or other.residual < best.residual:
             best = other
         best.stuck = True
     if best.closed:
-        return _least_open(state, best.q, weight, limits, tolerance), steps
+        return best.q, steps
     if respect_limits:
         free = attempt(state, start, weight, loose, iterations, None)
         if free.closed:
             raise BeyondLimits(free.q, beyond_limits(state, free.q))
-    raise LoopNotClosed(best.q, best.residual, steps)
+    raise LoopNotClosed(best.q, best.residual, max(steps, 1))
+
+
+def neighbours(
+    state: ChainState, q: FloatArray, motions: FloatArray, held: np.ndarray, known: float = 0.0
+) -> Iterator[FloatArray]:
+    """Some closed configurations beside q, where held coordinates are as in q.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q : ndarray
+        Shape (nq,), closed.
+    motions : ndarray
+        Shape (nv, k), a basis of the motions there, scaled.
+    held : ndarray of int
+        Coordinates of v.
+    known : float
+        Singular values up to this may be zero; the others have to be larger beside q.
+    """
+    rng, column = np.random.default_rng(0), state.topology.column
+    for k in range(_NEIGHBOURS if motions.shape[1] else 0):
+        size = min(_NEAR * 3.0**k, _FARTHEST) if known > _COARSE else _NEAR
+        away = motions @ rng.normal(size=motions.shape[1])
+        start = pin.integrate(state.model, q, column * away * (size / np.abs(away).max()))
+        try:
+            there = nearest_closed(state, start, held, _CLOSED, _STEPS)[0]
+        except LoopNotClosed:
+            continue
+        # Loops that allow the motion to first order alone come back to q, as near as they are closed.
+        if np.abs(pin.difference(state.model, q, there) / column).max() > size * min(
+            0.3, 1e-3 + 100.0 * np.sqrt(known)
+        ):
+            yield there
 
 
 def _least_open(
-    state: ChainState, q: FloatArray, weight: FloatArray, limits: Limits | None, tolerance: float
-) -> FloatArray:
-    """The configuration nearby that meets every row that a rounded geometry determines; q for an exact one.
+    state: ChainState, start: FloatArray, weight: FloatArray, limits: Limits | None, tolerance: float
+) -> tuple[FloatArray, bool]:
+    """The configuration nearby that meets every row that a rounded geometry determines, and whether it is closed.
 
-    Rows that agree within the tolerance of the geometry count as one, so that they do not pull along motions that the
-    exact loops allow. Steps that leave the limits or open the loops further than a closed one are not made.
+    Rows that agree within the digits away from singular poses count as one, so that they do not pull along motions
+    that the exact loops allow. A start that is closed but for its digits stays where it is in directions that these do
+    not determine, as in a singular pose. Steps that leave the limits are not made.
     """
-    if not state.tolerance:
-        return q
-    work, top = state.buffers, state.topology
-    worst = work.linearise(q)
-    for _ in range(_REFINEMENTS if worst > tolerance else 0):
-        J = np.where(weight > 0.0, work.jacobian, 0.0)
-        # Off the loops rows agree no better than the loops are open.
-        known = max(state.tolerance, float(np.abs(work.gap * top.row_scale).max()))
-        move = least_motion(J, -work.gap, top.scales, state.model.njoints, known, False)[0]
-        if np.abs(move / top.column).max() < _REFINED:
-            break
-        there = pin.integrate(state.model, q, move)
-        if work.linearise(there) > state.closed or not (limits is None or limits.holds(there)):
-            break
-        q = there
-    return q
+    worst = state.buffers.residual(start)
+    if not state.tolerance or worst <= tolerance:
+        return start, True
+    free = np.flatnonzero(weight > 0.0)
+    ranks = structural_rank(state, start, free if len(free) < state.nv else None), None
+    most, row_scale = FEW * state.tolerance, state.topology.row_scale
+    for rank in ranks if worst > most else ranks[::-1]:
+        q, left = settled(state, start, rank, weight)
+        if rank is None:
+            left = float(np.abs(state.buffers.gap * row_scale).max())
+        if left <= most and (limits is None or limits.holds(q)):
+            return q, bool(np.abs(state.buffers.gap).max() <= state.closed)
+    return start, False
 
 
 def forward_kinematics(

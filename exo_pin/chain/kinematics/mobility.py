@@ -8,15 +8,16 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState
+from .closing import neighbours
 from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
-from .rank import rank_tolerance, self_consistent_error
-from .structural_rank import neighbours
+from .rank import digits_caution, rank_tolerance, self_consistent_error
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,10 @@ class Mobility(Record):
         Margins to a singularity; None without actuators and output frame.
     geometry : float
         How well the geometry is known, characteristic lengths and rad, which makes ``tolerance``; 0 for an exact one.
+    freedoms : tuple of int
+        The least and the greatest number of freedoms that the digits of the geometry allow.
+    known : float
+        A singular value up to this may be made or hidden by the digits; 0 for an exact geometry.
 
     Examples
     --------
@@ -79,6 +84,8 @@ class Mobility(Record):
     idle: int | None = None
     margins: Margins | None = None
     geometry: float = 0.0
+    freedoms: tuple[int, int] = (0, 0)
+    known: float = 0.0
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -96,18 +103,25 @@ class Mobility(Record):
         return float(self.singular_values[self.rank - 1]) if self.rank else 0.0
 
     @property
+    def verdict(self) -> str:
+        """Of the pose, with actuators locked or not: "regular", "singular" or "undetermined within the digits"."""
+        if any(one.freedoms[0] != one.freedoms[1] for one in (self, self.locked) if one is not None):
+            return "undetermined within the digits"
+        return "singular" if self.kinds else "regular"
+
+    @property
     def cautions(self) -> tuple[str, ...]:
-        """Ranks that the digits of the geometry do not determine, in words; none for an exact geometry."""
-        found = {"": self} if self.locked is None else {"": self, " with the actuators locked": self.locked}
-        return tuple(
-            f"the rank{where} is undetermined, {one.regular_rank} or less: the singular value {value:.2g} is within "
-            f"ten times {one.tolerance:.2g}, up to which the rounded geometry may make it; give the geometry with more "
-            "digits"
-            for where, one in found.items()
-            if one.geometry and one.regular_rank
-            for value in one.singular_values[one.regular_rank - 1 : one.regular_rank]
-            if 0.1 * one.tolerance < value <= 10.0 * one.tolerance
-        )
+        """What the digits of the geometry leave open, in words; none for an exact geometry."""
+        parts = {"": self} if self.locked is None else {"": self, " with the actuators locked": self.locked}
+        found = [
+            f"the rank{where} is undetermined within the digits, for {one.freedoms[0]} to {one.freedoms[1]} degrees of "
+            f"freedom: the smallest singular value is {one.singular_values[one.regular_rank - 1]:.2g}, and the rounded "
+            f"geometry may make or hide one of {one.known:.2g}; give the geometry with more digits"
+            for where, one in parts.items()
+            if one.freedoms[0] != one.freedoms[1]
+        ]
+        last = self if self.locked is None else self.locked
+        return tuple(found) or digits_caution(self.geometry, last.singular_values[: last.rank], last.tolerance)
 
     def __str__(self) -> str:
         lines = [
@@ -124,7 +138,8 @@ class Mobility(Record):
             )
         repeated = ", ".join(f"{name} ({count})" for name, count in self.redundant_closures.items())
         lines.append(f"redundant rows       {self.redundant}{': ' + repeated if repeated else ''}")
-        lines.append(f"singular             {', '.join(self.kinds) or 'no'}")
+        kinds = ", ".join(self.kinds) or "no"
+        lines.append(f"singular             {kinds if self.verdict in ('regular', 'singular') else self.verdict}")
         if self.idle:
             lines.append(f"idle freedoms        {self.idle}")
         if self.geometry and self.rank < len(self.singular_values):
@@ -198,10 +213,12 @@ def mobility(
     name = frame if frame is not None else state.roles.arm
     output = None if name is None else (name, rows)
     here = _analysed(state, q, held, driven, output)
-    beside = neighbours(state, q, here.free.null_space, held) if driven.size or state.row_count else ()
+    beside = neighbours(state, q, here.free.null_space, held, here.locked.tolerance)
     near = [_analysed(state, there, held, driven, output) for there in beside]
     singular = {
-        "constraint": any(other.free.rank > here.free.rank for other in near),
+        # Where nothing is closed beside it the freedom is one of first order alone, as of links in one line.
+        "constraint": any(other.free.rank > here.free.rank for other in near)
+        or bool(here.free.rank and here.free.rank < state.nv and not near),
         "output": any(other.output_lost < here.output_lost for other in near),
         "input": any(other.input_lost < here.input_lost for other in near),
     }
@@ -209,11 +226,11 @@ def mobility(
         max(ranks.rank for ranks in kind) for kind in zip(*((o.free, o.locked) for o in (here, *near)), strict=True)
     ]
     found = replace(
-        _constrained(state, here.free, regular[0]), kinds=tuple(kind for kind, so in singular.items() if so)
+        _constrained(state, q, here.free, regular[0]), kinds=tuple(kind for kind, so in singular.items() if so)
     )
     if not driven.size:
         return found
-    found = replace(found, locked=_constrained(state, here.locked, regular[1]))
+    found = replace(found, locked=_constrained(state, q, here.locked, regular[1]))
     if output is None:
         return found
     lost = here.output_lost, here.input_lost, here.idle
@@ -225,9 +242,9 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     """Ranks of the constraints alone, with the actuators locked, with the output locked, and with both."""
     J, _ = scaled_jacobian(state, q)
     top, nv = state.topology, state.model.nv
-    gap = state.uncertainty(float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0)))
+    gap = state.digits or float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
     # The configuration of a rounded geometry is the nearest one, and known as well as the geometry.
-    error = state.tolerance or self_consistent_error(J, state.model.njoints, gap)
+    error = state.digits or self_consistent_error(J, state.model.njoints, gap)
     unit = np.eye(nv)
     free = np.concatenate([J, unit[held]])
     locked = np.concatenate([free, unit[driven]])
@@ -239,7 +256,7 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
         tolerance = rank_tolerance(matrix.shape, float(values[0]), state.model.njoints, gap)
         tolerance = max(tolerance, error * float(values[0]))
         rank = int(np.count_nonzero(values > tolerance))
-        return _Ranked(matrix, rank, values, tolerance, Vt[rank:].T)
+        return _Ranked(matrix, rank, values, tolerance, Vt)
 
     of_free, of_locked = ranked(free), ranked(locked)
     left = nv - of_locked.rank
@@ -271,22 +288,55 @@ def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, in
     return found
 
 
-def _constrained(state: ChainState, here: _Ranked, regular_rank: int) -> Mobility:
+def _constrained(state: ChainState, q: FloatArray, here: _Ranked, regular_rank: int) -> Mobility:
     """Freedoms and redundancy alone."""
     matrix, rank, values, tolerance, _ = here
     redundant = MappingProxyType(_redundant(state, matrix, rank))
     sizes = len(matrix), state.nv, rank, regular_rank, frozen(values.copy()), tolerance, state.topology.length
-    return Mobility(*sizes, redundant, geometry=state.tolerance)
+    doubtful, known = _doubtful(state, q, here)
+    certain = int(np.count_nonzero(values[:regular_rank] > 0.1 * tolerance)) if state.digits else rank
+    freedoms = state.nv - max(certain, rank), state.nv - rank + doubtful
+    return Mobility(*sizes, redundant, geometry=state.digits, freedoms=freedoms, known=known)
+
+
+def _doubtful(state: ChainState, q: FloatArray, here: _Ranked) -> tuple[int, float]:
+    """How many singular values that count the digits may have made, and the size of the largest such one.
+
+    The digits open a loop by some ``opening``. In a singular pose that is of second order in the motion x that it does
+    not resist, opening = bend x² / 2, and there the singular value is bend x: the loops of other digits may be in that
+    pose where it is up to sqrt(2 bend opening).
+    """
+    if not state.digits or not here.rank:
+        return 0, 0.0
+    opening, column, count = state.digits * np.sqrt(state.model.njoints), state.topology.column, 0
+    known = 10.0 * here.tolerance
+    while count < here.rank:
+        motion = here.motions[here.rank - 1 - count]
+        there, back = (
+            scaled_jacobian(state, pin.integrate(state.model, q, side * _BEND * column * motion))[0] @ motion
+            for side in (1.0, -1.0)
+        )
+        bend = float(np.linalg.norm(there - back)) / (2.0 * _BEND)
+        known = max(known, np.sqrt(2.0 * bend * opening))
+        if here.values[here.rank - 1 - count] > known:
+            break
+        count += 1
+    return count, float(known)
 
 
 class _Ranked(NamedTuple):
-    """Scaled constraints with their rank, singular values and the tolerance of these, and the motions they leave."""
+    """Scaled constraints with their rank, singular values and the tolerance of these, and motions, one a row."""
 
     matrix: FloatArray
     rank: int
     values: FloatArray
     tolerance: float
-    null_space: FloatArray
+    motions: FloatArray
+
+    @property
+    def null_space(self) -> FloatArray:
+        """The motions they leave, one a column."""
+        return self.motions[self.rank :].T
 
 
 class _Ranks(NamedTuple):
@@ -303,6 +353,8 @@ class _Ranks(NamedTuple):
 Output = tuple[str, slice]
 #: Parts of a frame's pose that can be the output, as rows of its twist.
 PARTS_OF_POSE = {"pose": slice(0, 6), "position": slice(0, 3), "orientation": slice(3, 6)}
+#: Step to the bend of a constraint, characteristic lengths and rad.
+_BEND = 1e-3
 #: A share of a motion below this is rounding.
 _ROUNDING = 1e-9
 

@@ -17,6 +17,8 @@ from ...core.validation import FloatArray
 ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
 RESOLVED = 1e-3
+#: Share of the forces that digits leave uncertain, from which it is said.
+_WORTH_SAYING = 0.01
 
 
 @kernel(fills=True)
@@ -110,6 +112,26 @@ def least_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, 
                 motions[k, filled] = 1.0
                 filled += 1
     return x, motions[:, :filled].copy()
+
+
+def digits_caution(geometry: float, values: FloatArray, tolerance: float) -> tuple[str, ...]:
+    """What the digits of a geometry leave uncertain of the forces, in words, from one percent on.
+
+    Parameters
+    ----------
+    geometry : float
+        How well it is known, characteristic lengths and rad; 0 for an exact one.
+    values : ndarray
+        Singular values of the scaled equations of the forces, descending.
+    tolerance : float
+        Those at or below it count as zero.
+    """
+    rank = int(np.count_nonzero(values > tolerance))
+    # Each row and column adds an error of its own.
+    share = geometry * np.sqrt(rank) * float(values[0] / values[rank - 1]) if rank else 0.0
+    if share < _WORTH_SAYING:
+        return ()
+    return (f"the digits of the geometry leave forces uncertain by about {min(100.0 * share, 100.0):.0f} %",)
 
 
 def configuration_error(values: FloatArray, tolerance: float, joints: int, residual: float) -> float:

@@ -1,4 +1,4 @@
-"""Closed configurations beside one, where ranks are regular, and which rows of rounded loops agree."""
+"""The rank of loops away from singular poses, which rows of rounded loops agree, and closing them in the others."""
 
 from __future__ import annotations
 
@@ -9,64 +9,42 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from .closing import nearest_closed
 from .loops import scaled_jacobian
 from .rank import rank_tolerance
 
-__all__ = ["agreeing_rows", "measured_agreement", "neighbours", "structural_rank"]
+__all__ = ["agreeing_rows", "measured_agreement", "settled", "structural_rank"]
 
-#: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
-#: Singular poses are a set of measure zero: random neighbours are regular.
-_NEIGHBOURS, _NEAR = 3, 0.05
+#: Number of poses around one that give the regular ranks, and the distance of the first, rad and characteristic
+#: lengths; each is twice as far as the one before. Singular poses are a set of measure zero: most of them are regular.
+_NEIGHBOURS, _NEAR = 4, 0.05
 #: Residual of loops that are closed, m and rad.
 _CLOSED = 1e-12
 #: What rounding leaves of the residual of exact loops, characteristic lengths and rad.
 _EXACT = 1e-14
-#: Most steps of settling, and a step that leaves the neighbourhood, characteristic lengths and rad.
-_SETTLING, _FAR = 30, 0.5
+#: Most steps of settling, a step that leaves the neighbourhood, characteristic lengths and rad, most damping over the
+#: square of the opening, and an opening at which there is nothing to settle.
+_SETTLING, _FAR, _MOST_DAMPING, _SETTLED = 40, 0.5, 1e8, 1e-14
 #: How far from the mean an error of the digits may lie, over the root of the mean square.
 _SPREADS = 4.0
 #: How far it lies with certainty at most: the root mean square of 16 geometries is itself known to a sixth.
 _MOST_SPREADS = 5.0
 
 
-def neighbours(state: ChainState, q: FloatArray, motions: FloatArray, held: NDArray[np.intp]) -> Iterator[FloatArray]:
-    """Some closed configurations beside q, where held coordinates are as in q.
+def structural_rank(state: ChainState, q: FloatArray, passive: NDArray[np.intp] | None) -> int:
+    """Rank of the scaled constraint Jacobian, or of some of its columns, away from singular poses.
 
-    Parameters
-    ----------
-    state : ChainState
-        The chain.
-    q : ndarray
-        Shape (nq,), closed.
-    motions : ndarray
-        Shape (nv, k), a basis of the motions there, scaled.
-    held : ndarray of int
-        Coordinates of v.
-    """
-    rng = np.random.default_rng(0)
-    for _ in range(_NEIGHBOURS if motions.shape[1] else 0):
-        away = motions @ rng.normal(size=motions.shape[1])
-        start = pin.integrate(state.model, q, state.topology.column * away * (_NEAR / np.abs(away).max()))
-        try:
-            yield nearest_closed(state, start, held, _CLOSED, 30)[0]
-        except LoopNotClosed:
-            continue
-
-
-def structural_rank(state: ChainState, q: FloatArray, passive: NDArray[np.int64] | None) -> int:
-    """Rank of the scaled constraint Jacobian, or of some of its columns, at q or beside it, whichever is more.
-
-    It is found once for a chain, whose geometry is rounded.
+    It is the largest at q and around it, found once for a chain.
     """
     key = None if passive is None else passive.tobytes()
     if key not in state.structural_ranks:
         columns = slice(None) if passive is None else passive
-        sizes = [np.linalg.svd(J[:, columns], compute_uv=False) for J in _jacobians(state, q)]
-        state.structural_ranks[key] = max(_rank(state, values, state.tolerance) for values in sizes)
+        found = 0
+        for J, opening in _jacobians(state, q):
+            values = np.linalg.svd(J[:, columns], compute_uv=False)
+            found = max(found, _rank(state, values, max(state.tolerance, opening)))
+        state.structural_ranks[key] = found
     return state.structural_ranks[key]
 
 
@@ -87,7 +65,9 @@ def agreeing_rows(state: ChainState, q: FloatArray) -> tuple[int, float] | None:
         choice: a singular value between a tenth of that of the rank and ten times it.
     """
     found = (0, 0.0)
-    for J in _jacobians(state, q):
+    for J, opening in _jacobians(state, q):
+        if opening > state.closed:
+            continue
         values = np.linalg.svd(J, compute_uv=False)
         exact, rounded = _rank(state, values, 0.0), _rank(state, values, state.tolerance)
         if exact > rounded:
@@ -221,29 +201,89 @@ def _opening(state: ChainState) -> float:
     return 3.0 * float(np.abs(state.buffers.gap).max(initial=0.0)) / allowed
 
 
-def _settled(state: ChainState, q: FloatArray, rank: int) -> FloatArray | None:
-    """The configuration beside q that closes the loops in the directions of the largest singular values, or None."""
-    top = state.topology
-    for _ in range(_SETTLING if rank else 0):
-        J = scaled_jacobian(state, q)[0]
-        U, values, Vt = np.linalg.svd(J, full_matrices=False)
+def settled(
+    state: ChainState, start: FloatArray, rank: int | None, weight: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """The configuration beside a start that closes the loops in the directions of the largest singular values.
+
+    Rows of a rounded geometry that agree with others by its digits cannot be closed, and would pull along motions that
+    the exact loops allow. Steps are damped where a full one opens the loops, as beside a dead point.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    start : ndarray
+        Shape (nq,).
+    rank : int or None
+        How many singular values. If left out those that are certain, by the digits and by the opening of the loops:
+        off them rows agree no better than they are open.
+    weight : ndarray, optional
+        Shape (nv,), as for :func:`exo_pin.chain.kinematics.closing_steps.attempt`.
+
+    Returns
+    -------
+    q : ndarray
+        Shape (nq,); the buffers are linearised there.
+    left : float
+        What is left open in these directions, characteristic lengths and rad.
+    """
+    top, q, damping = state.topology, start, 0.0
+    column = top.column if weight is None else np.sqrt(weight)
+
+    def directions(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Singular values, motions and openings along each, and what may be open in the others."""
+        state.buffers.linearise(q)
         gap = state.buffers.gap * top.row_scale
-        move = -Vt[:rank].T @ (U[:, :rank].T @ gap / values[:rank])
-        if not np.abs(move).max() < _FAR:
-            return None
-        q = pin.integrate(state.model, q, top.column * move)
-        if np.abs(move).max() < _CLOSED:
+        J = state.buffers.jacobian * top.row_scale[:, None] * column
+        U, values, Vt = np.linalg.svd(J, full_matrices=False)
+        known = max(state.tolerance, float(np.abs(gap).max(initial=0.0)))
+        count = _rank(state, values, known) if rank is None else rank
+        return values[:count], Vt[:count], U[:, :count].T @ gap
+
+    values, Vt, gap = directions(q)
+    left = float(np.linalg.norm(gap))
+    for _ in range(_SETTLING):
+        if not left > _SETTLED:
             break
-    return q
+        move = -Vt.T @ (values * gap / (np.square(values) + max(damping * left * left, _SETTLED**2)))
+        move *= min(1.0, _FAR / max(float(np.abs(move).max(initial=0.0)), _FAR))
+        there = pin.integrate(state.model, q, column * move)
+        others = directions(there)
+        if len(others[0]) >= len(values) and float(np.linalg.norm(others[2][: len(values)])) < left:
+            q, damping, (values, Vt, gap) = there, 0.1 * damping if damping > 1e-3 else 0.0, others
+            left = float(np.linalg.norm(gap))
+        elif np.abs(move).max(initial=0.0) < _CLOSED or damping > _MOST_DAMPING:
+            break
+        else:
+            damping = max(1.0, 10.0 * damping)
+    state.buffers.linearise(q)
+    return q, left
 
 
-def _jacobians(state: ChainState, q: FloatArray) -> Iterator[FloatArray]:
-    """Scaled constraint Jacobians at q and beside it."""
-    J = scaled_jacobian(state, q)[0]
-    yield J
-    values, Vt = np.linalg.svd(J)[1:]
-    for there in neighbours(state, q, Vt[_rank(state, values, state.tolerance) :].T, np.array([], dtype=int)):
-        yield scaled_jacobian(state, there)[0]
+def _settled(state: ChainState, q: FloatArray, rank: int) -> FloatArray | None:
+    """:func:`settled` where that stays beside q, else None."""
+    there, left = settled(state, q, rank)
+    away = pin.difference(state.model, q, there) / state.topology.column
+    return there if left < 10.0 * _CLOSED and np.abs(away).max(initial=0.0) < _FAR else None
+
+
+def _jacobians(state: ChainState, q: FloatArray) -> Iterator[tuple[FloatArray, float]]:
+    """Scaled constraint Jacobians at q and around it, and how far the loops are open there, scaled.
+
+    Each is closed in as few directions as leave the loops open by no more than their digits do.
+    """
+    rng, top = np.random.default_rng(0), state.topology
+    away = _NEAR * 2.0 ** np.arange(_NEIGHBOURS)[:, None] * rng.uniform(-1.0, 1.0, (_NEIGHBOURS, state.nv))
+    digits = state.tolerance * state.model.njoints
+    for step in (np.zeros(state.nv), *away):
+        start = there = pin.integrate(state.model, q, top.column * step)
+        for rank in (None, *range(1, min(state.row_count, state.nv) + 1)):
+            there = settled(state, start, rank)[0]
+            opening = float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
+            if opening <= max(digits, _CLOSED):
+                break
+        yield scaled_jacobian(state, there)[0], opening
 
 
 def _zero(state: ChainState, values: NDArray[Any], gap: float) -> float:

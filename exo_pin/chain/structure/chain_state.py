@@ -58,6 +58,9 @@ class ChainState:
     tolerance : float
         How well the geometry is known, characteristic lengths and rad; 0 for an exact one. Ranks are decided as if the
         loops were open by it.
+    digits : float
+        The tolerance, or where that makes no difference to the loops the rounding of the file's numbers, the same
+        scaled: what ranks are judged by.
     contradiction : float
         How much rows that should agree may contradict each other, as a share of the motion or force: ten times the
         tolerance of every joint, each of which adds its own; 0 for an exact geometry.
@@ -85,7 +88,9 @@ class ChainState:
         self.topology = make_topology(model, description, self.frames)
         self.row_count, self.characteristic_length = self.topology.row_count, self.topology.length
         self.passive = PassiveForces(model, description.joints)
-        self.tolerance = float(description.tolerance) * max(1.0, 1.0 / self.topology.length)
+        scale = max(1.0, 1.0 / self.topology.length)
+        self.tolerance = float(description.tolerance) * scale
+        self.digits = self.tolerance or float(description.rounding) * scale
         self.contradiction = 10.0 * model.njoints * self.tolerance
         self.closed = max(CLOSED, self.contradiction * max(self.topology.length, 1.0))
         self.closures, self.roles = description.closures, description.roles

@@ -298,6 +298,8 @@ class Closures:
         How well the geometry is known, m and rad, from 0 to 1e-3: half a unit of the last digit of the file's rounded
         numbers. Rows of closures that agree within it are one row, and loops may stay open by it. 0 is an exact
         geometry.
+    rounding : float
+        As ``tolerance``, where that makes no difference to the loops: it counts in ranks alone.
     shapes : tuple of Shape
         What of the links is drawn or may touch; a closures file does not hold it.
 
@@ -321,6 +323,7 @@ class Closures:
     joints: tuple[JointProperties, ...] = ()
     left_out: tuple[str, ...] = ()
     tolerance: float = 0.0
+    rounding: float = 0.0
     shapes: tuple[Shape, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:

@@ -180,34 +180,43 @@ def fill_forces(
     """
     rest, top, J, B = model.rest, model.free.topology, loads.equations.jacobian, loads.driven.B
     column, own, p, count = top.column[rest][:, None], B.shape[2], state.moment_of_f.shape[2], len(R)
-    # Loads as columns: constant, of the drives' efforts, and of moments on the arm about the base frame's axes.
-    columns = np.zeros((count, model.free.nv, 1 + own + 3))
-    columns[:, :, 0], columns[:, :, 1 : 1 + own], columns[:, model.angular, 1 + own :] = loads.tau, -B, R.mT
+    # Loads as columns: constant, of the drives' efforts, of limbs that resist their twist, and of moments on the arm
+    # about the base frame's axes.
+    twists, first = len(model.twists), 1 + own + len(model.twists)
+    sides = slice(1 + own, first)
+    columns = np.zeros((count, model.free.nv, first + 3))
+    columns[:, :, 0], columns[:, :, 1 : 1 + own], columns[:, model.angular, first:] = loads.tau, -B, R.mT
+    columns[:, model.twists, np.arange(sides.start, first)] = -1.0
     scaled = column * columns[:, rest]
     motions = loop_motions(model, J, R, scaled)
     turned = motions.turning.mT @ scaled
     load, efforts, moments = scaled[..., :1], -scaled[..., 1 : 1 + own], -turned[..., 1 : 1 + own]
     state.moment[:, :3], state.moment_of_f[:, :3, :own] = turned[..., 0], moments
-    state.moment_of_f[:, :3, own:] = np.eye(3)[:, : p - own]
+    state.moment_of_f[:, :3, own:], state.moment_of_g[:, :3, :twists] = np.eye(3)[:, : p - own], -turned[..., sides]
     held_count, unheld = np.zeros(count, dtype=np.intp), np.zeros((count, model.free.model.njoints))
     if motions.idle is not None:
         held, free, held_count = held_motions(motions, efforts, moments)
         rows = min(held.shape[2], state.moment.shape[1] - 3)
         state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
+        state.moment_of_g[:, 3 : 3 + rows, :twists] = -held[:, :, :rows].mT @ scaled[..., sides]
         state.moment[:, 3 : 3 + rows] = (held[:, :, :rows].mT @ load)[..., 0]
         _find_unheld(model, loads, motions.motions, free, load, unheld)
     # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
     # balance idle motions is left out: nothing of that is left of the sum in equilibrium.
-    turned[..., 1 + own :] -= np.eye(3)
-    multipliers = -motions.multipliers[..., 1 + own :] @ turned
-    multipliers[..., : 1 + own] += motions.multipliers[..., : 1 + own]
-    multipliers[..., 1 + own :] *= -1.0
-    multipliers = multipliers[..., : 1 + p]
+    turned[..., first:] -= np.eye(3)
+    multipliers = -motions.multipliers[..., first:] @ turned
+    multipliers[..., :first] += motions.multipliers[..., :first]
+    multipliers[..., first:] *= -1.0
+    # Constant, of all efforts with the wearer's moments, of limbs that resist their twist.
+    order = [*range(1 + own), *range(first, first + p - own), *range(1 + own, first)]
     row = top.row_scale[:, None]
     across = R @ J[:, :, model.linear].mT
-    shoulder = np.zeros((count, 3, 1 + p))
+    shoulder = np.zeros((count, 3, 1 + p + twists))
     shoulder[..., : 1 + own] = R @ columns[:, model.linear, : 1 + own]
-    _Attachments(model, loads, R, on_cuff).fill(state, shoulder, across, row * multipliers, row * motions.stresses)
+    multipliers = row * multipliers[..., order]
+    _Attachments(model, loads, R, on_cuff).fill(state, shoulder, across, multipliers, row * motions.stresses)
+    if twists:
+        state.count_sides_in_newton(twists)
     free_count = motions.idle_count - held_count
     return Freedoms(motions.freedom, motions.self_stresses, held_count, free_count, unheld)
 
@@ -267,12 +276,14 @@ class _Attachments:
         state : DeviceState
             Of N poses.
         shoulder : ndarray
-            Force on the shoulder but for that of multipliers, shape (N, 3, 1 + p).
+            Force on the shoulder but for that of multipliers, shape (N, 3, 1 + p + t), of t limbs that resist their
+            twist.
         across : ndarray
             Force that each multiplier takes from it, shape (N, 3, rows).
         multipliers, free : ndarray
-            Of the columns, shape (N, rows, 1 + p), and those that load no coordinate, shape (N, rows, s).
+            Of the columns, shape (N, rows, 1 + p + t), and those that load no coordinate, shape (N, rows, s).
         """
+        efforts, twists = state.shoulder_of_f.shape[2], len(self.model.twists)
         at_arm, standing, points = self._own(multipliers.shape[2])
         at_arm = at_arm + self._of(multipliers)
         if free.shape[2]:
@@ -288,22 +299,17 @@ class _Attachments:
             target[counts.sum(axis=1) == 3] = np.eye(3)[:, : target.shape[2]]
             nothing = [np.zeros((*part.shape[:2], target.shape[2])) for part in effects]
             side = least_in_order([open_, *effects], [-target, *nothing])
-            k = min(target.shape[2], state.shoulder_of_g.shape[2])
-            state.shoulder_of_g[..., :k] = (open_ @ side)[..., :k]
-            state.attached_of_g[..., :k] = _times(of_free, side)[..., :k]
-            state.standing_of_g[:, 0, :, :k] = (self.to_torso @ (free @ side))[..., :k]
+            k = min(target.shape[2], efforts - twists)
+            own = slice(twists, twists + k)
+            state.shoulder_of_g[..., own] = (open_ @ side)[..., :k]
+            state.attached_of_g[..., own] = _times(of_free, side)[..., :k]
+            state.standing_of_g[:, 0, :, own] = (self.to_torso @ (free @ side))[..., :k]
         # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
         found = shoulder - across @ multipliers, at_arm, (standing + self.to_torso @ multipliers)[:, None]
-        for whole, (value, slope) in zip(
-            found,
-            (
-                (state.shoulder, state.shoulder_of_f),
-                (state.attached, state.attached_of_f),
-                (state.standing, state.standing_of_f),
-            ),
-            strict=True,
-        ):
-            value[:], slope[:] = whole[..., 0], whole[..., 1:]
+        for name, whole in zip(("shoulder", "attached", "standing"), found, strict=True):
+            getattr(state, name)[:] = whole[..., 0]
+            getattr(state, f"{name}_of_f")[:] = whole[..., 1 : 1 + efforts]
+            getattr(state, f"{name}_of_g")[..., :twists] = whole[..., 1 + efforts :]
 
     def _of(self, multipliers: FloatArray) -> FloatArray:
         """Part of the wrenches on the arm that multipliers make, shape (N, c, 6, k)."""

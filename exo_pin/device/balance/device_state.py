@@ -35,8 +35,9 @@ class DeviceState(NamedTuple):
     Attributes
     ----------
     moment_of_f, moment_of_g : ndarray
-        M_f, shape (N, 3 + d, p), and zero: what equilibrium does not determine does no work. The first three rows are
-        moments about O, the d others of idle motions on which drives or brakes act (scaled, N m a unit of effort).
+        M_f and M_g, shape (N, 3 + d, p). M_g is zero, because what equilibrium does not determine does no work, but off
+        the centre of limbs that resist their twist. The first three rows are moments about O, the d others of idle
+        motions on which drives or brakes act (scaled, N m a unit of effort).
     moment : ndarray
         m, shape (N, 3 + d), N m.
     shoulder : ndarray
@@ -78,6 +79,13 @@ class DeviceState(NamedTuple):
         of_f, of_g = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
         return cls(*each, moment, shoulder, of_f, of_g, *where)
 
+    def count_sides_in_newton(self, count: int) -> None:
+        """Count the first forces g, which are moments in limbs, by the forces that they put on the shoulder, 1 N."""
+        size = np.linalg.norm(self.shoulder_of_g[..., :count], axis=1)
+        size = np.where(size > 0.0, size, 1.0)
+        for part in (self.moment_of_g, self.shoulder_of_g, self.attached_of_g, self.standing_of_g):
+            part[..., :count] /= size.reshape(len(size), *[1] * (part.ndim - 2), count)
+
     def forget_loads(self, k: NDArray[np.intp]) -> None:
         """Mark what the loads of some poses make as not known; what forces f and g make of it stays."""
         for part in (self.moment, self.shoulder, self.attached, self.standing):
@@ -107,16 +115,17 @@ class DeviceState(NamedTuple):
         )
 
 
-def moments_of(rows: FloatArray) -> FloatArray:
+def moments_of(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Moments of efforts that leave the idle motions at rest, shape (N, 3, p), from the rows M_f, shape (N, 3 + d, p).
 
-    The columns are those of a projection: they have the singular values of the moments, and zeros.
+    The columns are those of a projection: they have the singular values of the moments, and zeros. The singular values
+    of the idle rows are returned as well.
     """
-    if rows.shape[1] == 3:
-        return rows
     _, s, Vt = np.linalg.svd(rows[:, 3:], full_matrices=False)
+    if not s.size:
+        return rows[:, :3], s
     V = Vt.mT * (s > NONE * s.max(axis=1, initial=0.0)[:, None])[:, None]
-    return np.asarray(rows[:, :3] - rows[:, :3] @ V @ V.mT)
+    return rows[:, :3] - rows[:, :3] @ V @ V.mT, s
 
 
 class LeastEfforts(NamedTuple):

@@ -82,6 +82,11 @@ class PlacedGuide(NamedTuple):
         about = far + np.cross(R @ self.far, force)
         return np.concatenate([R.T @ force, R.T @ about])
 
+    def along_motion(self, q: FloatArray) -> FloatArray:
+        """Motion of its joint that lengthens the limb and strains no guide, shape (6, 1)."""
+        span, R = self._span(q)
+        return np.concatenate([R.T @ span, np.zeros(3)])[:, None] / np.linalg.norm(span)
+
     def _span(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """From P to C, shape (3,), m, and the turn of the body against the joint's placement."""
         own = q[self.held]

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from ...chain.kinematics.closing import nearest_closed
 from ...core.errors import LoopNotClosed, SolverFailed
@@ -388,6 +389,26 @@ class SoftEquations:
             out.append((ends[0], ends[1], size))
         self.preferred = kept
         return out
+
+    def undetermined(self, pose: SoftPose) -> FloatArray:
+        """Efforts and F_s of forces that balance themselves while every spring gives what it gives, (p + 3, k).
+
+        The springs' joints are held, so that what they pass on counts as not known: of the rest, multipliers and
+        efforts with J'λ = B f. The wearer's moment is the least one that will do. k columns are independent.
+        """
+        model, top, loads = self.model, self.model.free.topology, pose.loads
+        sprung = [np.arange(spring.own.start, spring.own.stop) for spring in self.soft.springs]
+        unit = np.eye(model.free.nv)
+        motions = [unit[:, np.setdiff1d(model.rest, np.concatenate(sprung))]]
+        motions += [unit[:, spring.own] @ spring.along_motion(pose.q) for spring in self.soft.springs]
+        of_rows, B = loads.equations.jacobian[0].T * top.row_scale, loads.driven.B[0]
+        size = np.linalg.norm(B * top.column[:, None], axis=0)
+        of_all = np.column_stack([of_rows, -B / np.where(size > 0.0, size, 1.0)])
+        open_ = null_space(np.column_stack(motions).T @ (top.column[:, None] * of_all), rcond=NONE)
+        out = np.zeros((len(pose.f) + 3, open_.shape[1]))
+        out[: len(size)], out[len(pose.f) :] = open_[of_rows.shape[1] :], of_all[model.linear] @ open_
+        U, s, _ = np.linalg.svd(out, full_matrices=False)
+        return np.asarray(U[:, s > NONE])
 
     def displaced(self, q: FloatArray) -> dict[str, FloatArray]:
         """Displacement of every spring, by the name of its joint."""

@@ -15,7 +15,7 @@ from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query, arm_loads
 from ...numerics.vectors import NEAR_MARGIN
 from ..balance.balanced_forces import fill_forces
-from ..balance.device_state import DeviceState
+from ..balance.device_state import NONE, DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
@@ -135,6 +135,8 @@ def soft_equilibrium(
         coordinates[k, : len(device.efforts)] = pose.loads.driven.coordinates[0]
         _put(moved, k, equations.displaced(pose.q), device)
         moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
+        effects = equations.undetermined(pose)
+        moved.undetermined[k], moved.determined[k] = effects.shape[1], np.abs(effects).max(axis=1, initial=0.0) <= NONE
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]

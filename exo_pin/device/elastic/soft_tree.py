@@ -9,6 +9,7 @@ Where cuff or shoulder is rigid its joint is held; an offset of the device's cen
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
 from ...core.validation import set_fields
+from ...design import Interfaces, Shoulder
 from ...design.shoulder import nothing_gives_way
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
@@ -36,11 +38,19 @@ def gives_way(device: DeviceRecord) -> bool:
 
 
 class SoftTree:
-    """The tree of a device with a joint for each part that may give way, and what stands on it."""
+    """The tree of a device with a joint for each part that may give way, and what stands on it.
 
-    def __init__(self, device: DeviceRecord) -> None:
+    Parameters
+    ----------
+    device : DeviceRecord
+        The device.
+    ends : bool
+        Whether shoulder, harness and cuff are among these parts.
+    """
+
+    def __init__(self, device: DeviceRecord, ends: bool = True) -> None:
         self.given: ChainState = device.chain._state
-        self.arm, self.model = device.arm_index, pin.Model()
+        self.arm, self.model, self._ends = device.arm_index, pin.Model(), ends
         old = self.given.model
         self.model.name, self.model.gravity = old.name, old.gravity
         self._links, self.limbs = soft_bodies(device), guided_limbs(device)
@@ -49,10 +59,11 @@ class SoftTree:
         self.joint, self.carrier = {0: 0}, {0: (0, pin.SE3.Identity())}
         # In the shoulder's centre, from which the points of springs are counted.
         centre = pin.SE3(np.eye(3), old.jointPlacements[self.arm].translation)
-        last = self._add(SHOULDER, pin.JointModelTranslation(), 0, centre)
-        if device.interfaces.harness is not None:
-            last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
-        self.carrier[0] = last, centre.inverse()
+        if ends:
+            last = self._add(SHOULDER, pin.JointModelTranslation(), 0, centre)
+            if device.interfaces.harness is not None:
+                last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
+            self.carrier[0] = last, centre.inverse()
         cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
         # Depth first: what stands on the torso before the arm, wherever they are in the given tree.
         for joint in sorted(range(1, old.njoints), key=self._is_on_arm):
@@ -88,7 +99,7 @@ class SoftTree:
         for names, part in (COPIED[0], q_slice), (COPIED[1], v_slice):
             for name in names:
                 getattr(new, name)[part(new, own)] = getattr(old, name)[part(old, joint)]
-        if joint == self.arm:
+        if joint == self.arm and self._ends:
             self.carrier[joint] = self._add(CUFF, cuff, own), pin.SE3.Identity()
         elif limb is not None:
             spin = self._add(limb.joint, pin.JointModelRevoluteUnaligned(limb.along), own)
@@ -113,7 +124,7 @@ class SoftTree:
     def _end(self, name: str) -> tuple[str, pin.SE3] | None:
         """Where what the device has on a frame of arm or torso hangs: a frame, and its place; None of other frames."""
         frame = self.given.model.frames[self.given.frame_index(name)]
-        if frame.parentJoint not in (0, self.arm):
+        if frame.parentJoint not in (0, self.arm) or not self._ends:
             return None
         carrier, shift = self.carrier[frame.parentJoint]
         return str(self.model.names[carrier]), shift * frame.placement
@@ -166,7 +177,25 @@ def soft_device(device: DeviceRecord) -> Any:
     """
     if not gives_way(device):
         raise nothing_gives_way(device.name)
-    tree = SoftTree(device)
+    return _on_tree(device, SoftTree(device))
+
+
+@lru_cache(maxsize=32)
+def twisting_device(device: DeviceRecord) -> Any:
+    """The device whose guided limbs let their two halves turn against each other, and that gives way nowhere else.
+
+    Off its centre limbs with two universal joints close no other way. As of a wrist, their side forces then are unknown
+    forces g: the moments with which guides of any stiffness resist.
+    """
+    slides = tuple(replace(part, guide=None) for part in device.guided_slides)
+    bare = device.replace(guided_slides=slides, soft_links=(), interfaces=Interfaces(), shoulder=Shoulder())
+    found = _on_tree(bare, SoftTree(bare, ends=False))
+    vars(found)["twists"] = tuple(limb.joint for limb in guided_limbs(bare).values())
+    return found
+
+
+def _on_tree(device: DeviceRecord, tree: SoftTree) -> Any:
+    """The device with the joints of a tree."""
     described = device.chain.description
     closures = tuple(tree.closure(closure) for closure in tree.given.closures)
     slides = {limb.part.slide for limb in tree.limbs.values() if limb.part.resists}

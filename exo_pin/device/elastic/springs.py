@@ -69,6 +69,10 @@ class PlacedSpring(NamedTuple):
         about = pin.Jlog3(R) @ wrench[3:] + pin.skew(lever) @ wrench[:3]
         return np.concatenate([R.T @ wrench[:3], R.T @ about])
 
+    def along_motion(self, q: FloatArray) -> FloatArray:
+        """Motions of its joint that strain no spring: none, shape (6, 0) or (3, 0)."""
+        return np.zeros((self.own.stop - self.own.start, 0))
+
     def _arm(self, base: FloatArray, cuff: FloatArray) -> FloatArray:
         """From the spring's joint, which is in the device's centre, to the point that is meant."""
         return np.asarray(self.at - {HARNESS: base, CUFF: cuff}.get(self.name, np.zeros(3)))

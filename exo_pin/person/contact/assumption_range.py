@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ...load_case import CentreOffset, CentrePath, Load, Motion
+    from ...load_case.case import Posture
     from ...reaction import Limits, Reaction
     from ..wearer import Person
     from .device import DeviceAction
@@ -149,6 +150,7 @@ class ContactQuestion(TypedDict, total=False):
     limits: Limits
     constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None
     centre_offset: CentreOffset | CentrePath | ArrayLike | None
+    posture: Posture
 
 
 @dataclass(frozen=True, eq=False)

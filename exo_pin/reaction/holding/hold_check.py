@@ -45,11 +45,13 @@ class HoldCheck(Result, ReadOnly):
     asked : bool
         Whether the query asked for limits; where it did not, nothing is known.
     drives : tuple of (str, str)
-        Of a device that is not a wrist, name and unit of the effort of each drive; empty for limbs, which have numbers
+        Name and unit of the effort of each drive that has a name; empty for limbs, which have numbers
         and tensions in N.
     pulls : tuple of bool
         Of these drives: whether the effort is a tension, along a route or in a limb that is counted so; of a slide
         else it pushes where it is positive. All are tensions if left out.
+    passive : ndarray of bool or None
+        Shape (...): whether a joint without drive would be beyond its limits; None where none has any.
     """
 
     can_hold: NDArray[np.bool_]
@@ -64,6 +66,7 @@ class HoldCheck(Result, ReadOnly):
     asked: bool = True
     drives: tuple[tuple[str, str], ...] = ()
     pulls: tuple[bool, ...] = ()
+    passive: NDArray[np.bool_] | None = None
 
     def reshaped(self, shape: tuple[int, ...]) -> HoldCheck:
         """The same with the stack's shape."""
@@ -109,8 +112,10 @@ def hold_check(
     if unmet is None:
         unmet = (long | strong).any(axis=1) & answered
     known = ~np.isnan(limits.length_error) & ~np.isnan(force_error)
+    passive = None
     if limits.passive_error is not None:
-        unmet = unmet | (answered & (limits.passive_error > 0.0))
+        passive = answered & (limits.passive_error > 0.0)
+        unmet = unmet | passive
     # Where estimated lengths alone are beyond their limits, the outcome depends on the estimate.
     sure = (unmet & ~(long.any(axis=1) & ~(long & ~estimated).any(axis=1) & ~strong.any(axis=1))) | ~answered
     open_ = ~sure & ((~known | estimated).any(axis=1) | (not limits.asked))
@@ -127,6 +132,7 @@ def hold_check(
         asked=limits.asked,
         drives=mechanism.drive_units,
         pulls=_are_tensions(mechanism),
+        passive=passive,
     )
 
 

@@ -1,4 +1,4 @@
-"""Least and greatest shoulder force over the postures of a device in one pose of the arm.
+"""Least and greatest shoulder force over the postures of a device in poses of the arm.
 
 Every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits of the joints,
 is asked the same question. Freedoms that no drive holds are taken as held where they are, as by friction. The set is
@@ -7,6 +7,7 @@ laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are sea
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -33,49 +34,50 @@ _HALVINGS = 8
 
 @dataclass(frozen=True, eq=False)
 class PostureRange(Result, ReadOnly):
-    """|F_s| over the postures of a device in one pose.
+    """|F_s| over the postures of a device, in a pose or a stack of shape (...).
 
     Attributes
     ----------
-    least, greatest : float
-        N, over the postures that are held, of all that have an answer if none is. Ends of a search.
+    least, greatest : ndarray
+        Shape (...), N, over the postures that are held, of all that have an answer if none is. Ends of a search.
     at_least, at_greatest : ndarray
-        The configurations, shape (nq,), for ``posture=``.
-    postures, held : int
-        Configurations that were asked, and of these those that are held.
+        The configurations, shape (..., nq), for ``posture=``.
+    postures, held : ndarray of int
+        Shape (...): configurations that were asked, and of these those that are held.
     rule : str
-        Over what.
+        Over what; of a stack that of its first pose.
 
     Examples
     --------
     >>> exo = ep.load("four-cables")
     >>> found = ep.reaction.posture_range(exo, ep.Case(exo.pose(30)))
-    >>> found.postures, found.held
+    >>> int(found.postures), int(found.held)
     (1, 1)
     """
 
-    least: float
-    greatest: float
+    least: FloatArray
+    greatest: FloatArray
     at_least: FloatArray
     at_greatest: FloatArray
-    postures: int
-    held: int
+    postures: NDArray[np.intp]
+    held: NDArray[np.intp]
     rule: str
 
     def __str__(self) -> str:
-        return f"{self.least:.1f} to {self.greatest:.1f} N over {self.rule}"
+        several = f" in {self.least.size} poses" if self.least.ndim else ""
+        return f"{self.least.min():.1f} to {self.greatest.max():.1f} N{several} over {self.rule}"
 
 
 @checked
 def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) -> PostureRange:
-    """The range of |F_s| over all postures of a device in one pose of the arm.
+    """The range of |F_s| over all postures of a device in each pose of the arm.
 
     Parameters
     ----------
     exo : ShoulderExo, Device or Mechanism
         The device.
     case : Case
-        Of a single pose; ``posture`` is where the search begins.
+        ``posture`` is where the search begins.
     assumptions : Assumptions, optional
         As of :func:`exo_pin.solve`.
 
@@ -87,7 +89,7 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     Raises
     ------
     InvalidInput
-        If it is a stack, its split displaces the device, or the device does not reach the pose.
+        If the device does not reach a pose.
 
     Examples
     --------
@@ -95,17 +97,30 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     >>> print(ep.reaction.posture_range(exo, ep.Case(exo.pose(60))))  # nothing moves by itself
     46.1 to 46.1 N over one posture: no joint moves by itself
     """
+    shape = case.poses.shape
+    found = [_single_range(exo, case.row(k), assumptions) for k in range(math.prod(shape))]
+    if not found:
+        raise InvalidInput("expected poses for the range over postures, got an empty stack")
+    *parts, rules = zip(*found, strict=True)
+    ends = (np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts)
+    return PostureRange(*ends, rules[0])
+
+
+def _single_range(exo: Any, case: Case, assumptions: Assumptions | None) -> tuple[Any, ...]:
+    """The fields of :class:`PostureRange` of a single pose."""
     answer = solve(exo, case, assumptions)
-    placed = answer.source.poses.placed
-    if case.poses.shape or answer.source.split.moves:
-        raise InvalidInput("expected a single pose and a rigid split for the range over postures")
-    if placed is None:
+    if answer.source.poses.placed is None:
         # Closed forms: spins of limbs about themselves change no force.
-        size, none = float(answer.magnitude), np.zeros(0)
-        return PostureRange(size, size, none, none, 1, int(answer.held), "one posture: no joint moves by itself")
+        size, none = answer.magnitude, np.zeros(0)
+        return size, size, none, none, 1, int(answer.held), "one posture: no joint moves by itself"
+    # A device that gives way has the postures of the rigid one.
+    rigid = answer
+    if answer.source.split.moves:
+        rigid = solve(exo, replace(case, centre_offset=None), Assumptions(limits="none"))
+    placed, device = rigid.source.poses.placed, cast(ChainDevice, rigid.source.poses.mechanism)
+    assert placed is not None
     if not placed.reached[0]:
         raise InvalidInput(f"expected a pose that the device reaches, got {answer.status}")
-    device = cast(ChainDevice, answer.source.poses.mechanism)
     model = device_model(device)
     loose = undriven_joints(model, placed.q[0])
     if loose:
@@ -146,4 +161,4 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     rule = f"all postures of {idle}, within their limits" if width else idle
     rule += f"; {enumerated(loose)} held where no drive holds {'it' if len(loose) == 1 else 'them'}" if loose else ""
     rule += "" if whole else f"; the first {len(net)} of them that were found"
-    return PostureRange(ends[0][0], ends[1][0], ends[0][1], ends[1][1], count[0], count[1], rule)
+    return ends[0][0], ends[1][0], ends[0][1], ends[1][1], *count, rule

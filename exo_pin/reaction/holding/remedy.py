@@ -7,7 +7,7 @@ step are one stack. The result is a pose that was checked. A nearer one between 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -114,8 +114,10 @@ def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = F
     Raises
     ------
     InvalidInput
-        If the case has a stack of poses, or a motion.
+        If the case has a stack of poses, a motion, or a configuration as its posture.
     """
+    if not isinstance(case.posture, Mapping | None):
+        raise InvalidInput("expected a posture as values of joints by name: a configuration is that of its own pose")
     if case.motion is not None:
         raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
     pose = as_single_rotation("poses", case.poses)

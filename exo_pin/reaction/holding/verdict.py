@@ -36,6 +36,7 @@ _LOCKED = (
 UNSOLVED = ("not_solved", "not_evaluated")
 #: The arm's own axis at rest.
 _ALONG = np.array([0.0, 0.0, -1.0])
+_PASSIVE = "a joint without drive would be beyond its range"
 #: Limit of an effort, as a share of it, that is zero and the slack of rounding.
 _ROUNDING = 1e-6
 
@@ -156,27 +157,51 @@ def _counted(
 
 
 def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
-    """The limits that a single pose exceeds, the forces first."""
-    if check.drives:
-        return _drive_reasons(check, along)
-    length = check.length_error
-    reasons = _force_reasons(limb_list, check.tensions, check.force_error)
-    fast = np.flatnonzero(check.excess_speed > 0.0)
-    if fast.size:
-        speeds = enumerated(f"{speed:.2g}" for speed in check.excess_speed[fast])
-        reasons.append(f"{limb_list((fast + 1).tolist())} would have to be {speeds} m/s faster than the actuator can")
-    lost = np.flatnonzero(np.isinf(length))
-    if lost.size:
-        reasons.append(f"an actuator cannot take the length of {limb_list((lost + 1).tolist())}")
-    for broken, text in ((length < 0.0, "too short"), (length > 0.0, "too long")):
-        rows = np.flatnonzero(broken & np.isfinite(length))
+    """The limits that a single pose exceeds: the wearer's, forces, moments, speeds, then positions."""
+    count = check.tensions.shape[-1]
+    named = list(check.drives) or [(f"limb {i}", "N") for i in range(1, 1 + count)]
+    pulls, is_force = np.array(check.pulls or [True] * count), np.array([unit == "N" for _, unit in named])
+    error, length, fast = check.force_error, check.length_error, check.excess_speed
+
+    def words(rows: NDArray[np.intp]) -> str:
+        if not check.drives:
+            return limb_list((rows + 1).tolist())
+        return enumerated(named[row][0] for row in rows)
+
+    # An effort of a slide that is no tension pushes where it is positive.
+    sign = np.where(pulls, 1.0, -1.0)
+    counts = is_force & np.isfinite(error)
+    reasons = _of_wearer(check, along) if check.drives else []
+    reasons += _force_reasons(words, sign * check.tensions, np.where(counts, sign * error, 0.0))
+    for i in np.flatnonzero(~is_force & np.isfinite(error) & (error != 0.0)):
+        (name, unit), effort, beyond = named[i], float(check.tensions[i]), float(error[i])
+        if not name.startswith("wearer"):
+            most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
+            limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
+            reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")
+    for own, rate in ((is_force, "m/s"), (~is_force, "rad/s")):
+        rows = np.flatnonzero((fast > 0.0) & own)
         if rows.size:
-            reasons.append(f"{limb_list((rows + 1).tolist())} would be {_listed(1e3 * np.abs(length[rows]))} mm {text}")
-    return reasons
+            speeds = enumerated(f"{speed:.2g}" for speed in fast[rows])
+            reasons.append(f"{words(rows)} would have to be {speeds} {rate} faster than the actuator can")
+    is_length, past = is_force & pulls, np.isfinite(length) & (length != 0.0)
+    cases = (
+        (np.isinf(length) & is_length, "an actuator cannot take the length of {}", 0.0),
+        (np.isinf(length) & ~is_length, "{} cannot take this position", 0.0),
+        (past & is_length & (length < 0.0), "{} would be {} mm too short", 1e3),
+        (past & is_length & (length > 0.0), "{} would be {} mm too long", 1e3),
+        (past & is_force & ~pulls, "{} would be {} mm beyond its range", 1e3),
+        (past & ~is_force, "{} would be {}° beyond its range", 180.0 / np.pi),
+    )
+    for broken, text, scale in cases:
+        rows = np.flatnonzero(broken)
+        if rows.size:
+            reasons.append(text.format(words(rows), _listed(scale * np.abs(length[rows])) if scale else ""))
+    return reasons + ([_PASSIVE] if check.passive is not None and check.passive else [])
 
 
-def _force_reasons(named: Callable[[list[int]], str], tension: FloatArray, error: FloatArray) -> list[str]:
-    """The limits that forces exceed, of limbs or drives ``named`` by numbers from 1; shape (n,), tension positive, N.
+def _force_reasons(named: Callable[[NDArray[np.intp]], str], tension: FloatArray, error: FloatArray) -> list[str]:
+    """The limits that forces exceed, of limbs or drives ``named`` by their rows; shape (n,), tension positive, N.
 
     What does not count has no error.
     """
@@ -186,49 +211,14 @@ def _force_reasons(named: Callable[[list[int]], str], tension: FloatArray, error
     at_most = np.maximum(np.where(error < 0.0, -limit, limit), 0.0)
     reasons = []
     if hanging.size:
-        reasons.append(
-            f"{named((hanging + 1).tolist())} would pull with only {_listed(tension[hanging])} N "
-            f"(at least {_listed(limit[hanging])} N)"
-        )
-    if pushing.size:
-        limited = at_most[pushing].max() > _ROUNDING * np.abs(tension[pushing]).max()
-        reasons.append(
-            f"{named((pushing + 1).tolist())} would have to push with {_listed(-tension[pushing])} N"
-            + (f" (at most {_listed(at_most[pushing])} N)" if limited else "")
-        )
-    if pulling.size:
-        reasons.append(
-            f"{named((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
-            f"(at most {_listed(at_most[pulling])} N)"
-        )
+        least = f"(at least {_listed(limit[hanging])} N)"
+        reasons.append(f"{named(hanging)} would pull with only {_listed(tension[hanging])} N {least}")
+    for rows, does in ((pushing, "push"), (pulling, "pull")):
+        if rows.size:
+            limited = does == "pull" or at_most[rows].max() > _ROUNDING * np.abs(tension[rows]).max()
+            most = f" (at most {_listed(at_most[rows])} N)" if limited else ""
+            reasons.append(f"{named(rows)} would have to {does} with {_listed(np.abs(tension[rows]))} N{most}")
     return reasons
-
-
-def _drive_reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
-    """The same for a device whose drives have names and units of their own."""
-    names, units = zip(*check.drives, strict=True)
-    # An effort of a slide that is no tension pushes where it is positive.
-    sign = np.where(check.pulls, 1.0, -1.0) if check.pulls else np.ones(len(names))
-    counts = (np.array(units) == "N") & np.isfinite(check.force_error)
-    error = np.where(counts, sign * check.force_error, 0.0)
-    reasons = _of_wearer(check, along)
-    reasons += _force_reasons(lambda rows: enumerated(names[row - 1] for row in rows), sign * check.tensions, error)
-    for i, (name, unit) in enumerate(check.drives):
-        effort, beyond = float(check.tensions[i]), float(check.force_error[i])
-        if unit != "N" and beyond != 0.0 and np.isfinite(beyond) and not name.startswith("wearer"):
-            most = 0.0 if abs(effort - beyond) <= _ROUNDING * abs(effort) else effort - beyond
-            limit = f" (it gives {'at most' if beyond > 0.0 else 'at least'} {most + 0.0:.3g} {unit})" if most else ""
-            reasons.append(f"{name} would have to give {effort:.3g} {unit}{limit}")
-        if check.excess_speed[i] > 0.0:
-            rate = "rad/s" if unit == "N m" else "m/s"
-            reasons.append(f"{name} would have to be {check.excess_speed[i]:.2g} {rate} faster than it can")
-        past = float(check.length_error[i])
-        if past != 0.0 and not np.isnan(past):
-            size = f"{np.degrees(abs(past)):.0f}°" if unit == "N m" else f"{1e3 * abs(past):.0f} mm"
-            reasons.append(
-                f"{name} would be {size} beyond its range" if np.isfinite(past) else f"{name} cannot take this position"
-            )
-    return reasons or (["a joint without drive would be beyond its range"] if check.violated else [])
 
 
 def _of_wearer(check: HoldCheck, along: FloatArray | None) -> list[str]:
@@ -254,26 +244,25 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_], unheld: str) -> l
     """How many poses fail for each reason; a pose may have several."""
     # Of these, the forces of plain equilibrium are beyond their limits, which says more.
     plain = (np.nan_to_num(check.force_error) != 0.0).any(axis=-1)
-    limbs = {
-        "a limb would have to push": (check.force_error < 0.0).any(axis=-1),
-        "a limb would have to pull too hard": (check.force_error > 0.0).any(axis=-1),
-        "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
-        "a limb would be too long": ((check.length_error > 0.0) & np.isfinite(check.length_error)).any(axis=-1),
+    beyond, off = (np.nan_to_num(part) for part in (check.force_error, check.length_error))
+    wearers = np.array([name.startswith("wearer") for name, _ in check.drives], dtype=bool)
+    kinds = {
+        "a limb would have to push": beyond < 0.0,
+        "a limb would have to pull too hard": beyond > 0.0,
+        "a limb would be too short": off < 0.0,
+        "a limb would be too long": (off > 0.0) & np.isfinite(check.length_error),
     }
-    beyond, wearers = np.nan_to_num(check.force_error) != 0.0, [name.startswith("wearer") for name, _ in check.drives]
-    drives = (
-        {
-            "a drive would have to give more than it can": (beyond & ~np.array(wearers)).any(axis=-1),
-            "the wearer's own muscles would have to add moments": (beyond & wearers).any(axis=-1),
-            "a drive would be beyond its range": (np.nan_to_num(check.length_error) != 0.0).any(axis=-1),
+    if check.drives:
+        kinds = {
+            "a drive would have to give more than it can": (beyond != 0.0) & ~wearers,
+            "the wearer's own muscles would have to add moments": (beyond != 0.0) & wearers,
+            "a drive would be beyond its range": off != 0.0,
         }
-        if check.drives
-        else {}
-    )
     failing = {
-        **(drives or limbs),
+        **{text: own.any(axis=-1) for text, own in kinds.items()},
         "a limb would have to be too fast": (check.excess_speed > 0.0).any(axis=-1),
         "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
+        _PASSIVE: np.zeros(status.shape, dtype=bool) if check.passive is None else check.passive,
         "the pose is singular": status == "singular",
         "a joint of a limb lies in the shoulder's centre": status == "folded",
         "no forces within the limits balance it": (status == "infeasible") & ~plain,

@@ -130,21 +130,29 @@ class Certificate(Result, ReadOnly):
 
 def certificate_of(source: AnswerSource) -> Certificate:
     """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
-    poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+    poses, good = source.poses, np.asarray(~np.isnan(source.values).any(axis=1))
     n, stresses = poses.tensions.self_stress.shape[1:]
-    of_f, of_shoulder = poses.open_effects
-    g_unique = np.ones((len(good), n), dtype=bool)
-    g_unique[:, upu] = False
+    moved = None if poses.placed is None else poses.placed.moved
+    if moved is None:
+        determined = np.concatenate([is_determined(effect) for effect in poses.open_effects], axis=1)
+        undetermined, sides = (
+            np.full(len(good), stresses + poses.upu.size),
+            np.tile(poses.mechanism.is_upu, (len(good), 1)),
+        )
+    else:
+        # The springs decide these, not equilibrium.
+        undetermined, determined = moved.undetermined, moved.determined
+        sides = np.arange(n) < (undetermined - stresses)[:, None]
 
     def stacked(array: np.ndarray) -> np.ndarray:
         return array.reshape((*source.shape, *array.shape[1:]))
 
     return Certificate(
-        stacked(np.where(good, stresses + upu.size, -1)),
-        stacked(np.where(good, upu.size, -1)),
-        stacked(is_determined(of_f) & good[:, None]),
-        stacked(g_unique & good[:, None]),
-        stacked(is_determined(of_shoulder) & good[:, None]),
+        stacked(np.where(good, undetermined, -1)),
+        stacked(np.where(good, sides.sum(axis=1), -1)),
+        stacked(determined[:, :n] & good[:, None]),
+        stacked(~sides & good[:, None]),
+        stacked(determined[:, n:] & good[:, None]),
         # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
         stacked(good),
         source.split.assumed(poses.mechanism)

@@ -261,7 +261,8 @@ def pose_bars(
     names = names or [f"limb {i + 1}\npull f" for i in range(len(f))]
     heights, limbs = list(f), list(sure.actuator_forces)
     if np.nan_to_num(np.abs(g)).max(initial=0.0) > 0.0:
-        names += [f"{'structure' if drives else 'limb'} {i + 1}\nside g" for i in range(len(g))]
+        owner = "limb" if sure.words[1] == "side forces g" else "structure"
+        names += [f"{owner} {i + 1}\nside g" for i in range(len(g))]
         heights, limbs = [*heights, *g], [*limbs, *sure.constraint_forces]
     _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], limbs)
     if limits is not None:

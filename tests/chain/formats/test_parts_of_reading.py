@@ -141,7 +141,7 @@ def test_of_many_things_that_are_left_out_the_first_are_said(count, said):
     left.named("fluid", "air", "breathe")
     assert left.report == (
         f"geoms: {said} (no effect: shapes that are not drawn)",
-        "fluid: air (may change forces: density and viscosity of the air)",
+        "fluid: air (may change forces: forces of air and water)",
     )
     assert [left.has("geoms"), left.has("x", "fluid"), left.has("gravcomp"), left.has()] == [True, True, False, False]
     with pytest.raises(FileFormatError, match=r'wind: stop it, or leave it out with leave_out=\["gravcomp"\]'):

@@ -1,5 +1,7 @@
 """Margins of open chains whose effort, travel and play are known by hand, and freedoms that are nobody's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -113,13 +115,15 @@ def test_margins_of_a_loop_are_the_same_however_it_lies_in_space(name, axis):
         assert dict(getattr(one.margins, kind)) == pytest.approx(dict(getattr(other.margins, kind)), rel=1e-9)
 
 
-def test_the_digits_leave_the_last_singular_value_in_doubt_alone():
-    """Of the regular rank the last: those before it are larger, and those behind it are no part of it."""
-    for value, said in ((0.9e-9, False), (1.1e-9, True), (0.9e-7, True), (1.1e-7, False)):
-        one = Mobility(4, 5, 2, 3, np.array([1.0, 3e-8, value, 2e-8]), 1e-8, 0.4, geometry=1e-6)
-        assert len(one.cautions) == said
-        assert not said or f"3 or less: the singular value {value:.2g} is within" in one.cautions[0]
-    assert Mobility(4, 5, 0, 0, np.array([2e-8, 1e-8]), 1e-8, 0.4, geometry=1e-6).cautions == ()
+def test_the_digits_leave_freedoms_in_doubt_or_forces_uncertain():
+    """By the number of freedoms that they allow; forces by the weakest direction, over the tolerance of the rest."""
+    doubtful = Mobility(4, 5, 2, 3, np.array([1.0, 3e-2, 3e-8, 2e-8]), 1e-8, 0.4, geometry=1e-6, freedoms=(2, 3))
+    assert doubtful.verdict == "undetermined within the digits"
+    (text,) = doubtful.cautions
+    assert "for 2 to 3 degrees of freedom: the smallest singular value is 3e-08" in text
+    for geometry, said in ((1e-3, ("the digits of the geometry leave forces uncertain by about 5 %",)), (1e-4, ())):
+        sure = replace(doubtful, geometry=geometry, freedoms=(3, 3))
+        assert (sure.verdict, sure.cautions) == ("regular", said)
 
 
 @pytest.mark.parametrize("named", [four_bar(), parallelogram()], ids=["four-bar", "parallelogram"])

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain
+from exo_pin.chain.kinematics.closing import neighbours
 from exo_pin.chain.kinematics.loops import scaled_jacobian
 from exo_pin.chain.kinematics.rank import rank_tolerance, self_consistent_error
 from exo_pin.chain.kinematics.structural_rank import (
@@ -17,7 +18,6 @@ from exo_pin.chain.kinematics.structural_rank import (
     _settled,
     _zero,
     agreeing_rows,
-    neighbours,
     structural_rank,
 )
 

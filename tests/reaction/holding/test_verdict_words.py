@@ -53,7 +53,7 @@ def test_each_limit_of_a_drive_has_its_words():
     def told(**given):
         return broken(drives=DRIVES, **given)
 
-    assert told() == "a joint without drive would be beyond its range."
+    assert told(passive=True) == "a joint without drive would be beyond its range."
     assert told(tensions=[50.0, 7.0, 1.0], force_error=[20.0, 0.0, 0.0]) == (
         "lift would have to give 50 N m (it gives at most 30 N m)."
     )
@@ -76,11 +76,14 @@ def test_each_limit_of_a_drive_has_its_words():
         "the wearer's own muscles would have to add 2.5 N m about the vertical axis (0.00, 0.00, 1.00)."
     )
     assert told(excess_speed=[0.5, 0.25, 0.0]) == (
-        "lift would have to be 0.5 rad/s faster than it can; rope would have to be 0.25 m/s faster than it can."
+        "rope would have to be 0.25 m/s faster than the actuator can; lift would have to be 0.5 rad/s faster than the "
+        "actuator can."
     )
     assert told(length_error=[-np.pi / 6.0, 0.012, 0.0]) == (
-        "lift would be 30° beyond its range; rope would be 12 mm beyond its range."
+        "rope would be 12 mm too long; lift would be 30° beyond its range."
     )
+    slides = told(length_error=[0.0, -0.012, 0.0], pulls=(False, False, False))
+    assert slides == "rope would be 12 mm beyond its range."
     assert told(length_error=[INF, NAN, 0.0]) == "lift cannot take this position."
 
 

@@ -12,8 +12,9 @@ limits         position ``range``; effort ``actuatorfrcrange``. MJCF has no limi
 An effort limit of zero is written as the smallest range that MuJoCo accepts, of 2.2e-308 N or N m. A planar or free
 joint moves in other coordinates in MuJoCo; it may have damping, the same in all directions, and nothing else.
 
-A body of MJCF may have several hinges and slides. In a Pinocchio tree they are joints with bodies without mass between
-them, as of a universal joint; :func:`exo_pin.chain.formats.bodies.joined_bodies` puts them on one body again.
+A body of MJCF may have several hinges and slides, and a ball. In a Pinocchio tree they are joints with bodies without
+mass between them, as of a universal joint; :func:`exo_pin.chain.formats.bodies.joined_bodies` puts them on one body
+again.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def write_joints(element: ET.Element, body: TreeBody, own: FloatArray, place: pi
     own : ndarray
         Shape (nq of the joint,), its coordinates.
     place : pinocchio.SE3, optional
-        Of a hinge or slide in the frame of the element's body; by default it is that frame.
+        Of a hinge, slide or ball in the frame of the element's body; by default it is that frame.
 
     Returns
     -------
@@ -67,7 +68,7 @@ def write_joints(element: ET.Element, body: TreeBody, own: FloatArray, place: pi
     if body.kind == "free":
         return _free(element, body, own)
     if body.kind == "ball":
-        return _ball(element, body, own)
+        return _ball(element, body, own, place)
     if body.axis is not None:
         given = {"name": body.joint, "type": body.kind, "axis": as_numbers(body.axis)}
         if place is not None:
@@ -91,7 +92,7 @@ def _free(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
     return [*pose[:3], pose[6], *pose[3:6]]
 
 
-def _ball(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+def _ball(element: ET.Element, body: TreeBody, own: FloatArray, place: pin.SE3 | None) -> list[float]:
     data = body.data
     body.refuse(_FORMAT, ("effort limits", "position limits"))
     if data.stiffness != 0.0 and data.reference is not None and data.reference[:3].any():
@@ -102,7 +103,8 @@ def _ball(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
         "armature": _one_number(body, "armature", data.armature),
         "stiffness": data.stiffness,
     }
-    ET.SubElement(element, "joint", {"name": body.joint, "type": "ball", **_not_zero(values)})
+    at = {} if place is None else {"pos": as_numbers(place.translation)}
+    ET.SubElement(element, "joint", {"name": body.joint, "type": "ball", **at, **_not_zero(values)})
     return [own[3], *own[:3]]
 
 

@@ -8,23 +8,26 @@ connect connect of two sites
 hinge   two connects, on the axis
 tendon  the length of a tendon between two sites
 joint   joint equality
-body    a small body on the body of frame b that moves as the closure allows, welded to frame a. Its mass, a
-        millionth of the robot's, is the price of a format that has no such equality.
+body    a part of the body of frame a (of frame b, if a is on the world), welded to the rest of it, which moves on the
+        other body as the closure allows. Parts of a body have equal shares of its inertia: a small share would spoil
+        the scaling of MuJoCo's equations.
 ======= ====================================================================================================
 
 MuJoCo needs mass and moments of inertia everywhere. A massless body at the end of a joint, which a rigid closure welds
 to another, gets a millionth of that one's; a body with mass and without moments, its mass times a millionth of the
 square of the robot's characteristic length.
 
-MuJoCo's equalities are compliant; they have its default stiffness. Other data of joints than their motion are written
-as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An actuated joint has a motor. The
-control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it pulls, within the limits of the
-slide's effort; that of any other joint is the effort itself.
+MuJoCo's equalities, friction and limits of joints are compliant. They are written as stiff as its time step allows, and
+hold better with a shorter one: MuJoCo makes the time constant of ``solref`` at least two steps. Other data of joints
+than their motion are written as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An
+actuated joint has a motor. The control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it
+pulls, within the limits of the slide's effort; that of any other joint is the effort itself.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections import Counter
 
 import numpy as np
 import pinocchio as pin
@@ -63,6 +66,10 @@ FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" fo
     ("", "joints"): "joint",
 }
 _AXES = dict(zip("xyz", np.eye(3), strict=True))
+#: The least time constant, s, which MuJoCo lengthens to two of its steps, and its largest impedance.
+_STIFF = {"solref": "0.0001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+#: Friction and limits of joints; critically damped limits throw a joint back at any stiffness.
+_PARTS, _STOPS = ("friction", "limit"), {"solreflimit": "0.0001 20"}
 _HELPER_SHARE = 1e-6
 
 
@@ -93,6 +100,11 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     refuse_massless([each.body for each in joined if each.body.index not in ends], "MuJoCo")
     root = ET.Element("mujoco", model=chain.description.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
+    default = ET.SubElement(root, "default")
+    ET.SubElement(default, "equality", _STIFF)
+    ET.SubElement(
+        default, "joint", {f"{key}{part}": value for part in _PARTS for key, value in _STIFF.items()} | _STOPS
+    )
     option = ET.SubElement(root, "option", gravity=as_numbers(chain.model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
     first = [each.body for each in joined if each.parent == 0]
@@ -120,13 +132,20 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     if any("velocity limits" in body.data.present for body in bodies):
         note += "\n<!-- MJCF has no limits of velocity; those of the joints are left out. -->"
     if writer.heavier:
-        note += f"\n<!-- MuJoCo needs inertia everywhere; a millionth was added to {', '.join(writer.heavier)}. -->"
+        named = ", ".join(dict.fromkeys(writer.heavier))
+        note += f"\n<!-- MuJoCo needs inertia everywhere; a millionth was added to {named}. -->"
     if writer.shapes.touches:
         note += "\n<!-- A chain has no contact: take the flag away to let shapes touch. -->"
     if writer.shapes.left_out:
         lost = ", ".join(dict.fromkeys(writer.shapes.left_out)).replace("--", "- -")
         note += f"\n<!-- Meshes that are not there, or that MuJoCo does not read: {lost}. -->"
     return f"{note}\n{ET.tostring(root, encoding='unicode')}\n", tuple(writer.helper_joints)
+
+
+def parts_of(chain: ChainState) -> dict[int, int]:
+    """Of closures that MJCF has no equality for, the end, 0 or 1, of whose body a part stands for the closure."""
+    forms = [closure.form_in(FORMS, "MJCF has no equality") for closure in chain.closures]
+    return {c: int(chain.topology.joints[c, 0] == 0) for c, form in enumerate(forms) if form == "body"}
 
 
 class _Writer:
@@ -139,7 +158,8 @@ class _Writer:
         self._ends, self.heavier, self.welded = ends, list[str](), welded_to_arm(chain)
         pin.forwardKinematics(chain.model, self._data, q)
         self._elements = {0: world}
-        self._helper_mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
+        self._parts = parts_of(chain)
+        self._shares = Counter(int(chain.topology.joints[c, end]) for c, end in self._parts.items())
         self._taken = {*(closure.name for closure in chain.closures), *chain.model.names}
         self._taken |= {each.body.name for each in joined}
         self._helper_sites: dict[str, str] = {}
@@ -155,10 +175,10 @@ class _Writer:
 
     def add_bodies(self, parent: int) -> None:
         """Add the bodies that a body carries, depth first, as MuJoCo orders its coordinates."""
-        chain, joints = self._chain, self._chain.topology.joints
-        for c, closure in enumerate(chain.closures):
-            if closure.form_in(FORMS, "MJCF has no equality") == "body" and joints[c, 1] == parent:
-                self._add_helper(c, closure)
+        chain = self._chain
+        for c, end in self._parts.items():
+            if chain.topology.joints[c, 1 - end] == parent:
+                self._add_helper(c, chain.closures[c], end)
         for each in self._joined:
             if each.parent != parent:
                 continue
@@ -169,7 +189,7 @@ class _Writer:
             for joint, place in each.before:
                 self.qpos += write_joints(element, joint, self._q[chain.configuration_slice(joint.joint)], place)
             self.qpos += write_joints(element, body, self._q[chain.configuration_slice(body.joint)])
-            write_inertial(element, body.name, self._inertia(body))
+            write_inertial(element, body.name, self._share(body))
             for part in (part for part in self.welded if part.on == body.index):
                 place = {"name": _allowed(part.name, self._taken), **pose_of(part.placement)}
                 write_inertial(ET.SubElement(element, "body", place), part.name, part.inertia)
@@ -198,25 +218,40 @@ class _Writer:
             self.heavier.append(body.name)
         return inertia
 
-    def _add_helper(self, c: int, closure: Closure) -> None:
-        """A small body that moves on frame b of a closure as the closure allows, with the site welded to frame a."""
+    def _share(self, body: TreeBody) -> pin.Inertia:
+        """A body's inertia, or that of each of the parts that it is written as, by their number."""
+        whole, parts = self._inertia(body), 1 + self._shares[body.index]
+        return pin.Inertia(whole.mass / parts, whole.lever, whole.inertia / parts)
+
+    def _add_helper(self, c: int, closure: Closure, end: int) -> None:
+        """A part of the body of one end that moves on the other end's as the closure allows, with the site of its weld.
+
+        From frame b it turns first, and then slides along the axes of frame a; from frame a it is the other way round.
+        """
         topology, name = self._chain.topology, self._free_name(closure, "helper")
         joints = topology.joints[c].tolist()
-        a, b = (self._data.oMi[joints[end]] * topology.frame(c, end) for end in (0, 1))
+        a, b = (self._data.oMi[joints[k]] * topology.frame(c, k) for k in (0, 1))
         moved = b.actInv(a)
         R, apart = moved.rotation, moved.rotation.T @ moved.translation
-        # Ry(α) Rx(β): about frame b's y, then about frame a's x.
-        swings = [float(np.arctan2(-R[2, 0], R[0, 0])), float(np.arctan2(-R[1, 2], R[1, 1]))]
         x, y, z, w = pin.Quaternion(R).normalized().coeffs()
-        turned = {"": [w, x, y, z], "xy": [float(np.arctan2(R[1, 0], R[0, 0]))], "cross": swings, "xyz": []}
-        self.qpos += turned[closure.kind.angular] + [float(apart["xyz".index(axis)]) for axis in _slides(closure)]
-        element = ET.SubElement(self._elements[joints[1]], "body", {"name": name, **pose_of(topology.frame(c, 1))})
-        for k, (kind, axis) in enumerate(_helper_joints(closure)):
+        # Ry(α) Rx(β): about frame b's y, then about frame a's x.
+        angles = {"y": np.arctan2(-R[2, 0], R[0, 0]), "x": np.arctan2(-R[1, 2], R[1, 1])}
+        angles["z"] = np.arctan2(R[1, 0], R[0, 0])
+        moves = [
+            (kind, axis, [x, y, z] if kind == "ball" else [angles[axis]]) for kind, axis in _TURNS[closure.kind.angular]
+        ]
+        moves += [("slide", axis, [apart["xyz".index(axis)]]) for axis in "xyz" if axis not in closure.kind.linear]
+        forward = end == 0
+        base = self._elements[joints[1 - end]]
+        element = ET.SubElement(base, "body", {"name": name, **pose_of(topology.frame(c, 1 - end))})
+        for k, (kind, axis, values) in enumerate(moves if forward else reversed(moves)):
             joint = self._free_name(closure, f"helper_{k}")
             self.helper_joints.append(joint)
             ET.SubElement(element, "joint", name=joint, type=kind, axis=as_numbers(_AXES[axis]))
-        moments = as_numbers([self._helper_mass * self._chain.characteristic_length**2] * 3)
-        ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self._helper_mass), diaginertia=moments)
+            self.qpos += [w] if kind == "ball" else []
+            self.qpos += [float(value if forward else -value) for value in values]
+        body = next(each.body for each in self._joined if each.body.index == joints[end])
+        write_inertial(element, name, topology.frame(c, end).actInv(self._share(body)))
         self._helper_sites[closure.name] = self._free_name(closure, "helper_site")
         ET.SubElement(element, "site", name=self._helper_sites[closure.name])
 
@@ -229,7 +264,7 @@ class _Writer:
                 element.set("joint2", closure.frame_a)
             element.set("polycoef", as_numbers(_from_zero(closure)))
             return
-        sites = [self._add_site(c, closure, end) for end in ((0,) if form == "body" else (0, 1))]
+        sites = [self._add_site(c, closure, end) for end in ((self._parts[c],) if form == "body" else (0, 1))]
         sites += [self._helper_sites[name]] if form == "body" else []
         if form == "tendon":
             tendon = ET.SubElement(self.tendons, "spatial", name=name)
@@ -257,16 +292,6 @@ class _Writer:
 def _allowed(name: str, taken: set[str]) -> str:
     """A body's name in MJCF, where "world" is the world's."""
     return free_name("world_link", taken) if name == "world" else name
-
-
-def _slides(closure: Closure) -> str:
-    """Axes along which a closure lets its frames part."""
-    return "".join(axis for axis in "xyz" if axis not in closure.kind.linear)
-
-
-def _helper_joints(closure: Closure) -> list[tuple[str, str]]:
-    """Joints that move a helper as a closure allows, kind and axis: it turns first, and slides along the axes of a."""
-    return [*_TURNS[closure.kind.angular], *(("slide", axis) for axis in _slides(closure))]
 
 
 def _tension(effort: FloatArray) -> dict[str, str]:

@@ -27,7 +27,7 @@ from ..bodies import (
 )
 from ..closures_file import closures_text
 from ..mjcf.mjcf_writing import FORMS as MJCF_FORMS
-from ..mjcf.mjcf_writing import mjcf_document
+from ..mjcf.mjcf_writing import mjcf_document, parts_of
 from ..sdf.sdf_frames import RESERVED
 from ..sdf.sdf_writing import FORMS as SDF_FORMS
 from ..sdf.sdf_writing import sdf_text
@@ -129,8 +129,12 @@ def written_chain(
         text, helpers = mjcf_document(ChainState(model, description), q)
         forms = {own.name: own.form_in(MJCF_FORMS, "MJCF has no equality") for own in description.closures}
         lost += [
-            f"the closure {name!r}, for which a small body stands" for name, form in forms.items() if form == "body"
+            f"the closure {name!r}, for which a part of a body stands" for name, form in forms.items() if form == "body"
         ]
+        parts = [int(chain.topology.joints[c, end]) for c, end in parts_of(chain).items()]
+        for index, name in enumerate(restated, 1):
+            if index in parts and restated[name].inertia is None:
+                restated[name] = replace(restated[name], inertia=_numbers(pin.Inertia(model.inertias[index])))
         leave_out = ("tendons",) if "tendon" in forms.values() else ()
         return WrittenChain({ending: text}, _without_empty(restated, frame_names, helpers, (), leave_out), tuple(lost))
     for name in restated:

@@ -6,7 +6,7 @@ What of an SDF's links is drawn or may touch, which other formats carry along.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,6 +31,16 @@ _AXES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("ball", "fixed"), ()),
 }
 _NOT_READ = ("screw", "gearbox")
+#: Density of a collision shape that states none, kg/m³.
+_WATER = 1000.0
+#: Volumes of shapes, m³, of their sizes.
+_VOLUMES: dict[str, Callable[..., float]] = {
+    "box": lambda x, y, z: x * y * z,
+    "sphere": lambda r: 4.0 / 3.0 * np.pi * r**3,
+    "cylinder": lambda r, length: np.pi * r**2 * length,
+    "capsule": lambda r, length: np.pi * r**2 * (length + 4.0 / 3.0 * r),
+    "ellipsoid": lambda x, y, z: 4.0 / 3.0 * np.pi * x * y * z,
+}
 #: From this size on a limit is none, as in the specification.
 _NO_LIMIT = 1e16
 _SHORTEST_AXIS = 1e-6
@@ -149,13 +159,16 @@ def read_link(scope: Scope, element: Element, left: LeftOut) -> SdfLink:
     """
     name = element.attributes["name"]
     inertial = element.first("inertial")
-    inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3)) if inertial is None else _inertia(inertial, left)
+    if inertial is None:
+        inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3))
+    elif inertial.attributes.get("auto", "false") in ("true", "1"):
+        inertia = _of_shapes(element, inertial)
+    else:
+        inertia = _inertia(inertial, left)
     return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia)
 
 
 def _inertia(inertial: Element, left: LeftOut) -> pin.Inertia:
-    if inertial.attributes.get("auto", "false") not in ("false", "0"):
-        raise inertial.error("an inertia from the collision shapes is not read: state mass and inertia", "auto")
     pose = inertial.first("pose")
     if pose is not None and pose.attributes.get("relative_to"):
         raise pose.error("the pose of an inertial is relative to its link", "relative_to")
@@ -166,18 +179,41 @@ def _inertia(inertial: Element, left: LeftOut) -> pin.Inertia:
     return pin.Inertia(mass, centre.translation, centre.rotation @ tensor @ centre.rotation.T)
 
 
+def _of_shapes(link: Element, inertial: Element) -> pin.Inertia:
+    """The inertia of a link's collision shapes by their densities, scaled to the mass if one is stated.
+
+    Raises
+    ------
+    FileFormatError
+        If a shape is none that has a volume here.
+    """
+    total, common = pin.Inertia.Zero(), _one(inertial, "density", _WATER)
+    for collision in link.all("collision"):
+        try:
+            shape = _shape(collision, "", None)
+            mass = _one(collision, "density", common) * _VOLUMES[shape.kind](*shape.size)
+            own = getattr(pin.Inertia, f"From{shape.kind.capitalize()}")(mass, *shape.size)
+        except (FileFormatError, KeyError, ValueError) as error:
+            raise collision.error("no inertia is computed of this shape: state mass and inertia") from error
+        total += pin.XYZQUATToSE3(np.array([*shape.translation, *shape.quaternion])).act(own)
+    if total.mass <= 0.0:
+        raise inertial.error("there is no collision shape of which to compute the inertia: state it", "auto")
+    share = _one(inertial, "mass", total.mass) / total.mass
+    return pin.Inertia(share * total.mass, total.lever, share * total.inertia)
+
+
 def _as_urdf(inertial: Element) -> Element:
     """Mass and inertia as attributes, with the specification's defaults, for the check that URDF has, too."""
     mass, inertia = inertial.first("mass") or inertial, inertial.first("inertia") or inertial
-    value = {"value": "1" if mass is inertial else mass.text}
+    value = {"value": "1" if mass is inertial else mass.text or "1"}
     entries = {"ixx": "1", "ixy": "0", "ixz": "0", "iyy": "1", "iyz": "0", "izz": "1"}
-    entries |= {child.tag: child.text for child in inertia.children if child.tag in entries}
+    entries |= {child.tag: child.text for child in inertia.children if child.tag in entries and child.text}
     found = [Element("mass", value, mass.line, mass.place), Element("inertia", entries, inertia.line, inertia.place)]
     return Element("inertial", {}, inertial.line, inertial.place, found)
 
 
-def read_joint(scope: Scope, element: Element) -> SdfJoint:
-    """A joint of a scope.
+def read_joint(scope: Scope, element: Element, left: LeftOut | None = None) -> SdfJoint | None:
+    """A joint of a scope; None for one that is left out, which without ``left`` is an error.
 
     Raises
     ------
@@ -187,7 +223,11 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     name, kind = element.attributes["name"], element.attributes["type"]
     if kind not in _AXES:
         why = "joints of this type are not read" if kind in _NOT_READ else "there is no such type"
-        raise element.error(f"{why}: expected one of {', '.join(_AXES)}, got {kind!r}", "type")
+        what = f"{why}: expected one of {', '.join(_AXES)}, got {kind!r}"
+        if kind not in _NOT_READ or left is None:
+            raise element.error(what, "type")
+        left.named("joint_types", f"{element.place}: {what}", "state it as a coupling", element.at_line)
+        return None
     ends = {}
     for tag in ("parent", "child"):
         end = element.first(tag)
@@ -201,9 +241,14 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     tags = _AXES[kind]
     for tag in ("axis", "axis2"):
         if (element.first(tag) is None) == (tag in tags) and (kind, tag) != ("ball", "axis"):
-            wrong = "is missing" if tag in tags else "is one too many"
-            raise element.error(f"a {kind} joint has {len(tags)} axes: <{tag}> {wrong}")
-    axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
+            said = "its <{}> is not there, and along z" if tag in tags else "it has no <{}>, which is not read"
+            if left is not None:
+                left.say("axes", f"{element.place}, which is {kind}: {said.format(tag)}")
+    axes = tuple(
+        _axis(scope, element.first(tag) or Element(tag, {}, element.line, element.place), place, kind) for tag in tags
+    )
+    if len(axes) == 2 and np.linalg.norm(np.cross(axes[0].direction, axes[1].direction)) < _SHORTEST_AXIS:
+        raise element.error(f"a {kind} joint has two axes of different directions")
     damping = _ball_damping(scope, element, place) if kind == "ball" else 0.0
     return SdfJoint(f"{scope.name}{name}", kind, ends["parent"], ends["child"], place, axes, damping, element)
 
@@ -221,27 +266,29 @@ def _ball_damping(scope: Scope, element: Element, place: pin.SE3) -> float:
 
 def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
     xyz = None if kind == "ball" else element.first("xyz")
-    direction = np.array([0.0, 0.0, 1.0] if xyz is None else numbers_of(xyz, xyz.text, 3))
+    direction = np.array([0.0, 0.0, 1.0] if xyz is None or not xyz.text else numbers_of(xyz, xyz.text, 3))
     largest = float(np.abs(direction).max())
     if largest < _SHORTEST_AXIS:
         raise (xyz or element).error(f"expected a direction, got {direction.tolist()}")
     direction = direction / largest
     expressed = "" if xyz is None else xyz.attributes.get("expressed_in", "")
     parents = element.first("use_parent_model_frame")
-    if parents is not None and flag(parents):
+    if parents is not None and parents.text and flag(parents):
         expressed = "__model__"
     if expressed:
         direction = place.rotation.T @ scope.pose(expressed, xyz or element).rotation @ direction
     limit, dynamics, mimic = (element.first(tag) for tag in ("limit", "dynamics", "mimic"))
     values: dict[str, float] = {}
     if limit is not None:
-        values = {child.tag: _limit(child) for child in limit.children if child.tag in ("lower", "upper")}
+        values = {
+            child.tag: _limit(child) for child in limit.children if child.text and child.tag in ("lower", "upper")
+        }
         if values.get("lower", -np.inf) > values.get("upper", np.inf):
             raise limit.error(f"expected lower <= upper, got {values['lower']:g} and {values['upper']:g}")
         if kind == "continuous" and np.isfinite(list(values.values())).any():
             raise limit.error("a continuous joint has no limits: make it revolute, or leave them out")
         for child in limit.children:
-            if child.tag in ("effort", "velocity"):
+            if child.text and child.tag in ("effort", "velocity"):
                 # Below zero means none.
                 value = _limit(child)
                 values[child.tag] = value if value >= 0.0 else np.inf
@@ -250,6 +297,18 @@ def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
         values["stiffness"] = _one(dynamics, "spring_stiffness", 0.0)
         values["reference"] = _one(dynamics, "spring_reference", 0.0)
     return Axis(direction / np.linalg.norm(direction), **values, mimic=None if mimic is None else _mimic(scope, mimic))
+
+
+def fixed_models(scope: Scope, links: Sequence[SdfLink]) -> Iterator[SdfJoint]:
+    """Joints that fix the links of static models to the world."""
+    static = scope.element.first("static")
+    if static is not None and static.text and flag(static):
+        for link in links:
+            if link.name.startswith(scope.name):
+                yield SdfJoint(f"{link.name}_static", "fixed", "world", link.name, link.place, (), 0.0, static)
+        return
+    for inner in scope.inner.values():
+        yield from fixed_models(inner, links)
 
 
 def is_closure(joint: SdfJoint) -> bool:
@@ -285,7 +344,7 @@ def _mimic(scope: Scope, element: Element) -> tuple[str, int, float, float, floa
 
 def _one(element: Element, tag: str, default: float) -> float:
     child = element.first(tag)
-    return default if child is None else numbers_of(child, child.text, 1)[0]
+    return default if child is None or not child.text else numbers_of(child, child.text, 1)[0]
 
 
 def _at_least_zero(element: Element, tag: str) -> float:

@@ -1,6 +1,6 @@
 """Reading SDF, which describes loops: a link may be the child of several joints.
 
-Read are, of versions 1.5 to 1.12: one model, or a world with models; nested models in the same file; links with pose,
+Read are, of versions 1.3 to 1.12: one model, or a world with models; nested models in the same file; links with pose,
 mass and inertia; joints revolute, continuous, prismatic, universal, revolute2, ball and fixed, with their axes, limits,
 damping, friction, springs and mimics; frames; poses relative to any of them; the world's gravity. Links without an
 inertial have the specification's mass of 1 kg and inertia of 1 kg m².
@@ -16,15 +16,13 @@ inertial have the specification's mass of 1 kg and inertia of 1 kg m².
   element for motors.
 * A ball joint's damping is that of its <axis>, which simulators read, too.
 
-Left out, and listed in the closures' ``left_out``: pictures, collision shapes, sensors, plugins, lights, settings of
-simulators. Anything else is an error that names it.
+* A static model is fixed to the world.
 
-Which elements an SDF may have, and what becomes of each: read, left out and listed, or refused.
-
-The rules are in ``sdf_grammar.toml``. Elements that change the motion are read, or are an
-error as soon as they have another value than the one without effect. Elements for drawing, contact, sensors and
-programs are left out; :func:`check_grammar` lists them. So are elements of other programs, with a prefix
-(``drake:...``), with a warning, because they may change the motion.
+Files are read as tolerantly as by SDF's reference parser where the motion is not affected: elements without a value
+have the specification's, joints may have axes that their type has not, comments may have ``--`` in them. Pictures,
+collision shapes, sensors, plugins, settings of simulators, and elements that the specification does not have are left
+out and listed in the closures' ``left_out``; a name that is nearly one of the specification is an error. What changes
+the motion and is not read is an error unless it is named in ``leave_out``. The rules are in ``sdf_grammar.toml``.
 """
 
 from __future__ import annotations
@@ -42,33 +40,32 @@ from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
-from ..bodies import add_frame
+from ..bodies import add_frame, free_name
 from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
 from ..leaving_out import LeftOut, name_of_element
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
-from .sdf_model import read_joint, read_link, sdf_shapes
+from .sdf_model import fixed_models, read_joint, read_link, sdf_shapes
 from .sdf_tree import SdfTree, build_tree, make_graph
 
-VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
+VERSIONS = ("1.3", "1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
 
 
+#: Values without effect of elements that otherwise are left out by name.
+_HARMLESS = {"gravity": "true", "kinematic": "false", "enable_wind": "false", "velocity_decay": "0"}
 #: The specification's gravity of a world that states none, m/s².
 _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
-def check_grammar(root: Element) -> tuple[str, ...]:
-    """Check every element's attributes and children that matter, and list what is left out.
+def check_grammar(root: Element, left: LeftOut) -> None:
+    """Check every element's attributes and children that matter, and make of old versions what the newest has.
 
     Parameters
     ----------
     root : Element
-        The document.
-
-    Returns
-    -------
-    tuple of str
-        What is left out, in words, by kind of element.
+        The document, which is changed.
+    left : LeftOut
+        What is left out is put down there.
 
     Warns
     -----
@@ -78,52 +75,66 @@ def check_grammar(root: Element) -> tuple[str, ...]:
     Raises
     ------
     FileFormatError
-        If an element or attribute is unknown, missing, there twice, or changes the motion in a way that is not read;
-        or the version is not one of :data:`VERSIONS`.
+        If an attribute is missing, an element is there twice, a name is nearly one that is known, something that
+        changes the motion is not read and not named to be left out, or the version is not one of :data:`VERSIONS`.
     """
     if root.tag != "sdf":
         raise root.error(f"expected the root element <sdf>, got <{root.tag}>")
     version = root.attributes.get("version")
     if version not in VERSIONS:
         raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
-    left: Counter[str] = Counter()
-    for element, rule in checked(root, "sdf"):
-        _refuse_other_version(element, VERSIONS.index(version) >= VERSIONS.index("1.7"), version)
+    age, unread = VERSIONS.index(version), Counter[tuple[str, str]]()
+
+    def strange(name: str, where: str) -> None:
+        unread[name, where] += 1
+
+    for element, rule in checked(root, "sdf", strange=strange):
+        _renew(element, age, version, left)
         for attribute in rule.required:
             if not element.attributes[attribute]:
                 raise element.error(f"the attribute {attribute!r} is empty")
         for child in element.children:
-            if child.tag in rule.fixed:
-                _refuse_effect(child, rule.fixed[child.tag])
-        # What is drawn is carried along.
-        unread = [child.tag for child in element.children if is_left_out(child, rule) and child.tag != "visual"]
-        left.update(f"<{tag}> in <{element.tag}>" for tag in unread)
-    prefixed = [name for name in left if ":" in name]
+            if child.tag in rule.named:
+                if child.tag not in _HARMLESS or not _has_no_effect(child, _HARMLESS[child.tag]):
+                    shown = f"{child.place} ({child.text})" if child.text else child.place
+                    left.named(rule.named[child.tag], shown, "it is not read: take it out", child.at_line)
+            elif is_left_out(child, rule) and child.tag != "visual":
+                # What is drawn is carried along.
+                strange(child.tag, f"<{child.tag}> in <{element.tag}>")
+    prefixed = [where for name, where in unread if ":" in name]
     if prefixed:
         warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning)
-    return tuple(name if count == 1 else f"{name}, {count} times" for name, count in left.items())
+    for (name, where), count in unread.items():
+        left.say(name_of_element(name), where if count == 1 else f"{where}, {count} times")
 
 
-def _refuse_other_version(element: Element, is_new: bool, version: str) -> None:
-    """Raise FileFormatError for what SDF has from version 1.7 on, or up to 1.6, in a file of the other kind."""
-    for attribute in ("relative_to", "expressed_in", "attached_to"):
-        if not is_new and attribute in element.attributes:
-            raise element.error(f"is of version 1.7; this file says {version}", attribute)
+def _renew(element: Element, age: int, version: str, left: LeftOut) -> None:
+    """Make of an element what version 1.7 has; what only old versions have is an error in a new file."""
+    is_new = age >= VERSIONS.index("1.7")
     if is_new and (element.tag == "use_parent_model_frame" or "frame" in element.attributes):
         raise element.error(f"is of version 1.6 and before; this file says {version}: use expressed_in, relative_to")
+    if (
+        element.tag in ("axis", "axis2")
+        and age < VERSIONS.index("1.5")
+        and element.first("use_parent_model_frame") is None
+    ):
+        element.children.append(Element("use_parent_model_frame", {}, element.line, element.place, text="true"))
+    if element.tag == "model" and not is_new:
+        # Links and joints had names apart.
+        taken = {child.attributes.get("name", "") for child in element.children if child.tag != "joint"}
+        for joint in element.all("joint"):
+            name = joint.attributes.get("name", "")
+            if name in taken:
+                joint.attributes["name"] = free_name(f"{name}_joint", taken)
+                left.say("renamed", f"joint {name!r} is {joint.attributes['name']!r}")
+            taken.add(joint.attributes.get("name", ""))
 
 
-def _refuse_effect(element: Element, harmless: str) -> None:
-    """Raise unless an element has the value that has no effect."""
-    if element.tag == "velocity_decay":
-        values = [child.text for child in element.children] or [element.text or "0"]
-        fits = all(text.strip("0.+-") == "" for text in values)
-    elif harmless in ("true", "false"):
-        fits = flag(element) == (harmless == "true")
-    else:
-        fits = element.text.strip("0.+-") == ""
-    if not fits:
-        raise element.error(f"expected {harmless}: another value changes the motion and is not read")
+def _has_no_effect(element: Element, harmless: str) -> bool:
+    """Whether an element has the value that has no effect, or none."""
+    if harmless in ("true", "false"):
+        return not element.text or flag(element) == (harmless == "true")
+    return all(part.text.strip("0.+-") == "" for part in (element, *element.children))
 
 
 def read_sdf(
@@ -184,8 +195,7 @@ def read_sdf(
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
         left, folder = LeftOut(leave_out), None if file is None else file.parent
-        for said in check_grammar(root):
-            left.say(name_of_element(said[1 : said.index(">")]), said)
+        check_grammar(root, left)
         model, closures, words = _read(root, root_joint, first_joint, left, folder, closing)
 
         def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
@@ -215,10 +225,13 @@ def _read(
     links = [read_link(*item, left) for item in scope.all("link")]
     if not links:
         raise outermost.error("expected at least one link")
-    joints = [joint for item in scope.all("joint") if (joint := read_joint(*item)).name not in closing]
-    tree = build_tree(outermost.attributes["name"], links, make_graph(links, joints, first_joint), root_joint)
+    read = (read_joint(*item, left) for item in scope.all("joint"))
+    joints = [joint for joint in read if joint is not None and joint.name not in closing]
+    joints += fixed_models(scope, links)
+    graph = make_graph(links, joints, first_joint, left)
+    tree = build_tree(outermost.attributes["name"], links, graph, root_joint)
     _add_frames(scope, tree, {link.name: link.place for link in links})
-    gravity = _gravity(outermost) if worlds else GRAVITY
+    gravity = _gravity(outermost, root.attributes["version"]) if worlds else GRAVITY
     tree.model.gravity.linear = np.array(gravity)
     root_data = Root(gravity=tuple(np.asarray(gravity).tolist()))
     roles = Roles(tuple(tree.actuated))
@@ -247,9 +260,8 @@ def _add_frames(scope: Scope, tree: SdfTree, places: dict[str, pin.SE3]) -> None
         add_frame(model, f"{own.name}{name}", carrier, local, pin.FrameType.OP_FRAME)
 
 
-def _gravity(world: Element) -> FloatArray:
-    gravity = world.first("gravity")
-    physics = world.first("physics")
-    if physics is not None and physics.first("gravity") is not None:
-        raise physics.error("<gravity> of <physics> is of an old version: state it in <world>")
-    return np.array(_WORLD_GRAVITY if gravity is None else numbers_of(gravity, gravity.text, 3))
+def _gravity(world: Element, version: str) -> FloatArray:
+    gravity, physics = world.first("gravity"), world.first("physics")
+    if physics is not None and version in VERSIONS[: VERSIONS.index("1.6")]:
+        gravity = physics.first("gravity") or gravity
+    return np.array(_WORLD_GRAVITY if gravity is None or not gravity.text else numbers_of(gravity, gravity.text, 3))

@@ -25,6 +25,7 @@ from ...structure.description import JointProperties
 from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
 from ..bodies import add_frame, add_joint, axis_joint
+from ..leaving_out import LeftOut
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_model import SdfJoint, SdfLink, closure_of, is_closure
 
@@ -49,13 +50,11 @@ class Graph:
     closing: list[SdfJoint]
 
 
-def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint: str | None = None) -> Graph:
+def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint: str | None, left: LeftOut) -> Graph:
     """Choose the tree.
 
     Raises
     ------
-    FileFormatError
-        If fixed joints alone make a loop.
     UnknownName
         If no joint that moves has the name of the one that is asked for.
     """
@@ -63,25 +62,23 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint
 
     names = ["world", *(link.name for link in links)]
     welds, reached = DisjointSet(names), DisjointSet(names)
+    across = {frozenset((joint.parent, joint.child)) for joint in joints if joint.kind != "fixed"}
+    moving = []
     for joint in joints:
-        if joint.kind == "fixed" and not welds.merge(joint.parent, joint.child):
-            raise joint.element.error(
-                f"links {joint.parent!r} and {joint.child!r} are fixed to each other already, by other fixed joints: "
-                "remove one"
-            )
+        # A fixed joint beside one that moves the same two links holds it, as a closure does.
+        if joint.kind != "fixed" or {joint.parent, joint.child} in across:
+            moving.append(joint)
+        elif not welds.merge(joint.parent, joint.child):
+            left.say("rigid", f"{joint.element.place} fixes links that other joints fix already")
     first: dict[str, str] = {}
     body = {name: first.setdefault(welds[name], name) for name in names}
-    tree = []
-    moving = [joint for joint in joints if joint.kind != "fixed"]
+    for joint in [joint for joint in moving if body[joint.parent] == body[joint.child]]:
+        left.say("rigid", f"{joint.element.place} joins two links that are one body, by fixed joints")
+        moving.remove(joint)
     if first_joint is not None:
         as_choice("first joint of the tree", first_joint, [joint.name for joint in moving])
-    for joint in sorted(moving, key=lambda joint: (joint.name != first_joint, *_rank(joint))):
-        if body[joint.parent] == body[joint.child]:
-            raise joint.element.error(
-                f"links {joint.parent!r} and {joint.child!r} are one rigid body, by fixed joints: it cannot move"
-            )
-        if reached.merge(body[joint.parent], body[joint.child]):
-            tree.append(joint)
+    order = sorted(moving, key=lambda joint: (joint.name != first_joint, *_rank(joint)))
+    tree = [joint for joint in order if reached.merge(body[joint.parent], body[joint.child])]
     carried = {body[joint.child] for joint in tree}
     bases = ["world"]
     for link in links:
@@ -94,9 +91,9 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint], first_joint
     return Graph(body, bases, [joint for joint in moving if joint in tree], closing)
 
 
-def _rank(joint: SdfJoint) -> tuple[bool, bool, int]:
+def _rank(joint: SdfJoint) -> tuple[bool, bool, bool, int]:
     """A ball joint has no axis."""
-    return joint.is_bare, not joint.axes, len(joint.axes)
+    return joint.kind == "fixed", joint.is_bare, not joint.axes, len(joint.axes)
 
 
 @dataclass(eq=False)

@@ -69,3 +69,21 @@ def test_a_massless_body_that_a_closure_holds_cannot_be_written(tmp_path):
 def test_a_massless_body_at_the_end_cannot_be_written(tmp_path):
     with pytest.raises(InvalidInput, match="link3 has none"):
         ClosedChain.from_urdf(urdf((True, False, True, False)), Closures("joined")).to_mjcf(tmp_path)
+
+
+@pytest.mark.parametrize("joints", [("slide", "ball"), ("ball", "slide")])
+def test_a_ball_is_on_one_body_with_slides_and_hinges(joints, tmp_path):
+    place = 'axis="0.6 0 0.8" pos="0.3 0.1 -0.2"'
+    made = "".join(f'<joint name="{kind}" type="{kind}" {place}/>' for kind in joints)
+    body = '<inertial pos="0.1 0.2 0" mass="2" diaginertia="0.1 0.2 0.25"/>'
+    text = f'<mujoco><worldbody><body name="b" euler="20 30 40" pos="1 0 0">{made}{body}</body></worldbody></mujoco>'
+    first = ClosedChain.from_mjcf(text)
+    path = first.to_mjcf(tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    assert (model.nbody, model.njnt) == (2, len(joints))
+    again = ClosedChain.from_mjcf(path)
+    rng = np.random.default_rng(6)
+    q, v = pin.integrate(first.model, first.neutral(), rng.normal(size=first.model.nv)), rng.normal(size=first.model.nv)
+    one, other = (each.forward_dynamics(q, v).a for each in (first, again))
+    np.testing.assert_allclose(one, other, rtol=1e-10)
+    np.testing.assert_allclose(first.placement(q, "b").translation, again.placement(q, "b").translation, atol=1e-12)

@@ -12,7 +12,7 @@ from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput
-from exo_pin.chain import ClosedChain, Closures, JointProperties
+from exo_pin.chain import ClosedChain, Closures, JointProperties, Placement
 from exo_pin.chain.formats.joint_data import NO_LIMIT
 from exo_pin.chain.formats.mjcf.mjcf_joints import write_inertial
 from exo_pin.chain.formats.mjcf.mjcf_writing import _tension, mjcf_text
@@ -65,7 +65,7 @@ def test_the_keyframe_puts_bodies_where_they_were(kind):
 def test_joints_of_three_coordinates_are_three_joints_with_their_damping(kind, types):
     damping = np.array([2.0, 2.0, 3.0]) if kind == "planar" else np.array([1.0, 2.0, 3.0])
     text = mjcf_text(carried(kind, damping)._state, np.concatenate([KINDS[kind][1], [0.0]]))
-    joints = ET.fromstring(text).findall(".//joint")[:3]
+    joints = ET.fromstring(text).findall("worldbody//joint")[:3]
     assert " ".join(joint.get("type") for joint in joints) == types
     assert [joint.get("name") for joint in joints] == ["first_x", "first_y", "first_z"]
     for k, joint in enumerate(joints):
@@ -78,7 +78,7 @@ def test_damping_that_a_joint_cannot_hold_is_refused():
         with pytest.raises(InvalidInput, match="damping"):
             mjcf_text(carried(kind, np.array(damping))._state, np.concatenate([KINDS[kind][1], [0.0]]))
     text = mjcf_text(carried("ball", np.full(3, 1.5))._state, np.array([0, 0, 0, 1.0, 0.0]))
-    joint = ET.fromstring(text).find(".//joint")
+    joint = ET.fromstring(text).find("worldbody//joint")
     assert (joint.get("type"), joint.get("damping")) == ("ball", "1.5")
 
 
@@ -153,17 +153,35 @@ def test_a_model_keeps_its_name():
     assert unnamed.model.name
 
 
-def test_a_helper_has_a_millionth_of_the_mass_and_the_inertia_of_that_at_the_length():
+@pytest.mark.parametrize("on_world", [False, True])
+def test_the_parts_of_a_body_sum_up_to_it(on_world):
     named = random_loop("cylindrical")
     chain = named.chain()
-    root = ET.fromstring(mjcf_text(chain._state, chain.close(named.q)))
-    helper = next(body for body in root.iter("body") if body.get("name").endswith("_helper"))
-    inertial = helper.find("inertial")
-    mass = 1e-6 * sum(inertia.mass for inertia in chain.model.inertias.tolist())
-    assert float(inertial.get("mass")) == pytest.approx(mass)
-    moments = [float(word) for word in inertial.get("diaginertia").split()]
-    assert moments == pytest.approx([mass * chain.characteristic_length**2] * 3)
-    assert inertial.get("pos") == "0 0 0"
+    q = chain.close(named.q)
+    if on_world:
+        # Frame a of a closure on the world, where frame b's body is parted.
+        (loop,) = chain.description.closures
+        frame = chain.placement(q, "left_3") * pin.XYZQUATToSE3(
+            np.array([*loop.placement_a.translation, *loop.placement_a.quaternion])
+        )
+        at = Placement(tuple(frame.translation), tuple(pin.Quaternion(frame.rotation).coeffs()))
+        loop = replace(loop, frame_a="universe", placement_a=at)
+        chain = ClosedChain(chain.model, replace(chain.description, closures=(loop,)))
+    again = ClosedChain.from_mjcf(mjcf_text(chain._state, q))
+    there = again.reference_configuration("closed")
+    assert np.abs(again.residual(there)).max() < 1e-12
+    parted = "right_2" if on_world else "left_3"
+    places = again.placements(there)
+    total = pin.Inertia.Zero()
+    for name in (parted, "loop_helper"):
+        frame = again.model.frames[again.model.getFrameId(name)]
+        own = again.model.inertias[frame.parentJoint]
+        total += (places[name] * frame.placement.inverse()).act(own)
+        assert own.mass == pytest.approx(0.5)
+    joint = chain.model.getJointId(f"{parted}_joint")
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, q)
+    assert total.isApprox(data.oMi[joint].act(chain.model.inertias[joint]), 1e-9)
 
 
 def test_the_spring_of_a_translation_is_slack_where_it_was():

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
+from exo_pin.chain.formats.leaving_out import LeftOut
 from exo_pin.chain.formats.sdf.sdf_frames import place_of
 from exo_pin.chain.formats.sdf.sdf_reading import check_grammar, flag
 from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
@@ -42,29 +43,39 @@ def test_truth_values(text, value):
 @pytest.mark.parametrize(
     ("inside", "said"),
     [
-        ("<gravity>true</gravity>", None), ("<gravity>1</gravity>", None), ("<gravity>0</gravity>", "expected true"),
-        ("<kinematic>false</kinematic>", None), ("<kinematic>true</kinematic>", "expected false"),
+        ("<gravity>true</gravity>", None), ("<gravity>1</gravity>", None), ("<gravity>0</gravity>", "gravcomp"),
+        ("<kinematic>false</kinematic>", None), ("<kinematic>true</kinematic>", "kinematic"),
         ("<velocity_decay/>", None), ("<velocity_decay>0.0</velocity_decay>", None),
-        ("<velocity_decay>0.1</velocity_decay>", "expected 0"),
+        ("<velocity_decay>0.1</velocity_decay>", "fluid"),
         ("<velocity_decay><linear>0</linear><angular>0.00</angular></velocity_decay>", None),
-        ("<velocity_decay><linear>0</linear><angular>0.01</angular></velocity_decay>", "expected 0"),
-        ("<velocity_decay><linear>0.01</linear><angular>0</angular></velocity_decay>", "expected 0"),
+        ("<velocity_decay><linear>0</linear><angular>0.01</angular></velocity_decay>", "fluid"),
+        ("<velocity_decay><linear>0.01</linear><angular>0</angular></velocity_decay>", "fluid"),
     ],
 )  # fmt: skip
 def test_what_changes_no_motion_may_stand_in_a_link(inside, said):
     root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
     if said is None:
-        assert check_grammar(root) == ()
+        left = LeftOut()
+        check_grammar(root, left)
+        assert left.report == ()
         return
-    with pytest.raises(FileFormatError, match=said):
-        check_grammar(root)
+    with pytest.raises(FileFormatError, match=rf'leave_out=\["{said}"\]'):
+        check_grammar(root, LeftOut())
+    left = LeftOut([said])
+    check_grammar(root, left)
+    (entry,) = left.report
+    assert entry.startswith(f"{said}: model 'm': link 'l': ")
 
 
 def test_what_is_left_out_is_counted_and_pictures_are_not():
     sensor = '<sensor name="{}" type="imu"/>'
     inside = sensor.format("a") + sensor.format("b") + '<visual name="v"/><visual name="w"/><collision name="c"/>'
     root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
-    assert check_grammar(root) == ("<sensor> in <link>, 2 times", "<collision> in <link>")
+    left = LeftOut()
+    check_grammar(root, left)
+    assert [text.partition(" (")[0] for text in left.report] == [
+        "programs: <sensor> in <link>, 2 times", "contact: <collision> in <link>",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from public_names import HIDDEN, ROOMS, public_names
 
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import GROUPS
-from exo_pin.cli.parser import command, examples, notes, shown_default
+from exo_pin.cli.command import command, examples, notes, shown_default
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.design.io.mechanism_reading import _KEYS
 

@@ -92,8 +92,8 @@ GROUPS = {
     },
     "Any robot with closed loops": {
         "check": Command("design_commands", "kinematic consistency of a design or a robot"),
-        "mobility": Command("kinematics_commands", "freedoms, redundant closures and singular kinds"),
-        "forces": Command("kinematics_commands", "efforts and joint reactions at rest, and which are determined"),
+        "mobility": Command("robot_commands", "freedoms, redundant closures and singular kinds"),
+        "forces": Command("robot_commands", "efforts and joint reactions at rest, and which are determined"),
     },
     "Thesis and motion": {
         "track": Command("motion_commands", "the built machine in motion: experiments of the thesis, or your movement"),
@@ -164,7 +164,7 @@ def _run(given: list[str]) -> int:
         print("\n".join(_lines(family)))
     else:
         count = 2 if family else 1
-        return int(import_module(".parser", __name__).answer(" ".join(given[:count]), given[count:]))
+        return int(import_module(".command", __name__).answer(" ".join(given[:count]), given[count:]))
     return 0
 
 
@@ -187,8 +187,11 @@ def overview() -> str:
 
 def _lines(commands: dict[str, Command]) -> list[str]:
     wide = max(map(len, COMMANDS)) + 4
-    each = {"initial_indent": "", "subsequent_indent": " " * wide}
-    return [textwrap.fill(f"  {name:{wide - 2}}{one.help}", width(), **each) for name, one in commands.items()]
+    indent = " " * wide
+    return [
+        textwrap.fill(f"  {name:{wide - 2}}{one.help}", width(), subsequent_indent=indent)
+        for name, one in commands.items()
+    ]
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:

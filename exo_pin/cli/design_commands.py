@@ -27,35 +27,16 @@ from ..study import compare as compared
 from ..study import sweep as swept
 from ..wrist_chain import PARTS
 from ..wrist_chain.wrist_urdf import write_published_urdf
-from .options import (
-    Degrees,
-    Design,
-    Json,
-    LeaveOut,
-    LimitsText,
-    Millimetres,
-    Pose,
-    Progress,
-    Recording,
-    Side,
-    Split,
-    Texts,
-    Way,
-    Worn,
-    called,
-    limits_of,
-    named_numbers,
-    needs,
-    numbers,
-    refuse,
-)
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
-Step = Annotated[Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")]
+Step = Annotated[
+    options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")
+]
 
 
 def presets(
-    name: Annotated[str | None, called("NAME")] = None,
+    name: Annotated[str | None, options.called("NAME")] = None,
     /,
     *,
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
@@ -75,7 +56,7 @@ def presets(
     exo-pin presets four-linear-actuators --out mine.toml
     """
     if name is None:
-        refuse("a list of names is not a design", out=out)
+        options.refuse("a list of names is not a design", out=out)
         width = max(map(len, names_of_presets()))
         print("\n".join(f"{each:{width}}  {preset(each).title}" for each in names_of_presets()))
     else:
@@ -84,12 +65,12 @@ def presets(
 
 
 def check(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    leave_out: LeaveOut = (),
-    json: Json = False,
+    side: options.Side = None,
+    leave_out: options.LeaveOut = (),
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", picture=False)] = None,
 ) -> int:
     """Check that a design or a robot is consistent.
@@ -108,14 +89,14 @@ def check(
 
 
 def export(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    worn: Worn = Worn(),
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
     part: Annotated[str, Parameter(choices=tuple(PARTS))] = "whole",
     published: Annotated[
-        Path | None, called("FOLDER", validator=lambda _, folder: require_folder(folder) if folder else None)
+        Path | None, options.called("FOLDER", validator=lambda _, folder: require_folder(folder) if folder else None)
     ] = None,
     out: Annotated[Path | None, writes(".urdf", ".xml", ".sdf", picture=False)] = None,
 ) -> int:
@@ -137,7 +118,7 @@ def export(
     exo-pin export examples/device.toml --person 1.75,75,male --out device.urdf
     """
     if published is not None:
-        refuse("--published writes URDF to a folder", out=out)
+        options.refuse("--published writes URDF to a folder", out=out)
         print("\n".join(map(str, write_published_urdf(published))))
         return 0
     exo = worn.load(design, side)
@@ -149,15 +130,15 @@ def export(
 
 
 def calibrate(
-    design: Design,
-    measured: Annotated[str, called("CSV")],
+    design: options.Design,
+    measured: Annotated[str, options.called("CSV")],
     /,
     *,
-    side: Side = None,
-    unknowns: Annotated[str, called("NAMES")] = ",".join(JOINTS),
-    length_noise: Millimetres | None = None,
-    orientation_noise: Degrees = 0.0,
-    tolerance: Annotated[Texts, called("NAME=SIZE")] = (),
+    side: options.Side = None,
+    unknowns: Annotated[str, options.called("NAMES")] = ",".join(JOINTS),
+    length_noise: options.Millimetres | None = None,
+    orientation_noise: options.Degrees = 0.0,
+    tolerance: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
@@ -206,17 +187,23 @@ def calibrate(
 
 def _tolerance(text: str) -> tuple[str, float]:
     """Name and SI value of one --tolerance."""
-    name, (value,) = named_numbers(text, "--tolerance NAME=SIZE", 1)
+    name, (value,) = options.named_numbers(text, "--tolerance NAME=SIZE", 1)
     return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value
 
 
 def _poses(
-    exo: ShoulderExo, pose: Pose, way: Way, recording: Recording, step: float, limits: str, split: str | None
+    exo: ShoulderExo,
+    pose: options.Pose,
+    way: options.Way,
+    recording: options.Recording,
+    step: float,
+    limits: str,
+    split: str | None,
 ) -> dict[str, Any]:
     """Poses, limits and split of a study."""
-    query: dict[str, Any] = {"limits": limits_of(limits)} | ({} if split is None else {"split": split})
+    query: dict[str, Any] = {"limits": options.limits_of(limits)} | ({} if split is None else {"split": split})
     if recording:
-        refuse("a movement has poses of its own", to=way.to)
+        options.refuse("a movement has poses of its own", to=way.to)
         poses, motion = recording.asked(exo, pose)
         return query | {"poses": poses, "motion": motion}
     if way.to is not None:
@@ -225,22 +212,22 @@ def _poses(
 
 
 def sweep(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    vary: Annotated[Texts, called("NAME=VALUES")],
-    side: Side = None,
-    pose: Pose = Pose(),
-    way: Way = Way(),
-    recording: Recording = Recording(),
-    worn: Worn = Worn(),
-    limits: LimitsText = "design",
+    vary: Annotated[options.Texts, options.called("NAME=VALUES")],
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    way: options.Way = options.Way(),
+    recording: options.Recording = options.Recording(),
+    worn: options.Worn = options.Worn(),
+    limits: options.LimitsText = "design",
     step: Step = 10.0,
-    split: Split | None = None,
-    payload_at: Annotated[str | None, called("X,Y,Z")] = None,
+    split: options.Split | None = None,
+    payload_at: Annotated[str | None, options.called("X,Y,Z")] = None,
     jobs: Literal[1, 2] = 1,
-    progress: Progress = False,
-    json: Json = False,
+    progress: options.Progress = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json")] = None,
     plot: Annotated[Path | None, draws("peak of the shoulder force of every design")] = None,
 ) -> None:
@@ -283,7 +270,7 @@ def sweep(
       A dash: not known for this design.
     """
     exo = worn.load(design, side)
-    place = None if payload_at is None else numbers(payload_at, "numbers for --payload-at")
+    place = None if payload_at is None else options.numbers(payload_at, "numbers for --payload-at")
     query = _poses(exo, pose, way, recording, step, limits, split)
     with processes(jobs) as executor:
         table = swept(exo, assigned(vary), executor=executor, progress=progress, payload_at=place, **query)
@@ -306,19 +293,19 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
 
 
 def compare(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     *others: str,
-    side: Side = None,
-    pose: Pose = Pose(),
-    way: Way = Way(),
-    recording: Recording = Recording(),
-    worn: Worn = Worn(),
-    limits: LimitsText = "design",
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    way: options.Way = options.Way(),
+    recording: options.Recording = options.Recording(),
+    worn: options.Worn = options.Worn(),
+    limits: options.LimitsText = "design",
     step: Step = 10.0,
-    split: Split | None = None,
-    detailed: Annotated[bool, needs("person")] = False,
-    progress: Progress = False,
-    json: Json = False,
+    split: options.Split | None = None,
+    detailed: Annotated[bool, options.needs("person")] = False,
+    progress: options.Progress = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json")] = None,
     plot: Annotated[
         Path | None,

@@ -1,4 +1,4 @@
-"""``exo-pin kinematics`` and ``singularity``; and of any robot ``mobility`` and ``forces``."""
+"""``exo-pin kinematics`` and ``singularity``: poses from measurements, and singular poses."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import Parameter
 
-from ..chain import PULL, ClosedChain
-from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
 from ..core.tables import aligned, filled
@@ -23,29 +20,14 @@ from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.sides_of_the_surface import side_of_rest
-from .options import (
-    Design,
-    Joints,
-    Json,
-    LeaveOut,
-    Pose,
-    Side,
-    Texts,
-    Worn,
-    called,
-    configuration,
-    named_numbers,
-    numbers,
-    refuse,
-)
-from .output import deliver, draws, joined_json, writes
-from .reaction_command import reaction
+from . import options
+from .command import deliver, draws, joined_json, writes
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
 
 
-def _device_kinematics(exo: Any, pose: Pose, files: dict[str, Any]) -> None:
+def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
     """Joints of the device in a pose, in the assembly modes that were found."""
     poses, idle = pose.of(exo), exo.chain_device.structure.idle
     from_rest = exo.configurations(poses)
@@ -80,20 +62,20 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
             cells = [", ".join(f"{value:.3f}" for value in row) for row in values]
         else:
             # A hinge without ends has cosine and sine.
-            numbers = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
+            turns = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
             if device.chain.metres[model.idx_vs[index]]:
-                cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in numbers]
+                cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in turns]
             else:
                 # Whole turns do not count.
-                turned = 180.0 - (180.0 - np.degrees(numbers)) % 360.0
+                turned = 180.0 - (180.0 - np.degrees(turns)) % 360.0
                 cells = [f"{np.round(value, 2) + 0.0:.2f} °" for value in turned]
         rows.append([str(model.names[index]), *cells])
     return rows
 
 
-def _device_singularity(exo: Any, pose: Pose, files: dict[str, Any]) -> None:
+def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
     """Singularities of a device that is not a wrist."""
-    refuse("the singular surface is of wrists with three limbs", plot=files["plot"])
+    options.refuse("the singular surface is of wrists with three limbs", plot=files["plot"])
     state: Any = exo.singularity(pose.of(exo))
     head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = [
@@ -119,19 +101,19 @@ _SHORT = 3.0
 def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
     if text is None:
         return None
-    return np.array(numbers(text, f"--{name} as {count} numbers with commas between", count))
+    return np.array(options.numbers(text, f"--{name} as {count} numbers with commas between", count))
 
 
 def kinematics(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    lengths: Annotated[str | None, called("MM,...")] = None,
-    theta_x: Annotated[str | None, called("DEG,...")] = None,
-    theta_y: Annotated[str | None, called("DEG,...")] = None,
-    json: Json = False,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    lengths: Annotated[str | None, options.called("MM,...")] = None,
+    theta_x: Annotated[str | None, options.called("DEG,...")] = None,
+    theta_y: Annotated[str | None, options.called("DEG,...")] = None,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", picture=False)] = None,
 ) -> None:
     """Compute limb lengths and joint angles in a pose, or the poses that fit measured lengths or angles.
@@ -154,10 +136,11 @@ def kinematics(
     exo-pin kinematics --flexion 30
     exo-pin kinematics prototype --lengths 262.96,330.50,384.21
     """
-    exo, files = load(design, side=side), {"json": json, "out": out}
+    exo = load(design, side=side)
+    files: dict[str, Any] = {"json": json, "out": out}
     if exo.wrist is None:
         measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
-        refuse("poses from measured lengths or angles are of wrists", **measured)
+        options.refuse("poses from measured lengths or angles are of wrists", **measured)
         _device_kinematics(exo, pose, files)
         return
     n = exo.geometry.limb_count
@@ -169,7 +152,7 @@ def kinematics(
     if given is not None and is_angles:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
     near = pose.of(exo)
-    limbs = exo.inverse_kinematics(near) if given is None and not is_angles else None
+    limbs: Any = exo.inverse_kinematics(near) if given is None and not is_angles else None
     if is_angles:
         x, y = (None if angles is None else np.radians(angles) for angles in (x, y))
         modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
@@ -216,12 +199,12 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
 
 
 def singularity(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    json: Json = False,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json")] = None,
     plot: Annotated[Path | None, draws("det X over flexion and abduction")] = None,
 ) -> None:
@@ -234,7 +217,8 @@ def singularity(
     exo-pin singularity prototype --abduction 60
     exo-pin singularity prototype --abduction 90 --plot map.png
     """
-    exo, files = load(design, side=side), {"json": json, "out": out, "plot": plot}
+    exo = load(design, side=side)
+    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
     if exo.wrist is None:
         _device_singularity(exo, pose, files)
         return
@@ -269,24 +253,22 @@ def singularity(
 def _singularity_table(exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None) -> str:
     # Rounded first, so that no -0.0 is printed.
     x, y, z = np.round(state.lost_direction, 3) + 0.0
-    rows = {
-        "det X": f"{state.determinant:+.5f}{_side(exo, state)}",
-        "reach h_i": f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm",
-        "nearest singular pose": "",
-        "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
-        "axis that the limbs resist least": f"({x:.3f}, {y:.3f}, {z:.3f})",
-        "centre shift without ball joint": _bounded(float(state.centre_shift), "mm per mm of play in each limb"),
-        "condition of the limbs": _bounded(float(state.condition), ""),
-    }
-    if nearest is None:
-        for name in ("det X", "nearest singular pose", "centre shift without ball joint"):
-            del rows[name]
-    else:
+    rows = {} if nearest is None else {"det X": f"{state.determinant:+.5f}{_side(exo, state)}"}
+    rows["reach h_i"] = f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm"
+    if nearest is not None:
         there = np.round(shoulder_angles(nearest.pose, exo.side, degrees=True), 1) + 0.0
         rows["nearest singular pose"] = (
             f"{nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, abduction {there[1]:.1f}°, "
             f"internal rotation {there[2]:.1f}°"
         )
+    rows |= {
+        "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
+        "axis that the limbs resist least": f"({x:.3f}, {y:.3f}, {z:.3f})",
+    }
+    if nearest is not None:
+        shift = _bounded(float(state.centre_shift), "mm per mm of play in each limb")
+        rows["centre shift without ball joint"] = shift
+    rows["condition of the limbs"] = _bounded(float(state.condition), "")
     return "\n".join(f"{name:31} {value}" for name, value in rows.items())
 
 
@@ -316,160 +298,3 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
 def _bounded(value: float, unit: str, digits: int = 1) -> str:
     """A number with its unit; in words where it has no bound."""
     return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"
-
-
-def mobility(
-    design: Design = DEFAULT_PRESET,
-    /,
-    *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    set: Joints = (),
-    leave_out: LeaveOut = (),
-    frame: Annotated[str | None, called("NAME")] = None,
-    part: Annotated[str, Parameter(choices=tuple(PARTS_OF_POSE))] = "pose",
-) -> None:
-    """Count the degrees of freedom of a design or of any robot with closed loops.
-
-    Names redundant closures, and prints the distance from a singular configuration.
-
-    Parameters
-    ----------
-    frame : str, optional
-        Body whose motion is counted (default: the arm that the closures file names).
-    part : str
-        Which part of its motion is counted: position, orientation, or both (pose).
-
-    Examples
-    --------
-    exo-pin mobility prototype --abduction 90
-    exo-pin mobility urdf/dummy-shoulder.urdf --set shoulder_x=20deg
-    """
-    exo = load(design, side=side, leave_out=leave_out)
-    chain, q = exo.chain, configuration(exo, pose, set)
-    print(f"{exo.name}\n{chain.mobility(q, frame=frame, part=part)}")
-    beyond = chain.beyond_limits(q)
-    if beyond:
-        print(f"beyond their limits  {', '.join(beyond)}")
-    for text in chain.description.left_out:
-        print(f"left out             {text}")
-
-
-def forces(
-    design: Design = DEFAULT_PRESET,
-    /,
-    *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    set: Joints = (),
-    leave_out: LeaveOut = (),
-    worn: Worn = Worn(),
-    joint: Annotated[Texts, called("NAME")] = (),
-    actuated: Annotated[str | None, called("NAME,...")] = None,
-    external: Annotated[Texts, called("FRAME=FX,FY,FZ[,MX,MY,MZ]")] = (),
-    pull: bool = False,
-    least: Annotated[str | None, called("NAME")] = None,
-    at: Annotated[str, called("FRAME")] = "origin",
-    in_frame: Annotated[str, called("FRAME", name="--in")] = "world",
-    json: Json = False,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
-) -> int:
-    """Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops.
-
-    Those that equilibrium determines are marked. In a pose of a device whose drives are no limbs it is what exo-pin
-    reaction answers, with springs and cables, unless an option asks for something of the chain.
-
-    Parameters
-    ----------
-    joint : tuple of str
-        Joint or closure to report, may be repeated (default: the shoulder, else all closures).
-    actuated : str, optional
-        Joints with an actuator (default: as in the file).
-    external : tuple of str
-        Force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up.
-    pull : bool
-        Let actuators only pull (slides only shorten).
-    least : str, optional
-        Minimise the force in this joint or closure.
-    at : str
-        Report moments about the origin of this frame (origin: the joint's own).
-    in_frame : str
-        Report along the axes of this frame.
-
-    Examples
-    --------
-    exo-pin forces prototype --flexion 45
-    exo-pin forces urdf/prototype.urdf --external arm=0,0,-20 --joint limb_1_base
-    """
-    exo = worn.load(design, side, leave_out)
-    chain = exo.chain
-    if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
-        if not any((joint, actuated, external, pull, least, set, leave_out)):
-            return reaction(design, side=side, pose=pose, worn=worn, json=json, out=out)
-        device = exo.chain_device
-        parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
-        if parts:
-            raise InvalidInput(
-                f"joints of the chain do not feel {', '.join(part.name for part in parts)}: ask for the forces in the "
-                f"pose without options of the chain, or exo-pin reaction {design}"
-            )
-    driven = chain.roles.actuated if actuated is None else tuple(actuated.split(","))
-    found = chain.inverse_dynamics(
-        configuration(exo, pose, set),
-        external=_wrenches(external),
-        actuated=driven,
-        effort_bounds=dict.fromkeys(driven, PULL) if pull else None,
-        objective=None if least is None else {least: [1.0] * 3 + [0.0] * 3},
-    )
-    names = joint or _default_joints(chain)
-    reactions = {name: found.joint_reaction(name, at=at, in_frame=in_frame) for name in names}
-    lines = [exo.name, *(f"Caution: {text}" for text in found.cautions)]
-    lines += [f"Left out: {text}" for text in chain.description.left_out]
-    lines += [line for name in driven for line in _effort_lines(chain, found, name)]
-    if any(chain.metres[chain.velocity_slice(name)].any() for name in driven):
-        lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
-    efforts = {name: {"value": found.effort(name), "interval": found.effort_interval(name)} for name in driven}
-    deliver(
-        "\n".join([*lines, *(f"\n{each}" for each in reactions.values())]),
-        as_json=lambda: joined_json(
-            exo,
-            forces=found,
-            efforts=efforts,
-            reactions={each.name: each for each in reactions.values()},
-            cautions=found.cautions,
-        ),
-        json=json,
-        out=out,
-    )
-    return 0
-
-
-def _effort_lines(chain: ClosedChain, found: Any, joint: str) -> list[str]:
-    """Efforts of a joint, and what equilibrium leaves open of them."""
-    own = chain.velocity_slice(joint)
-    rows = zip(found.effort(joint), found.effort_is_unique[own], found.effort_interval(joint), strict=True)
-    lines = []
-    for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
-        free = np.isinf([low, high]).all()
-        reach = "equilibrium does not determine it" if free else f"undetermined, from {low:.6g} to {high:.6g}"
-        lines.append(
-            f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {'unique' if alone else reach}"
-        )
-    return lines
-
-
-def _default_joints(chain: ClosedChain) -> list[str]:
-    """The shoulder where there is one, else the closures that transmit a wrench."""
-    if chain.roles.shoulder is not None:
-        return [chain.roles.shoulder]
-    return [closure.name for closure in chain.closures if not closure.kind.is_coupling]
-
-
-def _wrenches(texts: Texts) -> dict[str, np.ndarray]:
-    """Wrenches by frame; several on one frame add up."""
-    total: dict[str, np.ndarray] = {}
-    for text in texts:
-        expected = "--external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind"
-        frame, values = named_numbers(text, expected, 3, 6, finite=True)
-        total[frame] = total.get(frame, np.zeros(6)) + np.append(values, np.zeros(6 - len(values)))
-    return total

@@ -19,8 +19,8 @@ from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import Load
 from ..reaction import SPLITS
-from .options import Bar, Degrees, Design, Json, Seconds, Side, Texts, Worn, called, numbers
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
 if TYPE_CHECKING:
     from ..control import Experiment, Tracking
@@ -32,25 +32,25 @@ _TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
 
 
 def track(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    trajectory: Annotated[str, called("NAME|FILE")] = "abduction",
-    experiment: Annotated[str | None, called("NAME")] = None,
+    side: options.Side = None,
+    trajectory: Annotated[str, options.called("NAME|FILE")] = "abduction",
+    experiment: Annotated[str | None, options.called("NAME")] = None,
     list: bool = False,
     controller: Literal["pi", "model"] | None = None,
     flange: bool = False,
-    supply: Bar | None = None,
-    lost_imu: Annotated[str | None, called("FROM,TO")] = None,
-    drift: Annotated[float | None, called("DEG_S")] = None,
-    noise: Degrees | None = None,
-    delay: Seconds | None = None,
-    seed: Annotated[int, called("N")] = 0,
-    fault: Annotated[Texts, called("KIND,LIMB,START")] = (),
-    worn: Worn = Worn(),
+    supply: options.Bar | None = None,
+    lost_imu: Annotated[str | None, options.called("FROM,TO")] = None,
+    drift: Annotated[float | None, options.called("DEG_S")] = None,
+    noise: options.Degrees | None = None,
+    delay: options.Seconds | None = None,
+    seed: Annotated[int, options.called("N")] = 0,
+    fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
+    worn: options.Worn = options.Worn(),
     no_progress: bool = False,
-    json: Json = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json")] = None,
     plot: Annotated[Path | None, draws("everything over time; as a page an animation", ".html")] = None,
 ) -> None:
@@ -145,7 +145,7 @@ def track(
     )
 
 
-def _of_design(design: str, side: Side, trajectory: str, worn: Worn) -> Experiment:
+def _of_design(design: str, side: options.Side, trajectory: str, worn: options.Worn) -> Experiment:
     """A design along a movement, with the arm of the person.
 
     A dummy, whose moving part has no person's arm, stays as it is.
@@ -175,7 +175,7 @@ def _imu(noise: float | None, drift: float | None, delay: float | None, lost: st
             raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
         given[name] = value if unit == "s" else np.radians(value)
     if lost is not None:
-        given["lost"] = (tuple(numbers(lost, "2 numbers with a comma between them for --lost-imu", 2)),)
+        given["lost"] = (tuple(options.numbers(lost, "2 numbers with a comma between them for --lost-imu", 2)),)
     return Imu(seed=seed, **given)
 
 
@@ -188,10 +188,10 @@ def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
 
 def thesis(
     *,
-    section: Annotated[str | None, called("LABEL")] = None,
+    section: Annotated[str | None, options.called("LABEL")] = None,
     all: bool = False,
     reasons: bool = False,
-    json: Json = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", picture=False)] = None,
 ) -> None:
     """Count the numbers that the thesis prints, chapter by chapter, beside what is computed here, with a verdict.

@@ -33,8 +33,8 @@ from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
 from ..view.plots.muscle_plots import plot_force_map, plot_responses
-from .options import Bar, Kilograms, Millimetres, Newtons, Seconds, called, duration, group, numbers
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
 _Identification = StaticIdentification | DynamicIdentification
 
@@ -45,10 +45,10 @@ Several = Parameter(consume_multiple=True)
 
 def _model(said: str, names: list[str]) -> Parameter:
     """An option that names a model or its file."""
-    return called("NAME|FILE", help=f"{said}: {', '.join(names)}, or a .toml file.")
+    return options.called("NAME|FILE", help=f"{said}: {', '.join(names)}, or a .toml file.")
 
 
-@group
+@options.group
 @dataclass(frozen=True)
 class Law:
     """A force law at rest.
@@ -62,7 +62,7 @@ class Law:
     """
 
     model: Annotated[str, _model("Force law", muscle_models())] = "best"
-    length_mm: Millimetres | None = None
+    length_mm: options.Millimetres | None = None
     mark: bool = False
 
     @property
@@ -104,15 +104,15 @@ def read_columns(path: str, names: Sequence[str]) -> FloatArray:
 
 
 def muscle_identify(
-    csv: Annotated[str | None, called("FILE")] = None,
+    csv: Annotated[str | None, options.called("FILE")] = None,
     /,
     *,
-    length_mm: Millimetres | None = None,
-    response: Annotated[tuple[tuple[str, str], ...], called("CSV WEIGHT_N")] = (),
+    length_mm: options.Millimetres | None = None,
+    response: Annotated[tuple[tuple[str, str], ...], options.called("CSV WEIGHT_N")] = (),
     static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = "best",
     all: bool = False,
-    level: Annotated[float, called("SHARE")] = 0.95,
-    name: Annotated[str, called("NAME")] = "identified",
+    level: Annotated[float, options.called("SHARE")] = 0.95,
+    name: Annotated[str, options.called("NAME")] = "identified",
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
     """Fit a force law to measurements at rest, or friction and damping to responses, and write a parameter set.
@@ -187,7 +187,7 @@ def muscle_identify(
 
 def _recording(path: str, weight: str) -> Recording:
     """The response of a hung weight."""
-    (newtons,) = numbers(weight, f"the weight behind {path} to be a number of N", 1)
+    (newtons,) = options.numbers(weight, f"the weight behind {path} to be a number of N", 1)
     columns = read_columns(path, _RESPONSE)
     mass = as_positive(f"the weight behind {path}", newtons) / G
     with naming_file(path):
@@ -222,8 +222,8 @@ def _deliver(
 
 def muscle_force(
     *,
-    contraction_mm: Annotated[list[Millimetres], Several],
-    pressure_bar: Annotated[list[Bar], Several],
+    contraction_mm: Annotated[list[options.Millimetres], Several],
+    pressure_bar: Annotated[list[options.Bar], Several],
     law: Law = Law(),
     out: Annotated[Path | None, writes(".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the whole force map")] = None,
@@ -256,8 +256,8 @@ def muscle_force(
 
 def muscle_pressure(
     *,
-    force_N: Annotated[list[Newtons], Several, Parameter(name="--force-N")],
-    contraction_mm: Annotated[list[Millimetres], Several],
+    force_N: Annotated[list[options.Newtons], Several, Parameter(name="--force-N")],
+    contraction_mm: Annotated[list[options.Millimetres], Several],
     law: Law = Law(),
     out: Annotated[Path | None, writes(".csv", ".npz", picture=False)] = None,
 ) -> None:
@@ -286,12 +286,12 @@ def _outside(mark: bool) -> str:
 
 def muscle_step(
     *,
-    to_bar: Bar,
-    mass_kg: Kilograms | None = None,
-    weight_N: Annotated[Newtons | None, Parameter(name="--weight-N")] = None,
-    from_bar: Bar = 0.0,
-    lag_s: Seconds = 0.1,
-    duration_s: Seconds = 4.0,
+    to_bar: options.Bar,
+    mass_kg: options.Kilograms | None = None,
+    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    from_bar: options.Bar = 0.0,
+    lag_s: options.Seconds = 0.1,
+    duration_s: options.Seconds = 4.0,
     model: Annotated[str, _model("Dynamic model", dynamic_models())] = "tang-3-31",
     mark: bool = False,
     out: Annotated[Path | None, writes(".csv", ".npz")] = None,
@@ -323,9 +323,9 @@ def muscle_step(
     if (mass_kg is None) == (weight_N is None):
         raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
     law: DynamicModel = load_dynamic(model) if model.endswith(".toml") else dynamic_model(model)
-    mass = mass_kg if weight_N is None else weight_N / G
+    mass = weight_N / G if weight_N is not None else float(mass_kg or 0.0)
     pressure = PressureStep(from_bar * BAR, to_bar * BAR, time_constant=lag_s)
-    end = duration("--duration-s", duration_s)
+    end = options.duration("--duration-s", duration_s)
     times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
     response = simulate(law, mass, pressure, times, outside=_outside(mark))
     lines = [f"{law.name}, {mass:.3f} kg, {from_bar:g} to {to_bar:g} bar with a lag of {lag_s:g} s"]

@@ -15,11 +15,10 @@ import numpy as np
 from cyclopts import Parameter
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
 from ..chain.formats.leaving_out import LEAVE_OUT
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.errors.inputs import require_extra
-from ..core.validation import FloatArray, as_finite, as_positive
+from ..core.validation import FloatArray, as_positive
 from ..design import Wearer
 from ..design.parameters.names import assigned
 from ..exo.loading import load
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
 _MOST = 1000
 #: An offset, mm, below which it is likely that metres were given.
 _SMALL = 0.2
-#: Units of a joint's value, longer endings first, in SI.
-_UNITS = {"deg": np.pi / 180.0, "rad": 1.0, "mm": 1e-3, "m": 1.0}
 #: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
 _LONGEST = 1000.0
 
@@ -381,57 +378,6 @@ def centre_of(offset: Any, moving: bool, exo: ShoulderExo) -> CentreOffset | Cen
     if own is None:
         raise InvalidInput("--moving-centre needs to know whose shoulder moves: give --person too")
     return with_muscles(own, side=exo.side).centre_path(at_rest or (0.0, 0.0, 0.0))
-
-
-def configuration(exo: ShoulderExo, pose: Pose, joints: Texts) -> FloatArray:
-    """The closed configuration in a pose or with ``--set``, shape (nq,)."""
-    chain = exo.chain
-    q = chain.reference_configuration()
-    held = list[str]()
-    if chain.roles.limbs and "root_joint" in chain.model.names:
-        # The arm hangs on the root: put it into the pose.
-        root = chain.configuration_slice("root_joint")
-        q[root.stop - 4 : root.stop] = pose.of(exo).as_quat()
-        held.append("root_joint")
-    elif any(pose.angles) and exo.has_arm:
-        q = exo.configurations(pose.of(exo))
-        if not np.isfinite(q).all():
-            raise InvalidInput(f"{exo.name!r} does not reach this pose")
-        if joints:
-            raise InvalidInput("expected either a pose of the arm or --set: the joints of a device follow its arm")
-        return q
-    elif any(pose.angles):
-        raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
-    held += [_set(chain, q, text) for text in joints]
-    return chain.close(q, hold=held)
-
-
-def joint_value(text: str) -> tuple[str, float]:
-    """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, value, _ = _parsed(text)
-    return joint, value
-
-
-def _parsed(text: str) -> tuple[str, float, bool]:
-    """The joint, its value in SI, and whether that is a length."""
-    joint, _, value = text.partition("=")
-    unit = next((unit for unit in _UNITS if value.endswith(unit)), None)
-    expected = "--set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm"
-    (number,) = numbers("" if unit is None else value.removesuffix(unit), expected, 1, shown=text)
-    assert unit is not None
-    return joint, float(as_finite(f"--set {joint}", number, ())) * _UNITS[unit], unit.endswith("m")
-
-
-def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
-    """Put JOINT=VALUE into q and return the joint's name."""
-    joint, value, is_length = _parsed(text)
-    part, moved = chain.configuration_slice(joint), chain.velocity_slice(joint)
-    if moved.stop - moved.start != 1:
-        raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")
-    if bool(chain.metres[moved][0]) != is_length:
-        raise InvalidInput(f"expected {joint!r} in {'deg or rad' if is_length else 'mm or m'}, got {text!r}")
-    q[part] = value if part.stop - part.start == 1 else (np.cos(value), np.sin(value))
-    return joint
 
 
 def numbers(

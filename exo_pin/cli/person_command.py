@@ -19,26 +19,11 @@ from ..load_case.ranges_of_motion import ADL_BOX
 from ..person import ContactOptions
 from ..view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
 from ..view.plots.plot_style import figure_title
-from .options import (
-    Degrees,
-    Design,
-    Json,
-    LimitsText,
-    Newtons,
-    Percent,
-    Pose,
-    Progress,
-    Recording,
-    Side,
-    Someone,
-    group,
-    limits_of,
-    refuse,
-)
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
 
-@group
+@options.group
 @dataclass(frozen=True)
 class Muscles:
     """How the wearer's muscles share the load.
@@ -72,26 +57,26 @@ class Muscles:
 
 
 def person(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    recording: Recording = Recording(),
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    recording: options.Recording = options.Recording(),
     map: bool = False,
-    step: Degrees = 20.0,
+    step: options.Degrees = 20.0,
     range: bool = False,
-    worn: Someone = Someone(),
-    strength: Percent = 100.0,
+    worn: options.Someone = options.Someone(),
+    strength: options.Percent = 100.0,
     bare: bool = False,
-    share: Percent | None = None,
+    share: options.Percent | None = None,
     least: Literal["effort", "contact"] | None = None,
-    limits: LimitsText = "design",
-    side_force_limit: Newtons | None = None,
+    limits: options.LimitsText = "design",
+    side_force_limit: options.Newtons | None = None,
     moving_centre: bool = False,
     muscles: Muscles = Muscles(),
-    progress: Progress = False,
-    json: Json = False,
+    progress: options.Progress = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
     plot: Annotated[
         Path | None,
@@ -138,9 +123,9 @@ def person(
     if len(ways) > 1:
         raise InvalidInput(f"{' and '.join(ways)} do not go together: give one of them")
     if map or recording:
-        refuse(f"{ways[0]} has poses of its own", **vars(pose))
+        options.refuse(f"{ways[0]} has poses of its own", **vars(pose))
     query: dict[str, Any] = {"options": muscles.options}
-    bounds = limits_of(limits)
+    bounds = options.limits_of(limits)
     if bare:
         given = (share, least, None if bounds == "design" else bounds)
         if moving_centre or side_force_limit or any(value is not None for value in given):
@@ -158,7 +143,7 @@ def person(
     else:
         orientation, heading, more = pose.of(exo), pose.words(exo), {}
         if range:
-            refuse("--range prints a table of assumptions", out=out)
+            options.refuse("--range prints a table of assumptions", out=out)
             result, figure = asked.subject.contact_range(orientation, **query), None
         else:
             result, figure = asked.subject.joint_contact(orientation, **query), lambda: asked.raised(orientation)
@@ -188,7 +173,7 @@ class _Asked(NamedTuple):
     query: dict[str, Any]
     progress: bool
 
-    def along(self, recording: Recording) -> Any:
+    def along(self, recording: options.Recording) -> Any:
         """Along a measured movement: heading, answer, more columns, and what draws a figure and says what it shows."""
         moved = recording.movement(self.exo.side)
         poses = moved.poses if recording.static else moved

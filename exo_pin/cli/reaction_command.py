@@ -22,55 +22,33 @@ from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
-from .options import (
-    Design,
-    Json,
-    LimitsText,
-    Offset,
-    Pose,
-    Posture,
-    Progress,
-    Recording,
-    Side,
-    Split,
-    Texts,
-    Way,
-    Worn,
-    called,
-    caution,
-    limits_of,
-    metres,
-    needs,
-    numbers,
-    posture_of,
-    refuse,
-)
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
 
 def reaction(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    way: Way = Way(),
-    worn: Worn = Worn(),
-    offset: Offset = None,
-    limits: LimitsText = "design",
-    recording: Recording = Recording(),
-    posture: Posture = (),
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    way: options.Way = options.Way(),
+    worn: options.Worn = options.Worn(),
+    offset: options.Offset = None,
+    limits: options.LimitsText = "design",
+    recording: options.Recording = options.Recording(),
+    posture: options.Posture = (),
     over_postures: bool = False,
-    side_force_limit: Annotated[str | None, called("N|actuator")] = None,
-    split: Split | None = None,
-    compare: Annotated[list[str] | None, called("SPLIT,...", consume_multiple=(0, 1))] = None,
-    shoulder_stiffness: Annotated[float | None, called("N_PER_M")] = None,
-    guide: Annotated[tuple[float, float] | None, called("EI GJ")] = None,
+    side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
+    split: options.Split | None = None,
+    compare: Annotated[list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1))] = None,
+    shoulder_stiffness: Annotated[float | None, options.called("N_PER_M")] = None,
+    guide: Annotated[tuple[float, float] | None, options.called("EI GJ")] = None,
     require_hold: bool = False,
-    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), needs("person")] = None,
+    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
     table: bool = False,
-    progress: Progress = False,
-    json: Json = False,
+    progress: options.Progress = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the pose, the poses of --to, or the movement")] = None,
 ) -> int:
@@ -123,18 +101,18 @@ def reaction(
     query = {
         "split": split or Assumptions.split,
         "constraint_bounds": _bounds(side_force_limit),
-        "centre_offset": metres(offset),
-        "limits": limits_of(limits),
-        "posture": posture_of(posture),
+        "centre_offset": options.metres(offset),
+        "limits": options.limits_of(limits),
+        "posture": options.posture_of(posture),
     }
-    files = {"json": json, "out": out, "plot": plot}
+    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
     of_one_pose = {"compare": compare, "muscles": muscles, "table": table, "over_postures": over_postures}
     if recording:
-        refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
-        refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)
+        options.refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
+        options.refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)
         answers = [_movement(exo, query, recording, progress, files)]
     elif way.to is not None:
-        refuse("--to asks for a table of poses", **of_one_pose)
+        options.refuse("--to asks for a table of poses", **of_one_pose)
         answers = [_way(exo, query, way.angles(pose), files)]
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
@@ -149,7 +127,7 @@ def reaction(
         else:
             parts += [reaction_table(answers), *([] if report.contact is None else [with_muscles(report.contact)])]
         if over_postures:
-            refuse("--over-postures prints a line", json=json)
+            options.refuse("--over-postures prints a line", json=json)
             parts.append(filled(f"|F_s| {posture_range(exo, answers[0].case, answers[0].assumptions)}."))
         deliver(
             "\n\n".join(parts),
@@ -162,7 +140,7 @@ def reaction(
     return int(require_hold and not all(answer.can_hold.all() for answer in answers))
 
 
-def _fitted(exo: ShoulderExo, stiffness: float | None, rigidity: tuple[float, float] | None) -> ShoulderExo:
+def _fitted(exo: ShoulderExo, stiffness: Any, rigidity: tuple[float, float] | None) -> ShoulderExo:
     """The design with the stiffnesses that the options give."""
     if stiffness is not None:
         own = exo.device.shoulder
@@ -176,12 +154,12 @@ def _fitted(exo: ShoulderExo, stiffness: float | None, rigidity: tuple[float, fl
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
-    (newtons,) = numbers(limit, '--side-force-limit in N, or "actuator"', 1)
+    (newtons,) = options.numbers(limit, '--side-force-limit in N, or "actuator"', 1)
     return (-newtons, newtons)
 
 
 def _movement(
-    exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: dict[str, Any]
+    exo: ShoulderExo, query: dict[str, Any], recording: options.Recording, progress: bool, files: dict[str, Any]
 ) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
@@ -220,7 +198,7 @@ def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
     return overview(exo, answer.case.poses, answer)
 
 
-def _wearer(worn: Worn, muscles: bool | None, plain: bool) -> Any:
+def _wearer(worn: options.Worn, muscles: bool | None, plain: bool) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
     if muscles and worn.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
@@ -233,7 +211,7 @@ def _wearer(worn: Worn, muscles: bool | None, plain: bool) -> Any:
     except InvalidInput as error:
         if muscles:
             raise
-        caution(f"the wearer's own muscles are not counted: {error}")
+        options.caution(f"the wearer's own muscles are not counted: {error}")
         return None
 
 
@@ -262,7 +240,9 @@ def _columns(answers: Sequence[Reaction]) -> dict[str, Any]:
     return {"split": [a.split for a in answers]} | {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, pose: Pose, offset: Offset) -> str:
+def _pose_json(
+    exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, pose: options.Pose, offset: options.Offset
+) -> str:
     """The answers by split, below the pose as it was given."""
     body: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
     body["pose"] = dict(zip(CLINICAL_ANGLES, pose.angles, strict=True))
@@ -276,18 +256,18 @@ def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport
 
 
 def uncertainty(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    recording: Recording = Recording(),
-    worn: Worn = Worn(),
-    limits: LimitsText = "design",
-    offset: Offset = None,
-    split: Split = Assumptions.split,
-    uncertain: Annotated[Texts, called("NAME=SIZE")] = (),
-    json: Json = False,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    recording: options.Recording = options.Recording(),
+    worn: options.Worn = options.Worn(),
+    limits: options.LimitsText = "design",
+    offset: options.Offset = None,
+    split: options.Split = str(Assumptions.split),
+    uncertain: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json")] = None,
     plot: Annotated[Path | None, draws("shoulder force with each quantity at its ends")] = None,
 ) -> None:
@@ -314,8 +294,12 @@ def uncertainty(
     """
     exo = worn.load(design, side)
     poses, motion = recording.asked(exo, pose)
-    stated = {name: numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(uncertain).items()}
-    query = {"split": split, "centre_offset": metres(offset), "limits": limits_of(limits)}
+    stated = {name: options.numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(uncertain).items()}
+    query: dict[str, Any] = {
+        "split": split,
+        "centre_offset": options.metres(offset),
+        "limits": options.limits_of(limits),
+    }
     answer = exo.uncertainty(poses, motion, **query, uncertainties=stated)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {split}"
     deliver(f"{head}\n\n{answer}", answer, json=json, out=out, plot=plot)

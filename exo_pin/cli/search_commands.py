@@ -26,38 +26,15 @@ from ..workspace import optimise as searched
 from ..workspace.limb_table import limb_loss_words
 from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
-from .options import (
-    Bar,
-    Degrees,
-    Design,
-    Json,
-    Millimetres,
-    MovingCentre,
-    Newtons,
-    Offset,
-    Posture,
-    Progress,
-    Side,
-    Texts,
-    Worn,
-    called,
-    centre_of,
-    group,
-    numbers,
-    own_wearer,
-    posture_of,
-    refuse,
-    wearer_of,
-    with_muscles,
-)
-from .output import deliver, draws, writes
+from . import options
+from .command import deliver, draws, writes
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
-Interval = Annotated[str | None, called("LOW:HIGH")]
+Interval = Annotated[str | None, options.called("LOW:HIGH")]
 
 
-@group
+@options.group
 @dataclass(frozen=True)
 class Judged:
     """What a pose has to meet.
@@ -95,27 +72,27 @@ class Judged:
         Which limb lengths exclude a pose: any limb beyond its stroke (each), or, as in Appendix C, all limbs too short.
     """
 
-    criteria: Annotated[str | None, called("NAMES")] = None
-    fits: Annotated[Texts, called("HEIGHT,MASS,SEX")] = ()
-    elbow_range: Annotated[str | None, called("LOW,HIGH")] = None
-    gap: Millimetres = 0.0
-    shoulder_force: Newtons | None = None
-    least_tension: Newtons = 0.0
-    least_moment: Annotated[float, called("NM")] = 0.0
-    pull_out: Newtons | None = None
-    cuff_pull: Newtons | None = None
-    cuff_slip: Millimetres | None = None
-    above_elbow: Millimetres | None = None
-    without_limb: Annotated[float | None, called("NM")] = None
+    criteria: Annotated[str | None, options.called("NAMES")] = None
+    fits: Annotated[options.Texts, options.called("HEIGHT,MASS,SEX")] = ()
+    elbow_range: Annotated[str | None, options.called("LOW,HIGH")] = None
+    gap: options.Millimetres = 0.0
+    shoulder_force: options.Newtons | None = None
+    least_tension: options.Newtons = 0.0
+    least_moment: Annotated[float, options.called("NM")] = 0.0
+    pull_out: options.Newtons | None = None
+    cuff_pull: options.Newtons | None = None
+    cuff_slip: options.Millimetres | None = None
+    above_elbow: options.Millimetres | None = None
+    without_limb: Annotated[float | None, options.called("NM")] = None
     least_margin: float = 0.05
     stroke_rule: Literal["each", "not all short"] = "each"
 
     def of(self, exo: ShoulderExo) -> Criteria:
         """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
-        others = [wearer_of(text) for text in self.fits]
-        own, bend = own_wearer(exo), None
+        others = [options.wearer_of(text) for text in self.fits]
+        own, bend = options.own_wearer(exo), None
         if self.elbow_range:
-            bend = np.radians(numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
+            bend = np.radians(options.numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
         if self.pull_out is not None and own is None:
             raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
         return Criteria(
@@ -126,7 +103,7 @@ class Judged:
             least_moment=self.least_moment,
             largest_shoulder_force=self.shoulder_force,
             largest_pull_out=self.pull_out,
-            socket=None if self.pull_out is None or own is None else with_muscles(own).glenoid_cone(),
+            socket=None if self.pull_out is None or own is None else options.with_muscles(own).glenoid_cone(),
             largest_cuff_pull=self.cuff_pull,
             largest_cuff_slip=_metres(self.cuff_slip),
             least_above_elbow=_metres(self.above_elbow),
@@ -142,21 +119,21 @@ def _metres(millimetres: float | None) -> float | None:
 
 
 def workspace(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    worn: Worn = Worn(),
-    offset: Offset = None,
-    moving_centre: MovingCentre = False,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    offset: options.Offset = None,
+    moving_centre: options.MovingCentre = False,
     judged: Judged = Judged(),
-    step: Degrees = 4.0,
-    posture: Posture = (),
+    step: options.Degrees = 4.0,
+    posture: options.Posture = (),
     one_by_one: bool = False,
     limb_table: bool = False,
     limb_loss: bool = False,
     draw: Literal["slices", "ball"] = "slices",
-    json: Json = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
 ) -> None:
@@ -182,14 +159,14 @@ def workspace(
     exo-pin workspace four-cables-worn --person 1.75,75,male --moving-centre
     """
     exo = worn.load(design, side)
-    centre = centre_of(offset, moving_centre, exo)
-    found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=posture_of(posture))
+    centre = options.centre_of(offset, moving_centre, exo)
+    found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=options.posture_of(posture))
     parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
-        refuse("--limb-table prints a table", json=json)
+        options.refuse("--limb-table prints a table", json=json)
         parts.append(limb_sheet(exo.mechanism, table_of_limbs(exo.mechanism, found)))
     if limb_loss:
-        refuse("--limb-loss prints a table", json=json)
+        options.refuse("--limb-loss prints a table", json=json)
         left = loss_of_limbs(exo.mechanism, found)
         parts += [str(left), limb_loss_words(left)]
 
@@ -211,16 +188,16 @@ def workspace(
 
 
 def tasks(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    worn: Worn = Worn(),
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
     judged: Judged = Judged(),
-    movement: Annotated[Texts, called("NAME=FILE")] = (),
+    movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
     no_ranges: bool = False,
-    step: Degrees = 8.0,
-    json: Json = False,
+    step: options.Degrees = 8.0,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json", picture=False)] = None,
 ) -> None:
     """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
@@ -250,7 +227,7 @@ def tasks(
     deliver(table, table, columns=lambda: table, json=json, out=out)
 
 
-@group
+@options.group
 @dataclass(frozen=True)
 class Start:
     """The design that a search begins with.
@@ -276,26 +253,28 @@ class Start:
         each design's joints.
     """
 
-    limbs: Annotated[int | None, called("N")] = None
+    limbs: Annotated[int | None, options.called("N")] = None
     family: Annotated[str | None, Parameter(choices=tuple(ACTUATOR_FAMILIES))] = None
-    pull: Newtons | None = None
-    push: Newtons | None = None
-    travel: Millimetres | None = None
-    force_law: Annotated[str | None, called("NAME")] = None
-    supply: Bar | None = None
-    device: Annotated[str | None, called("PRESET|FILE")] = None
+    pull: options.Newtons | None = None
+    push: options.Newtons | None = None
+    travel: options.Millimetres | None = None
+    force_law: Annotated[str | None, options.called("NAME")] = None
+    supply: options.Bar | None = None
+    device: Annotated[str | None, options.called("PRESET|FILE")] = None
 
     @property
     def is_new(self) -> bool:
         """Whether an option asks for a new design."""
         return any((self.limbs, self.family, self.force_law, self.device))
 
-    def load(self, design: str | None, side: Literal["left", "right"] | None, worn: Worn, name: str) -> ShoulderExo:
+    def load(
+        self, design: str | None, side: Literal["left", "right"] | None, worn: options.Worn, name: str
+    ) -> ShoulderExo:
         """The design to start from."""
         travel = _metres(self.travel)
         if design is not None or not self.is_new:
             of_new = {key: getattr(self, key) for key in ("limbs", "family", "force_law", "device", "supply")}
-            refuse("a new design has no file", **of_new)
+            options.refuse("a new design has no file", **of_new)
             exo = worn.load(design or DEFAULT_PRESET, side)
             given = {"pull_limit": self.pull, "push_limit": self.push, "travel_limit": travel}
             limits = {key: value for key, value in given.items() if value is not None}
@@ -312,30 +291,30 @@ class Start:
 
 
 def optimise(
-    design: Annotated[str | None, called("DESIGN")] = None,
+    design: Annotated[str | None, options.called("DESIGN")] = None,
     /,
     *,
-    side: Side = None,
-    worn: Worn = Worn(),
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
     start: Start = Start(),
-    offset: Offset = None,
-    moving_centre: MovingCentre = False,
+    offset: options.Offset = None,
+    moving_centre: options.MovingCentre = False,
     fixed_centre: bool = False,
     judged: Judged = Judged(),
-    vary: Annotated[Texts, called("NAME=LOW:HIGH")] = (),
+    vary: Annotated[options.Texts, options.called("NAME=LOW:HIGH")] = (),
     base_radius: Interval = None,
     arm_radius: Interval = None,
     drop: Interval = None,
-    step: Degrees = 4.0,
+    step: options.Degrees = 4.0,
     objective: Annotated[tuple[str, ...], Parameter(choices=tuple(OBJECTIVES))] = (),
-    seed: Annotated[int, called("N")] = 0,
-    budget: Annotated[int, called("N")] = 60000,
-    run_length: Annotated[int, called("N")] = 12000,
+    seed: Annotated[int, options.called("N")] = 0,
+    budget: Annotated[int, options.called("N")] = 60000,
+    run_length: Annotated[int, options.called("N")] = 12000,
     refine: bool = False,
-    storage: Annotated[str | None, called("FILE|URL")] = None,
-    name: Annotated[str, called("NAME")] = "study",
-    progress: Progress = False,
-    json: Json = False,
+    storage: Annotated[str | None, options.called("FILE|URL")] = None,
+    name: Annotated[str, options.called("NAME")] = "study",
+    progress: options.Progress = False,
+    json: options.Json = False,
     out: Annotated[Path | None, writes(".toml", ".json")] = None,
     plot: Annotated[Path | None, draws("the runs and the front, by the first two objectives")] = None,
 ) -> None:
@@ -397,7 +376,7 @@ def optimise(
         person=wearer,
         # Offsets of the device's centre with which designs are judged.
         centre_offset=tuple(
-            centre_of(offset, moves, exo) for moves in ((False, True) if fixed_centre else (moving_centre,))
+            options.centre_of(offset, moves, exo) for moves in ((False, True) if fixed_centre else (moving_centre,))
         ),
         seed=seed,
         budget=budget,
@@ -445,5 +424,5 @@ def _command(given: dict[str, Any], design: str | None) -> str:
 
 def _interval(name: str, text: str) -> tuple[float, float]:
     """Bounds in m of LOW:HIGH in mm."""
-    low, high = numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
+    low, high = options.numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
     return 1e-3 * low, 1e-3 * high

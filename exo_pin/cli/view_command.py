@@ -21,8 +21,9 @@ from ..design import DEFAULT_PRESET
 from ..person.limb.myoarm import is_installed
 from ..view import LIMB_STYLES, ChainScene, Scene
 from ..view.page.browser import find_browser
-from .options import Design, Joints, Newtons, Pose, Seconds, Side, Worn, called, duration, joint_value, refuse, triple
-from .output import check_file
+from . import options
+from .command import check_file
+from .robot_commands import joint_value
 
 if TYPE_CHECKING:
     #: Poses of a motion, and their times.
@@ -36,22 +37,22 @@ _FILES = (".html", ".png")
 
 
 def view(
-    design: Design = DEFAULT_PRESET,
+    design: options.Design = DEFAULT_PRESET,
     /,
     *,
-    side: Side = None,
-    pose: Pose = Pose(),
-    to: Annotated[str | None, called("F,A,I")] = None,
-    seconds: Seconds = 3.0,
-    set: Joints = (),
-    worn: Worn = Worn(),
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    to: Annotated[str | None, options.called("F,A,I")] = None,
+    seconds: options.Seconds = 3.0,
+    set: options.Joints = (),
+    worn: options.Worn = options.Worn(),
     limbs: Annotated[str, Parameter(choices=tuple(LIMB_STYLES))] = "rods",
     mannequin: bool = False,
     bare: bool = False,
     no_human: bool = False,
-    scale: Newtons | None = None,
-    size: Annotated[str, called("WxH")] = "1280x800",
-    port: Annotated[int | None, called("N")] = None,
+    scale: options.Newtons | None = None,
+    size: Annotated[str, options.called("WxH")] = "1280x800",
+    port: Annotated[int | None, options.called("N")] = None,
     open: bool = False,
     plot: Annotated[
         Path | None, Parameter(metavar="FILE", validator=partial(check_file, "--plot", _FILES, False))
@@ -100,7 +101,7 @@ def view(
         if exo.wrist is not None:
             raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
         why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
-        refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
+        options.refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
         scene = ChainScene(exo.chain, exo.urdf)
         scene.move(dict(map(joint_value, set)))
         said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
@@ -146,13 +147,13 @@ def _serve(scene: Scene | ChainScene, path: _Path | None, said: list[str], port:
 
 
 def _angles(option: str, text: str, side: str) -> Rotation:
-    flexion, abduction, internal = triple(option, text)
+    flexion, abduction, internal = options.triple(option, text)
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 
 def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     """The shortest turn from one pose to another, at an even pace."""
-    end_time = duration("--seconds", seconds)
+    end_time = options.duration("--seconds", seconds)
     times = np.linspace(0.0, end_time, max(round(end_time * _FRAMES_A_SECOND), 1) + 1)
     return Slerp([0.0, end_time], Rotation.concatenate([start, end]))(times), times
 

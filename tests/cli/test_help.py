@@ -6,7 +6,7 @@ import pytest
 from command_line import called, options_of, run, shown
 
 from exo_pin.cli import COMMANDS, GROUPS
-from exo_pin.cli.parser import command, examples, help_text
+from exo_pin.cli.command import command, examples, help_text
 
 #: What stands in the help or the metavar of an option that takes numbers.
 UNITS = (

@@ -3,7 +3,7 @@
 import re
 
 from exo_pin.cli import _START, COMMANDS, main, overview
-from exo_pin.cli.parser import command, examples
+from exo_pin.cli.command import command, examples
 
 POSE = ["--flexion", "60", "--abduction", "30"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exo_pin import FileFormatError, InvalidInput
-from exo_pin.cli.parser import answer
+from exo_pin.cli.command import answer
 from exo_pin.muscle import (
     OutsideValidity,
     PressureStep,

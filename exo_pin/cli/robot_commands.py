@@ -9,8 +9,10 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..chain import PULL, ClosedChain
+from ..chain.dynamics.wrenches import what_is_open
 from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.errors import InvalidInput
+from ..core.tables import three_digits
 from ..core.validation import FloatArray, as_finite
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
@@ -153,14 +155,10 @@ def _effort_lines(chain: ClosedChain, found: Any, joint: str) -> list[str]:
     """Efforts of a joint, and what equilibrium leaves open of them."""
     own = chain.velocity_slice(joint)
     rows = zip(found.effort(joint), found.effort_is_unique[own], found.effort_interval(joint), strict=True)
-    lines = []
-    for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
-        free = np.isinf([low, high]).all()
-        reach = "equilibrium does not determine it" if free else f"undetermined, from {low:.6g} to {high:.6g}"
-        lines.append(
-            f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {'unique' if alone else reach}"
-        )
-    return lines
+    return [
+        f"effort of {joint:24} {three_digits(value):>10} {'N' if slide else 'N m':4} {what_is_open(unique, interval)}"
+        for (value, unique, interval), slide in zip(rows, chain.metres[own], strict=True)
+    ]
 
 
 def _default_joints(chain: ClosedChain) -> list[str]:

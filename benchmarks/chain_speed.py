@@ -17,6 +17,8 @@ Derivatives: Pinocchio's ``constraintDynamics`` and ``computeConstraintDynamicsD
 all coordinates as if the loops were open; and ``inverse_dynamics_derivatives``, which checks, solves the inverse
 dynamics and gives total derivatives along the loops. Of each the six derivatives are read, of accelerations or efforts
 and of multipliers. Pinocchio's are wrong for closures of points between two moving bodies; here only the times count.
+The same of ``forward_dynamics_derivatives``, which solves and checks the forward dynamics and differentiates the
+acceleration in all coordinates.
 The reduced Jacobian: four lines of NumPy with ``lstsq`` on a Jacobian that is there already, and ``reduced_jacobian``,
 which computes it.
 
@@ -228,7 +230,8 @@ def massless(robots):
 
 def derivatives(robots):
     """Print derivatives and reduced Jacobians."""
-    print(f"\n{'derivatives':22}{'Pinocchio':>10}{'exo_pin':>10}{'ratio':>8}{'lstsq':>10}{'reduced':>10}{'ratio':>8}")
+    heads = f"{'Pinocchio':>10}{'inverse':>10}{'ratio':>8}{'forward':>10}{'ratio':>8}"
+    print(f"\n{'derivatives':22}{heads}{'lstsq':>10}{'reduced':>10}{'ratio':>8}")
     for name, (chain, q, v, tau) in robots.items():
         a = chain.project_acceleration(q, v, tau)
         joints = list(chain.model.names)[1:]
@@ -238,12 +241,14 @@ def derivatives(robots):
                 "own": lambda chain=chain, q=q, v=v, a=a, joints=joints: all_derivatives(
                     chain.inverse_dynamics_derivatives(q, v, a, actuated=joints)
                 ),
+                "forward": lambda chain=chain, q=q, v=v, tau=tau: chain.forward_dynamics_derivatives(q, v, tau),
                 "lstsq": reduced_by_numpy(chain, q),
                 "reduced": lambda chain=chain, q=q: chain.reduced_jacobian(q),
             }
         )
         times = {key: value * 1e6 for key, value in found.items()}
         cells = f"{times['pinocchio']:>10.1f}{times['own']:>10.1f}{times['own'] / times['pinocchio']:>7.1f}x"
+        cells += f"{times['forward']:>10.1f}{times['forward'] / times['pinocchio']:>7.1f}x"
         cells += f"{times['lstsq']:>10.1f}{times['reduced']:>10.1f}{times['reduced'] / times['lstsq']:>7.1f}x"
         print(f"{name:22}{cells}")
 

@@ -23,8 +23,8 @@ EXAMPLES = {key: each for key, each in TOLD.items() if ">>>" in each[1]}
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 #: Examples that search, simulate or compile for seconds.
 SLOW = {
-    "exo_pin.ClosedChain.inverse_dynamics_derivatives",
-    "exo_pin.chain.Derivatives", "exo_pin.chain.Derivatives.joint_reaction",
+    "exo_pin.ClosedChain.inverse_dynamics_derivatives", "exo_pin.ClosedChain.forward_dynamics_derivatives",
+    "exo_pin.chain.MotionDerivatives", "exo_pin.chain.Derivatives", "exo_pin.chain.Derivatives.joint_reaction",
     "exo_pin.ShoulderExo.reaction_map", "exo_pin.ShoulderExo.uncertainty", "exo_pin.ShoulderExo.track",
     "exo_pin.SuspectMeasurements", "exo_pin.ContactRange", "exo_pin.Person.contact_range",
     "exo_pin.optimise", "exo_pin.workspace.recheck",
@@ -53,6 +53,8 @@ def test_an_example_prints_what_it_shows(path, text, monkeypatch, tmp_path):
         pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     if "human_urdf()" in text and not has_human():
         pytest.skip("example-robot-data is not installed")
+    if "import crocoddyl" in text:
+        pytest.importorskip("crocoddyl", reason="crocoddyl is not installed")
     monkeypatch.chdir(tmp_path)
     assert run(path, text) == ""
 

@@ -1,5 +1,7 @@
+from .optimal_control import action_model as action_model
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
+from .derivatives.forward_derivatives import MotionDerivatives as MotionDerivatives
 from .dynamics.force_stacks import ClosedForcesStack as ClosedForcesStack
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL

@@ -16,10 +16,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.errors.base import ExoPinError
 from ..core.errors.checked import checked
 from ..core.validation import require_type
 from . import variants
-from .derivatives import dynamics_derivatives
+from .derivatives import dynamics_derivatives, forward_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
@@ -45,7 +46,13 @@ def _method_of_state(
 
     @wraps(function)
     def method(self: Any, *given: _Given.args, **named: _Given.kwargs) -> _Answer:
-        return function(self._state, *given, **named)
+        try:
+            return function(self._state, *given, **named)
+        except ExoPinError as error:
+            for text in self._state.description.doubts:
+                if text not in getattr(error, "__notes__", ()):
+                    error.add_note(text)
+            raise
 
     return _called_on("self", method, 1)
 
@@ -292,6 +299,7 @@ class ClosedChain:
     joint_reaction = _method_of_state(inverse.joint_reaction)
     inverse_dynamics_derivatives = _method_of_state(dynamics_derivatives.inverse_dynamics_derivatives)
     forward_dynamics = _method_of_state(forward.forward_dynamics)
+    forward_dynamics_derivatives = _method_of_state(forward_derivatives.forward_dynamics_derivatives)
     simulate = _method_of_state(simulation.simulate)
 
     # Its parts

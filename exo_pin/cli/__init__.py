@@ -146,7 +146,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         _drop_output()
         with contextlib.suppress(OSError):
-            print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
+            for text in (str(error), *getattr(error, "__notes__", ())):
+                print(f"exo-pin: {' '.join(text.split())}", file=sys.stderr)
         return 2
 
 

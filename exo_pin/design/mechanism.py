@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,9 @@ class Mechanism(Record):
     sources: Mapping[str, str] = field(default_factory=dict)
     estimated: tuple[str, ...] = ()
     interfaces: Interfaces = field(default_factory=Interfaces)
+
+    #: It is no robot's file, of which something may be left out.
+    doubts: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         require_types(self, geometry=WristGeometry, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)

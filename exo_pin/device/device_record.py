@@ -54,6 +54,11 @@ class DeviceRecord(Record, ABC):
     #: Joints in which limbs turn that resist it with side forces; see :func:`.twisting_device`.
     twists = ()
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What was left out of the robot's file and may change forces, in sentences."""
+        return self.chain.description.doubts
+
     def __post_init__(self) -> None:
         require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
         for key, kind in (("drives", Drive), ("brakes", Brake), ("springs", Spring)):

@@ -92,6 +92,8 @@ class Device(Protocol):
     @property
     def estimated(self) -> tuple[str, ...]: ...  # noqa: D102
     @property
+    def doubts(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
     def chain(self) -> ClosedChain: ...  # noqa: D102
     @property
     def limbs(self) -> Sequence[Any]: ...  # noqa: D102

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.small_linear import solve_factored
-from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, twist_at
+from ..kinematics.kernels.closure_kernels import add_cross, fill_rate, moves_within, twist_at
 from ..structure.couplings import couple_rate_change
 from ..structure.projection import (
     COUPLED_ANGLE,
@@ -47,8 +47,10 @@ def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
 
 
 @kernel(fills=True)
-def _twists(parents: Any, own: Any, out: Any) -> None:
-    """Fill the twists of all joints, given what each adds."""
+def twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
+    """Fill the twists of all joints along u, shape (joints, 6), and what each joint adds to its parent's."""
+    parents, owners = axes
+    _own_motions(J, owners, u, own)
     out[0] = 0.0
     for j in range(1, len(parents)):
         for i in range(6):
@@ -56,14 +58,13 @@ def _twists(parents: Any, own: Any, out: Any) -> None:
 
 
 @kernel(fills=True)
-def _rate_along(
+def rate_along(
     poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, memory: Any, twists: Any, out: Any, drift: Any
 ) -> None:
     """Fill ∂J along u, shape (rows, nv), its product with u, and the twists along u."""
-    parents, owners = axes
+    owners = axes[1]
     own, _, _, _, _, dJ, scratch = memory
-    _own_motions(J, owners, u, own)
-    _twists(parents, own, twists)
+    twists_along(J, axes, u, own, twists)
     dJ[:] = 0.0
     for k in range(len(u)):
         _add_turning(twists, owners[k], J, k, dJ, k)
@@ -96,7 +97,7 @@ def drift_change(
     V, U : ndarray
         Shape (joints, 6), twists of the joints along v and u.
     """
-    joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
+    joints, local, kinds, lengths, rows, _, supports, coupled, polynomials = loops
     parents, owners = axes
     own, turned, dV, A, dA, _, (frames, squares, parts) = memory
     dV[0], A[0], dA[0] = 0.0, 0.0, 0.0
@@ -118,7 +119,7 @@ def drift_change(
     for c in range(len(kinds)):
         first, count = rows[c], rows[c + 1] - rows[c]
         out[first : first + count] = 0.0
-        if kinds[c] >= COUPLED_ANGLE:
+        if kinds[c] >= COUPLED_ANGLE or not (moves_within(supports, c, u) or moves_within(supports, c, w)):
             continue
         relative_pose(poses, joints, local, c, a, b, d, Q)
         project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
@@ -215,12 +216,11 @@ def motion_changes(
     dq, dv, da = moved[0, 0], moved[1], moved[2]
     drift, first, second = vectors[0, :height], vectors[1, :height], vectors[2, :height]
     direction, speed = vectors[3, :nv], vectors[4, :nv]
-    _own_motions(J, axes[1], v, own[0])
-    _twists(axes[0], own[0], V)
+    twists_along(J, axes, v, own[0], V)
     for k in range(d):
         for i in range(nv):
             direction[i] = dv[1, i, k] = da[2, i, k] = dq[i, k]
-        _rate_along(poses, J, direction, axes, loops, q, own, U, along[k], drift)
+        rate_along(poses, J, direction, axes, loops, q, own, U, along[k], drift)
         for r in range(height):
             first[r] = second[r] = 0.0
             for i in range(nv):
@@ -228,8 +228,8 @@ def motion_changes(
                 second[r] -= rate[r, i] * direction[i]
             second[r] += first[r]
         # a by v: J̇ of v along the column, and the other way round.
-        _follow(order, rank, factors, scales, first, dv[0], k)
-        _follow(order, rank, factors, scales, second, da[1], k)
+        follow(order, rank, factors, scales, first, dv[0], k)
+        follow(order, rank, factors, scales, second, da[1], k)
         for i in range(nv):
             speed[i] = dv[0, i, k]
         drift_change(poses, J, v, direction, speed, axes, loops, q, own, V, U, drift)
@@ -237,11 +237,11 @@ def motion_changes(
             drift[r] = -drift[r]
             for i in range(nv):
                 drift[r] -= along[k, r, i] * a[i]
-        _follow(order, rank, factors, scales, drift, da[0], k)
+        follow(order, rank, factors, scales, drift, da[0], k)
 
 
 @kernel(fills=True)
-def _follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
+def follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
     """Fill the dependent coordinates of column k of x with J x = right, which is used up."""
     row_scale, column, _ = scales
     W, diagonal, half = factors

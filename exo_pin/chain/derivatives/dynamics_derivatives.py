@@ -35,7 +35,8 @@ from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.memory.chain_buffers import ChainBuffers
 from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
 
-_NONE = frozen(np.array([], dtype=np.int64))
+#: No independent coordinates that were given.
+NONE_GIVEN = frozen(np.array([], dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -199,9 +200,9 @@ def inverse_dynamics_derivatives(
     work.a[:] = 0.0 if a is None else state.sized("a", a, state.nv)
     if not state.has_unit_turns(work.q):
         state.configuration(q)  # which raises
-    given = _NONE if independent is None else frozen(state.velocity_indices(independent))
+    given = NONE_GIVEN if independent is None else frozen(state.velocity_indices(independent))
     pushes = wrenches_on(state, external) if external is not None else {}
-    forces, local, tau, friction = _tree(state, work, pushes)
+    forces, local, tau, friction = tree_derivatives(state, work, pushes)
     block, moved, change, certain = derivatives_of_motion.run(
         *work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance
     )
@@ -214,7 +215,7 @@ def inverse_dynamics_derivatives(
     return found
 
 
-def _tree(
+def tree_derivatives(
     state: ChainState, work: ChainBuffers, pushes: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, bool, FloatArray, FloatArray | None]:
     """Fill the derivatives of the open tree at the state in the buffers.
@@ -234,7 +235,7 @@ def _tree(
     if not pushes and state.passive.is_idle:
         pin.computeRNEADerivatives(state.model, work.data, q, v, a)
         return work.tree, False, work.tau, None
-    _tree_derivatives(state, q, v, a, pushes)
+    _tree_by_motion(state, q, v, a, pushes)
     pin.computeJointJacobians(state.model, work.data, q)
     tau, friction = open_tree(state, q, v, a, pushes), None
     if state.passive.rubs:
@@ -245,7 +246,7 @@ def _tree(
     return work.forces, True, tau, friction
 
 
-def _tree_derivatives(
+def _tree_by_motion(
     state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, FloatArray]
 ) -> None:
     """Fill ``trees`` of the buffers, and the poses, Jacobians and ``tree``, too."""

@@ -7,6 +7,7 @@ Gazebo's ``DetachableJoint``           rigid, as the two links stand where the j
 ``closing_X_1`` and ``closing_X_2``    of onshape-to-robot, links or frames: spherical; revolute about z if each has
                                        a ``closing_X_1_z``, ``closing_X_2_z`` beside it
 ``connect``, ``weld`` of ``<mujoco>``  spherical, rigid; a weld with torquescale 0 is spherical
+``joint`` of its ``<equality>``        a coupling of two joints, or of one with the world
 ``<loop_joint>``                       of Isaac, spherical
 ====================================== ===========================================================================
 
@@ -21,6 +22,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -76,17 +78,19 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
         If a loop is no closure and not left out by name, or two of these dialects state one loop.
     """
     reader = _Reader(root, model, left)
-    table, stated = FrameTable(model), dict[frozenset[int], str]()
+    table, stated = FrameTable(model), dict[frozenset[Any], str]()
     for closure in closures.closures:
-        if not closure.kind.is_coupling:
-            ends = (closure.frame_a, closure.frame_b)
-            if all(end in table for end in ends):
-                stated[frozenset(model.frames[table[end]].parentJoint for end in ends)] = closure.name
+        ends = (closure.frame_a, closure.frame_b)
+        if closure.kind.is_coupling:
+            stated[frozenset(ends)] = closure.name
+        elif all(end in table for end in ends):
+            stated[frozenset(model.frames[table[end]].parentJoint for end in ends)] = closure.name
     names = {closure.name for closure in closures.closures}
     found: list[Closure] = []
-    before: dict[frozenset[int], _Loop] = {}
+    before: dict[frozenset[Any], _Loop] = {}
     for loop in reader.loops():
-        bodies = frozenset(reader.carriers.get(end, -1) for end in loop.ends)
+        couples = loop.closure is not None and loop.closure.kind.is_coupling
+        bodies = frozenset(end if couples else reader.carriers.get(end, -1) for end in loop.ends)
         known = loop.name if loop.name in names else stated.get(bodies)
         if known is not None:
             left.say("restated", f"{loop.element.place} is closure {known!r}")
@@ -149,7 +153,7 @@ class _Reader:
     """Reads the loops of a document on a tree whose joints are at zero."""
 
     def __init__(self, root: Element, model: pin.Model, left: LeftOut) -> None:
-        self._root, self._left = root, left
+        self._root, self._left, self._model = root, left, model
         data = model.createData()
         pin.framesForwardKinematics(model, data, pin.neutral(model))
         links = [k for k, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY]
@@ -282,8 +286,10 @@ class _Reader:
 
     def _equality(self, element: Element) -> _Loop:
         given = element.attributes
+        if element.tag == "joint":
+            return self._coupling(element)
         if element.tag not in ("connect", "weld") or "body1" not in given:
-            raise element.error("connect and weld of bodies are read")
+            raise element.error("connect and weld of bodies, and joint, are read")
         ends = (self._end(element, given["body1"]), self._end(element, given.get("body2", "world")))
         anchor = pin.SE3(np.eye(3), vector(element, "anchor", NOTHING))
         if element.tag == "connect":
@@ -296,6 +302,19 @@ class _Reader:
         if float(vector(element, "torquescale", (1.0,))[0]) == 0.0:
             return self._at(element, "spherical", ends, between * anchor, anchor)
         return self._at(element, "rigid", ends, between, pin.SE3.Identity())
+
+    def _coupling(self, element: Element) -> _Loop:
+        """q_1 = Σ c_k q_2^k, of joints that count from zero."""
+        joints = [element.attributes.get(key, "universe") for key in ("joint2", "joint1")]
+        for name in joints:
+            index = self._model.getJointId(name) if self._model.existJointName(name) else 0
+            if name != "universe" and self._model.nqs[index] != 1:
+                raise element.error(f"there is no hinge or slide {name!r} that counts its turns: couple it by <mimic>")
+        powers = numbers(element, "polycoef", 5) if "polycoef" in element.attributes else [0.0, 1.0]
+        powers = powers[:1] if joints[0] == "universe" else powers
+        name = self._name(element)
+        closure = Closure(name, "coupling", joints[0], joints[1], polynomial=tuple(powers))
+        return _Loop(name, element, (joints[0], joints[1]), closure)
 
     def _closing_frames(self) -> Iterator[_Loop]:
         """Pairs of frames of onshape-to-robot."""

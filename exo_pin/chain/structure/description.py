@@ -343,6 +343,11 @@ class Closures:
             as_choice("closure", limb.closure, names, f"limb {limb.name!r}")
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """What was left out and may change forces, or changes the mechanism."""
+        return tuple(f"Left out of the robot's file: {text}" for text in self.left_out if "(no effect: " not in text)
+
+    @property
     def rows(self) -> int:
         """Number of constraint rows of all closures."""
         return sum(closure.rows for closure in self.closures)

@@ -64,6 +64,7 @@ def cautions(source: AnswerSource, check: HoldCheck) -> Iterator[str]:
 def _of_device(source: AnswerSource) -> Iterator[str]:
     """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
+    yield from device.doubts
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "

@@ -136,6 +136,15 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
 
 
 @kernel(fills=True)
+def moves_within(supports: Any, c: int, v: Any) -> bool:
+    """Whether a velocity moves the bodies of closure c against each other; as one body they change none of its rows."""
+    found = False
+    for k in range(len(v)):
+        found = found or (v[k] != 0.0 and supports[c, 0, k] != supports[c, 1, k])
+    return found
+
+
+@kernel(fills=True)
 def fill_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scratch: Any, out: Any, drift: Any) -> None:
     """:func:`jacobian_rate` with what :func:`new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, supports, coupled, polynomials = loops
@@ -146,8 +155,11 @@ def fill_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scratch: 
     )  # fmt: skip
     point, omega, d = parts[7], parts[8], parts[9]
     for c in range(len(rows) - 1):
-        relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
+        if not moves_within(supports, c, v):
+            out[first : first + count], drift[first : first + count] = 0.0, 0.0
+            continue
+        relative_pose(poses, joints, local, c, a, b, d, Q)
         project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
         twist_a[:], twist_b[:] = 0.0, 0.0
         for k in range(len(v)):

@@ -1,10 +1,13 @@
 """Loops that other programs' elements state in a URDF, on a four-bar, against the same one with a closures file."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin import FileFormatError
+import exo_pin as ep
+from exo_pin import FileFormatError, LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 from exo_pin.cli import main
 
@@ -146,7 +149,7 @@ UNREADABLE = [
     ),
     ("loops", frame("closing_pin_1", "coupler", AT_COUPLER), "no frame 'closing_pin_2'"),
     ("loops", pair(frame("closing_pin_1_z", "coupler", AT_COUPLER)), "do not both stand"),
-    ("loops", EQUALITY.format('<joint name="pin" joint1="crank_hinge"/>'), "connect and weld of bodies"),
+    ("loops", EQUALITY.format('<tendon name="pin" tendon1="a"/>'), "connect and weld of bodies, and joint, are read"),
     ("loops", '<gazebo><link name="more"/></gazebo>', "a body that Gazebo adds"),
     ("bushings", BUSHING, "a spring between two frames"),
     (
@@ -220,3 +223,39 @@ def test_a_loop_within_one_body_has_its_places_together():
     assert any(entry.startswith("rigid: ") for entry in chain.description.left_out)
     with pytest.raises(FileFormatError, match="two places of one rigid body that are apart"):
         ClosedChain.from_urdf(robot(inside.format("spherical", text(AT_COUPLER), text(AT_ROCKER))))
+
+
+@pytest.mark.parametrize(("second", "powers"), [('joint2="crank_hinge"', (0.1, 2.0, 0.3, 0.0, 0.0)), ("", (0.1,))])
+def test_a_joint_equality_of_mujoco_is_a_coupling(second, powers):
+    given = '<joint name="gear" joint1="rocker_hinge" {} polycoef="0.1 2 0.3 0 0"/>'
+    urdf = '<robot name="robot">{}</robot>'
+    chain = ClosedChain.from_urdf(urdf.format(TREE + EQUALITY.format(given.format(second))))
+    (gear,) = chain.closures
+    leader = "crank_hinge" if second else "universe"
+    assert (gear.name, gear.type, gear.frame_a, gear.frame_b) == ("gear", "coupling", leader, "rocker_hinge")
+    assert gear.polynomial == powers
+    stated = Closures(
+        "robot", closures=(Closure("own", "coupling", leader, "rocker_hinge", polynomial=(0.0, 1.0)[: len(powers)]),)
+    )
+    both = ClosedChain.from_urdf(urdf.format(TREE + EQUALITY.format(given.format(second))), stated)
+    assert [closure.name for closure in both.closures] == ["own"]
+    assert any(text.startswith("restated: ") for text in both.description.left_out)
+    with pytest.raises(FileFormatError, match=r"no hinge or slide 'nobody'.*\n\n\[\[closures"):
+        ClosedChain.from_urdf(urdf.format(TREE + EQUALITY.format('<joint joint1="nobody" joint2="crank_hinge"/>')))
+
+
+def test_what_was_left_out_stands_in_errors_and_in_the_answers_of_a_device(tmp_path, capsys):
+    bushing = "<gazebo><damping_of_air/></gazebo>"
+    chain = ClosedChain.from_urdf(
+        f'<robot name="robot">{TREE}{BALL.format(text(AT_COUPLER), text(AT_ROCKER))}{bushing}</robot>'
+    )
+    (doubt,) = chain.description.doubts
+    assert "unread: <damping_of_air> in <gazebo> (may change forces" in doubt
+    with pytest.raises(LoopNotClosed) as caught:
+        chain.close([3.0, 0.0, 0.0], hold=["crank_hinge", "rocker_hinge"])
+    assert caught.value.__notes__ == [doubt]
+    files = ep.load(Path(__file__).parents[4] / "urdf" / "spring-support.urdf").export(tmp_path / "support.urdf")
+    files[0].write_text(files[0].read_text().replace("</robot>", f"{bushing}</robot>"))
+    main(["reaction", str(files[-1]), "--flexion", "30"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Left out of the robot's file: unread: <damping_of_air> in <gazebo>" in said

@@ -1,0 +1,358 @@
+"""Derivatives of forward dynamics: the implicit function theorem on the equations of a closed chain's motion.
+
+M a + h = τ + Jᵀλ and J a + J̇ v = 0 define a and λ. Their differentials are the same linear equations with other right
+sides, so that one factorisation of J and one of the inertia in its null space, ZᵀMZ with J Z = 0, serve all of them:
+
+    da = a_0 + Z (ZᵀMZ)⁻¹ Zᵀ (dτ - dh - dM a + dJᵀ λ - M a_0),    J a_0 = - dJ a - d(J̇ v).
+
+The pieces are Pinocchio's derivatives of RNEA and the changes of the closures of :mod:`.change_kernels`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.compiled import kernel
+from ...core.records import Record
+from ...core.validation import FloatArray, frozen
+from ...numerics.small_linear import reflect
+from ..dynamics.equations.equation_kernels import clear_motion
+from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, open_tree, wrenches_on
+from ..dynamics.forward_dynamics import ClosedMotion, efforts_of, forward_dynamics
+from ..kinematics.kernels.closure_kernels import new_scratch
+from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
+from ..kinematics.reduced_kinematics import refuse_choice
+from ..structure.chain_state import CLOSED, ChainState
+from ..structure.memory.chain_buffers import unpacked_constants
+from .change_kernels import drift_change, follow, new_change_memory, rate_along, twists_along
+from .dynamics_derivatives import NONE_GIVEN, tree_derivatives
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MotionDerivatives(Record):
+    """Derivatives of the acceleration of a closed chain by q, v and τ, in all and in d independent coordinates.
+
+    A motion of the chain is a change dq = Z dq_i with dv = Z dv_i + v_q dq_i; for these ``a_q`` dq + ``a_v`` dv is
+    exact. For changes that open the loops the closures' equations hold nevertheless, redundant ones as far as they
+    agree.
+
+    Examples
+    --------
+    >>> chain = ep.load("three-linear-actuators").chain_with_masses()
+    >>> by = chain.forward_dynamics_derivatives(chain.close(chain.neutral()))
+    >>> by.a_q.shape, by.independent_q.shape, by.independent_tau.shape  # of 12 coordinates three are independent
+    ((12, 12), (3, 3), (3, 12))
+    """
+
+    _given: tuple[ChainState, FloatArray, FloatArray, FloatArray, dict[str, FloatArray] | None]
+    _changes: FloatArray
+    _reduced: FloatArray
+    _order: NDArray[np.int64]
+
+    @cached_property
+    def motion(self) -> ClosedMotion:
+        """The acceleration itself, with its forces."""
+        state, q, v, tau, external = self._given
+        return forward_dynamics(state, q, v, tau, external=external)
+
+    @property
+    def a_q(self) -> FloatArray:
+        """Shape (nv, nv), of all accelerations with q, in its tangent space, at constant v and τ."""
+        return self._changes[0]
+
+    @property
+    def a_v(self) -> FloatArray:
+        """Shape (nv, nv), of all accelerations with v."""
+        return self._changes[1]
+
+    @property
+    def a_tau(self) -> FloatArray:
+        """Shape (nv, nv), of all accelerations with the efforts."""
+        return self._changes[2]
+
+    @property
+    def independent(self) -> NDArray[np.int64]:
+        """Shape (d,), the independent coordinates' indices in v."""
+        return self._order[: self._reduced.shape[2]]
+
+    @property
+    def reduced_jacobian(self) -> FloatArray:
+        """Z, shape (nv, d): changes of all coordinates with the independent ones, along the closed loops."""
+        return self._reduced[0]
+
+    @property
+    def v_q(self) -> FloatArray:
+        """Shape (nv, d), of all velocities with q_i at constant v_i."""
+        return self._reduced[1]
+
+    @property
+    def independent_q(self) -> FloatArray:
+        """Shape (d, d), of the independent accelerations with q_i at constant v_i."""
+        return self.a_q[self.independent] @ self.reduced_jacobian + self.a_v[self.independent] @ self.v_q
+
+    @property
+    def independent_v(self) -> FloatArray:
+        """Shape (d, d), of the independent accelerations with v_i."""
+        return self.a_v[self.independent] @ self.reduced_jacobian
+
+    @property
+    def independent_tau(self) -> FloatArray:
+        """Shape (d, nv), of the independent accelerations with all efforts."""
+        return self.a_tau[self.independent]
+
+
+def forward_dynamics_derivatives(
+    state: ChainState,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    tau: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    *,
+    independent: Iterable[str] | None = None,
+    external: Mapping[str, ArrayLike] | None = None,
+) -> MotionDerivatives:
+    """Derivatives of the acceleration that efforts make.
+
+    Parameters
+    ----------
+    q, v, tau, external
+        As for :meth:`ClosedChain.forward_dynamics`; the components of external wrenches in world axes are constant.
+    independent : iterable of str, optional
+        Joints whose coordinates are independent, as for :meth:`ClosedChain.split`, which chooses them otherwise.
+
+    Returns
+    -------
+    MotionDerivatives
+
+    Raises
+    ------
+    UndeterminedMotion
+        If the given joints do not determine the others.
+    UnsupportedDynamics
+        If a joint with dry friction is at rest: its acceleration has no derivatives there.
+    LoopNotClosed, MasslessMotion, SingularConfiguration, NearSingularConfiguration, InvalidInput, UnknownName
+        As for :meth:`ClosedChain.forward_dynamics`.
+
+    Examples
+    --------
+    >>> rod = '<joint name="hinge" axis="0 1 0"/><inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.1"/>'
+    >>> chain = ep.ClosedChain.from_mjcf(f"<mujoco><worldbody><body>{rod}</body></worldbody></mujoco>")
+    >>> by = chain.forward_dynamics_derivatives([0.4])
+    >>> by.a_q.round(4), by.a_tau.round(4)  # -m g r cos q over the inertia of 0.6 kg m², 1/s², and its inverse
+    (array([[-15.0593]]), array([[1.6667]]))
+    """
+    q = state.sized("q", q, state.nq).copy()
+    v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
+    efforts, work = efforts_of(state, tau), state.buffers
+    given = NONE_GIVEN if independent is None else frozen(state.velocity_indices(independent))
+    work.q[:], work.v[:] = q, v
+    a = _certain_acceleration(state, q, v, efforts, external)
+    # What is in doubt is solved or refused there.
+    work.a[:] = forward_dynamics(state, q, v, efforts, external=external).a if a is None else a
+    work.v[:] = v
+    pushes = wrenches_on(state, external) if external is not None else {}
+    left = tree_derivatives(state, work, pushes)[2] - efforts
+    changes, reduced, order, choice = acceleration_changes.run(
+        *work.for_derivatives, work.jacobian, work.gap, left, given, state.tolerance
+    )
+    if independent is not None:
+        refuse_choice(state, q, given, *choice)
+    kept = {name: np.array(wrench) for name, wrench in pushes.items()} or None
+    return MotionDerivatives.made_of(
+        _given=(state, q, v, efforts, kept), _changes=frozen(changes), _reduced=frozen(reduced), _order=frozen(order)
+    )
+
+
+def _certain_acceleration(
+    state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray, external: Mapping[str, ArrayLike] | None
+) -> FloatArray | None:
+    """The acceleration where it is certain that nothing has to be refused; else None."""
+    work, idle = state.buffers, external is None and state.passive.is_idle
+    if state.passive.rubs or state.tolerance or not state.has_unit_turns(q):
+        return None
+    if idle:
+        # One call of Pinocchio in place of three.
+        pin.computeRNEADerivatives(state.model, work.data, q, v, work.still)
+        lower, forces = work.trees[2], efforts - work.tau
+    else:
+        work.jacobian_rates(q, v)
+        forces = efforts - open_tree(state, q, v, work.still, external)
+        lower = np.reshape(pin.crba(state.model, work.data, q), (state.nv, state.nv)).T
+    certain, a = certain_motion.run(
+        work.poses, work.J, work.dJ, work.for_derivatives[3], work.constants, work.gap, work.jacobian,
+        work.jacobian_rate, lower, forces,
+    )  # fmt: skip
+    return a if certain else None
+
+
+@kernel
+def certain_motion(
+    poses: Any, J: Any, dJ: Any, motion: Any, constants: Any, gap: Any, jacobian: Any, rate: Any, lower: Any,
+    forces: Any,
+) -> Any:  # fmt: skip
+    """Whether the acceleration is certain, and it; parameters as for :func:`.equation_kernels.clear_motion`."""
+    loops, scales, _, _ = unpacked_constants(constants[0], constants[1])
+    (height, nv), nq = rate.shape, len(motion) - 2 * len(forces)
+    (worst, _, opening, _, regular, finite), clear, a, (_, missing, _, moves) = clear_motion(
+        poses, J, dJ, motion[nq : nq + nv], loops, motion[:nq], scales, gap, jacobian, rate, np.empty(height), lower,
+        forces, (0.0, CLOSED, MASSLESS),
+    )  # fmt: skip
+    return clear and finite and regular and moves and worst <= CLOSED and opening <= STILL and missing <= STILL, a
+
+
+@kernel
+def acceleration_changes(
+    poses: Any, J: Any, dJ: Any, motion: Any, trees: Any, constants: Any, rate: Any, jacobian: Any, gap: Any,
+    left: Any, given: Any, tolerance: float,
+) -> Any:  # fmt: skip
+    """Changes of the acceleration with q, v and τ.
+
+    Parameters
+    ----------
+    poses, J, dJ, motion, trees, constants, rate, given, tolerance
+        As for :func:`.force_change_kernels.derivatives_of_motion`.
+    jacobian, gap : ndarray
+        Shapes (rows, nv) and (rows,), the closures' Jacobian and residual.
+    left : ndarray
+        Shape (nv,), generalised forces of the loops, Jᵀλ.
+
+    Returns
+    -------
+    found : ndarray
+        Shape (3, nv, nv), changes of a with q, v and τ.
+    reduced : ndarray
+        Shape (2, nv, d), Z and v_q of :class:`MotionDerivatives`.
+    order : ndarray of int
+        Shape (nv,), the independent coordinates first.
+    choice : tuple
+        How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there.
+    """
+    loops, scales, _, axes = unpacked_constants(constants[0], constants[1])
+    (height, nv), nq = rate.shape, len(motion) - 2 * len(left)
+    q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
+    by_q, by_v, lower = trees
+    row_scale, _, _ = scales
+    allowed, order, own = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv, dtype=np.int64)
+    for k in given:
+        allowed[k] = False
+    known = tolerance
+    for r in range(height if tolerance == 0.0 else 0):
+        known = max(known, abs(gap[r] * row_scale[r]))
+    factors, error = (np.empty((nv, height)), np.empty(nv), np.empty(nv)), np.empty(nv)
+    rank, cut = fill_dependent(
+        jacobian, np.empty((height, 0)), allowed, scales, len(poses), known, factors, order, error
+    )
+    d = nv - rank
+    reduced = np.zeros((2, nv, d))
+    Z, v_q = reduced[0], reduced[1]
+    if len(given) == d:
+        own[:d] = given
+    else:
+        fill_ascending(order[rank:], own)
+    most = fill_reduced(order, rank, factors[0][rank:].T, error, own[:d], Z)
+    multipliers = _multipliers(order, rank, factors, scales, left)
+    found, moved, pushed = np.zeros((3, nv, nv)), np.zeros((nv, nv)), np.empty((2, nv, nv))
+    joints, turned, _ = new_change_memory(len(poses), nv, height)
+    memory = joints[0], joints[1], joints[2], joints[3], joints[4], turned, new_scratch()
+    V, U, change = joints[5], joints[6], np.empty((height, nv))
+    (unit, still), (first, second, drift) = np.zeros((2, nv)), np.empty((3, height))
+    twists_along(J, axes, v, memory[0], V)
+    for k in range(nv):
+        unit[k] = 1.0
+        rate_along(poses, J, unit, axes, loops, q, memory, U, change, drift)
+        drift_change(poses, J, v, unit, still, axes, loops, q, memory, V, U, drift)
+        unit[k] = 0.0
+        for r in range(height):
+            first[r], drift[r] = 0.0, -drift[r]
+            for i in range(nv):
+                first[r] -= change[r, i] * v[i]
+                drift[r] -= change[r, i] * a[i]
+            second[r] = first[r] - rate[r, k]
+        for i in range(nv):
+            pushed[0, i, k], pushed[1, i, k] = -by_q[i, k], -by_v[i, k]
+            for r in range(height):
+                pushed[0, i, k] += change[r, i] * multipliers[r]
+        follow(order, rank, factors, scales, drift, found[0], k)
+        follow(order, rank, factors, scales, second, found[1], k)
+        follow(order, rank, factors, scales, first, moved, k)
+    response, along = _response(lower, Z), np.empty(nv)
+    for n in range(2):
+        for i in range(nv):
+            for j in range(rank):
+                inertia = lower[max(i, order[j]), min(i, order[j])]
+                if inertia != 0.0:
+                    for k in range(nv):
+                        pushed[n, i, k] -= inertia * found[n, order[j], k]
+        for s in range(d):
+            along[:] = 0.0
+            for i in range(nv):
+                if response[s, i] != 0.0:
+                    for k in range(nv):
+                        along[k] += response[s, i] * pushed[n, i, k]
+            _add_outer(response[s], along, found[n])
+    for s in range(d):
+        _add_outer(response[s], response[s], found[2])
+    for j in range(nv):
+        for k in range(d):
+            if Z[j, k] != 0.0:
+                for i in range(nv):
+                    v_q[i, k] += moved[i, j] * Z[j, k]
+    return found, reduced, own, (rank, most, cut)
+
+
+@kernel
+def _multipliers(order: Any, rank: int, factors: Any, scales: Any, left: Any) -> Any:
+    """λ with Jᵀ λ = left, from the factors of J's dependent columns, Q R: λ = Q R⁻ᵀ left, all scaled."""
+    W, diagonal, half = factors
+    row_scale, column, _ = scales
+    found = np.zeros(len(row_scale))
+    for i in range(rank):
+        found[i] = column[order[i]] * left[order[i]]
+        for k in range(i):
+            found[i] -= W[i, k] * found[k]
+        found[i] /= diagonal[i]
+    for k in range(rank - 1, -1, -1):
+        reflect(W, half, k, found)
+    for r in range(len(found)):
+        found[r] *= row_scale[r]
+    return found
+
+
+@kernel
+def _response(lower: Any, Z: Any) -> Any:
+    """L⁻¹ Zᵀ with L Lᵀ = ZᵀMZ, shape (d, nv), from the lower half of M: forces f move the chain by its square on f."""
+    nv, d = Z.shape
+    MZ, L, out = np.zeros((nv, d)), np.zeros((d, d)), Z.T.copy()
+    for i in range(nv):
+        for j in range(nv):
+            for s in range(d):
+                MZ[i, s] += lower[max(i, j), min(i, j)] * Z[j, s]
+    for i in range(nv):
+        for s in range(d):
+            for t in range(s + 1):
+                L[s, t] += Z[i, s] * MZ[i, t]
+    for s in range(d):
+        for t in range(s + 1):
+            for k in range(t):
+                L[s, t] -= L[s, k] * L[t, k]
+            L[s, t] = math.sqrt(L[s, s]) if s == t else L[s, t] / L[t, t]
+        for i in range(nv):
+            for k in range(s):
+                out[s, i] -= L[s, k] * out[k, i]
+            out[s, i] /= L[s, s]
+    return out
+
+
+@kernel(fills=True)
+def _add_outer(one: Any, other: Any, out: Any) -> None:
+    """Add one otherᵀ."""
+    for i in range(len(one)):
+        for k in range(len(other)):
+            out[i, k] += one[i] * other[k]

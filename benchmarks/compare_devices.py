@@ -61,7 +61,7 @@ EFFORTS = {
 FIT = {
     "reached, %": ("reach", 100.0, 0),
     "singular, %": ("singular", 100.0, 0),
-    "dexterity": ("dexterity", 1.0, 2),
+    "median margin": ("median_margin", 1.0, 2),
     "undetermined": ("undetermined", 1.0, 0),
     "follows 10 mm, %": ("follows_10_mm", 100.0, 0),
     "change by 10 mm, N": ("change_by_10_mm_N", 1.0, 0),

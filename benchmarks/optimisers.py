@@ -22,9 +22,8 @@ from pymoo.optimize import minimize
 import exo_pin as ep
 from exo_pin.core import compiled
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
-from exo_pin.workspace.optimisation.descent import Descent
-from exo_pin.workspace.optimisation.design_variables import DesignVariables
-from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.merit import Descent, Merit
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 from exo_pin.wrist import BodyShape
 
 WEIGHTS = {"mean_shoulder_force": 0.05}

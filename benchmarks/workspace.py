@@ -16,7 +16,7 @@ import numpy as np
 import exo_pin as ep
 from exo_pin.core import compiled
 from exo_pin.workspace import Criteria, free_joints, starting_design
-from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 from exo_pin.wrist import BodyShape
 
 #: A shoulder whose centre goes back, in and up with the elevation of the arm.

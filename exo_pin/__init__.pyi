@@ -79,14 +79,14 @@ from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads
 from .person.wearer import Person as Person
 from .reaction.assumptions import Assumptions as Assumptions
+from .reaction.assumptions import Weights as Weights
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
+from .reaction.columns import reaction_table as reaction_table
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .reaction.constraints.glenoid_cone import glenoid_orientation as glenoid_orientation
-from .reaction.indeterminacy.infeasibility import Infeasibility as Infeasibility
+from .reaction.evidence import Infeasibility as Infeasibility
 from .reaction.result import Reaction as Reaction
 from .reaction.solve_case import solve as solve
-from .reaction.splits.weights import Weights as Weights
-from .reaction.table import reaction_table as reaction_table
 from .study.parameter_sweep import adl_box as adl_box
 from .study.parameter_sweep import sweep as sweep
 from .workspace.criteria import Criteria as Criteria

@@ -25,9 +25,9 @@ from exo_pin.view import Scene
 from exo_pin.view.picture.mechanism_picture import offsets
 from exo_pin.view.plots import rotation_ball, workspace_slices
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
-from exo_pin.workspace.needs import forces
-from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.criterion import forces
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 
 BLOCKS = re.findall(r"```python\n(.*?)```", page("contributing"), re.S)
 

@@ -213,7 +213,7 @@ FORCE_PROGRAMS = (
     "exo_pin.numerics.bounded.polytope_program",
     "exo_pin.reaction.splits.limb_and_side_forces",
     "exo_pin.wrist.forces.force_kernels",
-    "exo_pin.reaction.batch.tension_kernels",
+    "exo_pin.reaction.batch.limit_kernels",
     "exo_pin.reaction.holding.least_force_kernels",
     "exo_pin.reaction.batch.map_kernels",
 )

@@ -1,4 +1,3 @@
-from .optimal_control import action_model as action_model
 from .closed_chain import ClosedChain as ClosedChain
 from .derivatives.dynamics_derivatives import Derivatives as Derivatives
 from .derivatives.forward_derivatives import MotionDerivatives as MotionDerivatives
@@ -15,6 +14,7 @@ from .formats.closures_file import write_closures as write_closures
 from .kinematics.mobility import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit
+from .optimal_control import action_model as action_model
 from .structure.chain_state import CLOSED as CLOSED
 from .structure.closures import TYPES as TYPES
 from .structure.closures import Closure as Closure

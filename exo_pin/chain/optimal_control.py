@@ -85,7 +85,7 @@ def action_model(
     return ClosedChainAction(chain, start, joints, [part.start for part in parts], tuple(motors), costs)
 
 
-class ClosedChainAction(_Model):  # type: ignore[misc]
+class ClosedChainAction(_Model):
     """What :func:`action_model` makes."""
 
     def __init__(
@@ -157,7 +157,7 @@ class ClosedChainAction(_Model):  # type: ignore[misc]
         data.cost = data.costs.cost
 
 
-class _ActionData(_Data):  # type: ignore[misc]
+class _ActionData(_Data):
     """Crocoddyl's data, with that of the costs and the last configuration."""
 
     def __init__(self, model: ClosedChainAction) -> None:

@@ -164,10 +164,10 @@ def workspace(
     parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
         options.refuse("--limb-table prints a table", json=json)
-        parts.append(limb_sheet(exo.mechanism, table_of_limbs(exo.mechanism, found)))
+        parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
     if limb_loss:
         options.refuse("--limb-loss prints a table", json=json)
-        left = loss_of_limbs(exo.mechanism, found)
+        left = loss_of_limbs(exo.device, found)
         parts += [str(left), limb_loss_words(left)]
 
     def figure() -> Any:

@@ -19,8 +19,7 @@ from ..load_case.pose_stacks import carried, require_massless
 from ..person import DeviceAction
 from ..reaction import Assumptions, Limits, Reaction
 from ..reaction.answer import QUERY_STATUS
-from ..reaction.constraints.limb_limits import as_limb_limits
-from ..reaction.constraints.side_force_bounds import two_ends
+from ..reaction.constraints.given_limits import as_limb_limits, two_ends
 from ..reaction.device_poses import device_poses
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.pose_stack import limb_lengths

@@ -291,6 +291,17 @@ def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
 
 
 @kernel(fills=True)
+def solve_transposed(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
+    """Replace b, zero beyond ``rank``, by the least x with b as its products with the columns that were taken."""
+    for i in range(rank):
+        for k in range(i):
+            b[i] -= W[i, k] * b[k]
+        b[i] /= diagonal[i]
+    for k in range(rank - 1, -1, -1):
+        reflect(W, half, k, b)
+
+
+@kernel(fills=True)
 def solve_factored(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b by the least-squares solution in the columns that were taken."""
     for k in range(rank):

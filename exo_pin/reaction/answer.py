@@ -19,8 +19,8 @@ from ..core.progress import track
 from ..core.validation import FloatArray
 from ..load_case.case import Case
 from ..wrist.limbs import STATUS
+from .evidence import AnswerSource
 from .holding.infeasible_poses import clearly_infeasible, is_held
-from .indeterminacy.certificate import AnswerSource
 from .result import Reaction
 from .splits.limb_and_side_forces import choose
 from .splits.pose_stack import PoseStack

@@ -8,23 +8,100 @@ from functools import cached_property
 from inspect import Parameter, signature
 from typing import Any, TypedDict, TypeVar
 
+import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import echo
 from ..core.records import Record
-from ..core.validation import as_choice, require_type
+from ..core.validation import FloatArray, as_choice, require_type, set_positive
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.case import Posture
-from .constraints.glenoid_cone import GlenoidCone
-from .constraints.limb_limits import Limits
-from .constraints.side_force_bounds import ConstraintBounds
+from .constraints.given_limits import ConstraintBounds, Limits
+from .constraints.glenoid_cone import GlenoidCone, known_orientation
 from .splits.elastic import Elastic
-from .splits.registry import SPLITS
-from .splits.split import Split
-from .splits.weights import Weights
+from .splits.split import Minimal, Spherical, Split, Standalone
 
+
+@dataclass(frozen=True)
+class Weights:
+    """Objective of the split "minimal": a weighted sum of squares of F_s and of the tensions.
+
+        compression (F_s · out)² + shear (|F_s|² - (F_s · out)²) + tension Σ f_i²
+
+    Attributes
+    ----------
+    shear, compression : float
+        Weights of F_s across and along the axis out of the socket, above zero, so that the best F_s is unique.
+    tension : float
+        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of shoulder
+        force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
+    glenoid : GlenoidCone or None
+        Defines the axes; only its orientation counts here. Not needed where shear and compression weigh the same.
+
+    Raises
+    ------
+    InvalidInput
+        If a weight is not positive.
+    MissingData
+        If shear and compression weigh differently and no orientation says which is which.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators")
+    >>> case = ep.Case(exo.pose(60, 30))
+    >>> kind = [ep.Assumptions("minimal", weights=each) for each in (None, ep.Weights(tension=1.0))]
+    >>> plain, weighted = (ep.solve(exo, case, each) for each in kind)
+    >>> round(float(weighted.magnitude - plain.magnitude), 1)  # N more, so that the tensions are smaller
+    10.1
+    """
+
+    shear: float = 1.0
+    compression: float = 1.0
+    tension: float = 0.0
+    glenoid: GlenoidCone | None = None
+
+    def __post_init__(self) -> None:
+        set_positive(self, "shear", "compression")
+        set_positive(self, "tension", zero=True)
+        require_type("glenoid", self.glenoid, GlenoidCone | None)
+        if self.shear != self.compression:
+            known_orientation((self.glenoid or GlenoidCone()).orientation)
+
+    def root(self, side: str, pose: Rotation) -> FloatArray:
+        """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body.
+        pose : Rotation
+            Single.
+
+        Returns
+        -------
+        ndarray
+            Shape (3, 3).
+
+        Examples
+        --------
+        >>> root = ep.Weights(shear=4.0, compression=4.0).root("left", ep.shoulder_rotation(30, 0, 0, degrees=True))
+        >>> float(np.sum((root @ [3.0, 0.0, 4.0]) ** 2))  # 4 × 5²
+        100.0
+        """
+        axes = np.eye(3) if self.shear == self.compression else (self.glenoid or GlenoidCone()).axes(side, pose)
+        return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * axes)
+
+
+#: Splits that come with the package, by name. The first is the default.
+SPLITS: dict[str, Split] = {
+    split.name: split for split in (Spherical(), Minimal(), Elastic(), Elastic("locked"), Standalone())
+}
+
+# Only arguments that are given by name alone can be declared once: a ParamSpec takes no further ones by name (PEP 612),
+# and a TypedDict has none by position (PEP 692). So the positional ones stand in each signature.
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 

@@ -26,12 +26,10 @@ from ..wrist.forces.displaced import as_offset
 from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
-from .constraints.limb_limits import are_actuators, as_limb_limits
-from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
-from .effort_sharing import UNFELT, EffortSharing, sharing_of
+from .constraints.given_limits import UNBOUNDED, SideForceBounds, are_actuators, as_limb_limits
 from .splits.elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
-from .splits.pose_stack import PoseStack
+from .splits.pose_stack import UNFELT, EffortSharing, PoseStack, sharing_of
 from .splits.split import shortest_tensions
 
 if TYPE_CHECKING:
@@ -163,7 +161,7 @@ def _equilibrium(
 
 
 def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> BalancedTensions:
-    """Efforts in equilibrium, without limits, as :mod:`.effort_sharing` says.
+    """Efforts in equilibrium, without limits, as :class:`.EffortSharing` says.
 
     Parameters
     ----------

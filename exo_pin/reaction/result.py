@@ -16,14 +16,12 @@ from ..device.wrist_device import as_device
 from ..load_case.case import Case
 from . import columns as shown
 from . import cuff_load
-from .holding.cautions import cautions, criterion
+from .columns import reaction_html, reaction_table
+from .evidence import AnswerSource, Certificate, ClosestForces, Infeasibility, Optimum, certificate_of, closest_forces
 from .holding.force_range import ForceRange, force_range
-from .holding.hold_check import HoldCheck, hold_check
+from .holding.hold_check import HoldCheck, cautions, criterion, hold_check
 from .holding.infeasible_poses import infeasibility
 from .holding.verdict import UNSOLVED, verdict_of
-from .indeterminacy.certificate import AnswerSource, Certificate, Optimum, certificate_of
-from .indeterminacy.infeasibility import ClosestForces, Infeasibility, closest_forces
-from .table import reaction_html, reaction_table
 
 if TYPE_CHECKING:
     from .assumptions import Assumptions

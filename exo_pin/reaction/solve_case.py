@@ -21,8 +21,7 @@ from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
 from .answer import answer, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
-from .constraints.limb_limits import are_actuators, as_limb_limits
-from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .constraints.given_limits import UNBOUNDED, SideForceBounds, are_actuators, as_limb_limits
 from .elastic_poses import ElasticPoses
 from .result import Reaction
 from .splits.elastic import Elastic

@@ -3,5 +3,5 @@ from .evaluation import compare as compare
 from .evaluation import evaluate as evaluate
 from .parameter_sweep import adl_box as adl_box
 from .parameter_sweep import sweep as sweep
-from .pareto_front import non_dominated as non_dominated
+from .ranks import non_dominated as non_dominated
 from .study_table import StudyTable as StudyTable

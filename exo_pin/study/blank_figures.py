@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..reaction.assumptions import Question
-from .drive_figures import is_passive
+from .detailed_figures import is_passive
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
@@ -44,7 +44,7 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
     passive, holds = is_passive(exo), row["holdable"] > 0.0
     if name == "left_to_wearer" and passive:
         return "no arm of a person hangs in it, or its weight has no moment"
-    if name in ("held_and_clear", "held_after_failure", "singular", "dexterity") and passive:
+    if name in ("held_and_clear", "held_after_failure", "singular", "median_margin") and passive:
         return _NO_DRIVES
     if name == "held_after_failure":
         return "the question gives no numbers for the limits of its drives"

@@ -18,14 +18,84 @@ from ..person import Person
 from ..reaction import Reaction
 from ..reaction.assumptions import Question
 from ..uncertainty.offset_search import DIRECTIONS
-from .drive_figures import drive_count, drive_figures, is_passive
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
 __all__: list[str] = []
 
-#: A pose is nearly singular where the drives' Jacobian has less than this share of its largest singular value.
+
+#: Poses that a device cannot take.
+_BEYOND = ("out_of_reach", "beyond_singular", "out_of_stroke")
+
+
+def is_passive(exo: ShoulderExo) -> bool:
+    """Whether a device has no drives, so that what it leaves is the wearer's."""
+    return drive_count(exo) == 0
+
+
+def drive_count(exo: ShoulderExo) -> int:
+    """Number of its drives."""
+    return len(exo.device.drives)
+
+
+def within_reach(status: NDArray[np.str_]) -> NDArray[np.bool_]:
+    """Poses that a device closes in, with its drives and joints within their travel as far as that is known."""
+    return ~np.isin(status, _BEYOND)
+
+
+def drive_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> dict[str, float]:
+    """Largest effort of any drive in the held poses, also over its limit, and largest stroke over the reached ones.
+
+    Forces and slides apart from torques and hinges; NaN where there is none of the kind, and where no limit is known.
+    """
+    count = drive_count(exo)
+    units = np.array([unit for _, unit in answer.drive_units][:count] or ["N"] * count)
+    held = np.asarray(answer.held).reshape(-1)
+    efforts = answer.actuator_forces.reshape(len(held), -1)[:, :count]
+    limits = answer.source.poses.limits
+    bounds = np.where(efforts >= 0.0, limits.upper[:, :count], limits.lower[:, :count])
+    known = held[:, None] & np.isfinite(bounds) & (bounds != 0.0)
+    reached = within_reach(answer.status).reshape(-1)
+    coordinates = _coordinates(exo, poses, answer)[:, :count]
+    coordinates = coordinates[reached if reached.any() else ~np.isnan(coordinates).any(axis=1)]
+    slides, hinges = units == "N", units == "N m"
+    return {
+        "effort_N": _largest(np.abs(efforts[held][:, slides])),
+        "effort_Nm": _largest(np.abs(efforts[held][:, hinges])),
+        "effort_share": _largest(efforts[known] / bounds[known]),
+        "stroke_mm": 1e3 * _largest(_ranges(coordinates[:, slides])),
+        "stroke_deg": float(np.degrees(_largest(_arcs(coordinates[:, hinges])))),
+    }
+
+
+def _largest(values: FloatArray) -> float:
+    return float(values.max()) if values.size else np.nan
+
+
+def _ranges(values: FloatArray) -> FloatArray:
+    return np.ptp(values, axis=0) if len(values) else np.empty(0)
+
+
+def _arcs(angles: FloatArray) -> FloatArray:
+    """Range of each hinge, rad; one that turns on takes the shorter arc that holds all its angles."""
+    if not len(angles):
+        return np.empty(0)
+    turns = np.sort(angles % (2.0 * np.pi), axis=0)
+    gaps = np.diff(turns, axis=0, append=turns[:1] + 2.0 * np.pi)
+    return np.asarray(2.0 * np.pi - gaps.max(axis=0))
+
+
+def _coordinates(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> FloatArray:
+    """Coordinates of the drives, m or rad, shape (N, n); NaN out of reach."""
+    if exo.device.accelerate("rates") is not None:
+        return exo.inverse_kinematics(poses).lengths.reshape(-1, drive_count(exo))
+    placed = answer.source.poses.placed
+    assert placed is not None
+    return np.where(placed.reached[:, None], placed.coordinates, np.nan)
+
+
+#: A pose is nearly singular below this margin, as in a workspace (``Criteria.least_margin``).
 _NEAR = 0.05
 #: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
 _OFF, _OFF_POSES = 0.01, 6
@@ -75,21 +145,18 @@ def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
 
 
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
-    """Of the reached poses: share that is singular or nearly, and median of least over largest singular value."""
-    none = {"singular": np.nan, "dexterity": np.nan}
+    """Of the reached poses: share that is singular or nearly, and median margin."""
+    none = {"singular": np.nan, "median_margin": np.nan}
     if is_passive(exo):
         return none
-    kind = np.asarray(exo.singularity(poses).kind).reshape(-1)
-    J = exo.jacobian(poses).reshape(len(kind), -1, 3)
-    there = ~np.isin(kind, _UNREACHED) & np.isfinite(J).all(axis=(1, 2))
+    found = exo.singularity(poses)
+    kind, margin = np.ravel(found.kind), np.ravel(found.margin)
+    there = ~np.isin(kind, _UNREACHED) & np.isfinite(margin)
     # A device that holds the arm about two axes alone does so in every pose: no pose of it is a singular one.
     if not (there & (kind != "passive")).any():
         return none
-    values = np.linalg.svd(J[there], compute_uv=False)
-    # Fewer than three drives leave a direction to none of them.
-    ratio = values[:, 2] / values[:, 0] if values.shape[1] == 3 else np.zeros(len(values))
-    lost = (ratio < _NEAR) | (kind[there] != "regular")
-    return {"singular": float(lost.mean()), "dexterity": float(np.median(ratio))}
+    lost = (margin < _NEAR) | (kind != "regular")
+    return {"singular": float(lost[there].mean()), "median_margin": float(np.median(margin[there]))}
 
 
 def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:

@@ -1,4 +1,4 @@
-"""Figures of designs over the same poses, one design or several side by side."""
+"""Figures of designs over the same poses: one design, or several side by side on one wearer, payload and side."""
 
 from __future__ import annotations
 
@@ -9,23 +9,91 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, MissingData
 from ..core.errors.checked import checked
 from ..core.progress import track
 from ..core.tables import enumerated
 from ..core.validation import FloatArray, as_rotation, require_method
+from ..design import Arm, Wearer
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
 from .blank_figures import why_blank
-from .common_arm import on_one_arm
-from .detailed_figures import detailed_figures
-from .drive_figures import is_passive, within_reach
+from .detailed_figures import detailed_figures, is_passive, within_reach
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
-    from ..design import Arm, Wearer
     from ..exo.shoulder_exo import ShoulderExo
+
+__all__: list[str] = []
+
+
+#: Mass of an arm beside that of its wearer's segments, kg, that is rounding of a design's file.
+_ROUNDED = 0.02
+#: An elbow that is less bent, degrees, is called straight.
+_STRAIGHT = 0.05
+
+
+def on_one_arm(designs: Sequence[ShoulderExo], person: Arm | Wearer | None) -> tuple[list[ShoulderExo], str]:
+    """The designs on the arm of one person and on the side of the first, and a sentence that says whose arm it is.
+
+    What a device itself moves stays its own.
+
+    Parameters
+    ----------
+    designs : sequence of ShoulderExo
+        At least one.
+    person : Arm or Wearer, optional
+        A left arm, or whose it is; that of the first design that has one if left out.
+
+    Raises
+    ------
+    MissingData
+        If nobody wears any design, and one moves nothing of its own either.
+    """
+    side = designs[0].side
+    alike = [each if each.side == side else each.mirrored() for each in designs]
+    turned = [each.name for each in designs if each.side != side]
+    mirrored = f" {enumerated(turned)}: mirrored to the {side} shoulder." if turned else ""
+    if person is not None:
+        worn = [each.worn_by(person) for each in alike]
+        return worn, f"All worn by {_words(_own(worn[0]))} (as asked).{mirrored}"
+    owner = next((k for k, each in enumerate(alike) if _own(each) is not None), None)
+    if owner is None:
+        bare = [each.name for each in alike if each.arm is None]
+        if bare:
+            advice = "give a person who wears them all (--person 1.75,75,male, or person=)"
+            raise MissingData(["arm of a person"], "a comparison", enumerated(bare), advice)
+        return alike, (
+            "Nobody wears these designs: each carries its own moving parts alone, without the arm of a person "
+            f"(--person, or person=, puts one on all).{mirrored}"
+        )
+    own = _own(alike[owner])
+    assert own is not None
+    left = own if side == "left" else own.mirrored()
+    worn = [each if k == owner else each.worn_by(left) for k, each in enumerate(alike)]
+    whose = "the first design's" if owner == 0 else f"that of {alike[owner].name}: no design before it has a person"
+    return worn, f"All worn by {_words(own)} ({whose}).{mirrored}"
+
+
+def _own(exo: ShoulderExo) -> Arm | None:
+    """The person's part of what moves."""
+    return None if exo.arm is None else exo.arm.person
+
+
+def _words(arm: Arm | None) -> str:
+    """Whose arm it is, what it carries and how it is bent."""
+    assert arm is not None
+    wearer = arm.wearer
+    if wearer is None:
+        return f"an arm of {arm.mass:.3g} kg of a person whose size is not known"
+    kind = {"male": "man", "female": "woman"}[wearer.sex]
+    bend = float(np.degrees(wearer.elbow_flexion))
+    elbow = "elbow straight" if abs(bend) < _STRAIGHT else f"elbow bent by {bend:.3g}°"
+    besides = arm.mass - Arm.of_wearer(wearer).mass
+    payload = wearer.payload + (besides if besides > _ROUNDED else 0.0)
+    return f"a {kind} of {wearer.height:.4g} m, {wearer.mass:.3g} kg, {elbow}, payload {payload:.3g} kg"
+
 
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "least_margin", "one_side", "reach")
@@ -170,9 +238,9 @@ def compare(
     ``not_evaluated`` : fraction of poses that the data of a spring do not cover: of these it is not known whether they
     are held, and they are among no other fraction but the reached, clear and singular ones, which need no spring.
     ``clear``, ``held_and_clear`` : fractions of poses with the device's parts away from the wearer, and held too.
-    ``singular`` : fraction of the reached poses that are singular, or where the least singular value of the drives'
-    Jacobian is below 0.05 of the largest; ``dexterity`` : median of that ratio. NaN of a device whose drives do not
-    hold the arm about all axes in any pose.
+    ``singular`` : fraction of the reached poses that are singular, or whose :attr:`exo_pin.Reaction.margin` is below
+    0.05, as in a workspace; ``median_margin`` : median of that margin. NaN of a device whose drives do not hold the arm
+    about all axes in any pose.
     ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
     without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type, set_positive
-from ..design import Mechanism, Wearer
+from ..design import Arm, Mechanism, Wearer
 from ..device.wrist_device import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.clearance import BodyShape
-from ..wrist.clearance.gaps import beyond_elbow
-from .criterion import CRITERIA, NO_LIMIT
-from .needs import NO_SPRINGS, NO_UNIVERSAL_JOINTS, WornCriteria, grid
+from ..wrist.clearance.gaps import NOBODY, beyond_elbow
+from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, NO_UNIVERSAL_JOINTS, grid
+
+#: Largest step between the postures of an elbow in which forces are checked, rad.
+_ARM_STEP = np.radians(45.0)
 
 
 @checked
 @dataclass(frozen=True, eq=False)
-class Criteria(WornCriteria, Record):
+class Criteria(Record):
     """Criteria of a workspace and their limits. A pose belongs to the workspace if all checked criteria hold.
 
     Attributes
@@ -187,6 +192,84 @@ class Criteria(WornCriteria, Record):
         """
         return replace(self, **changes)
 
+    def wearers_of(self, mechanism: Mechanism) -> tuple[Wearer, ...]:
+        """For whom the criteria must hold; empty where that is not known.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        tuple of Wearer
+
+        Examples
+        --------
+        >>> (wearer,) = ep.Criteria().wearers_of(ep.load("four-cables-worn").mechanism)
+        >>> wearer.height, wearer.mass  # m, kg
+        (1.75, 75.0)
+        """
+        if self.wearers:
+            return self.wearers
+        own = None if mechanism.arm is None else mechanism.arm.wearer
+        return () if own is None else (own,)
+
+    def arms(self, mechanism: Mechanism) -> tuple[Arm | None, ...]:
+        """Arms that must be held, with what the device moves besides.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        tuple of Arm or None
+
+        Raises
+        ------
+        MissingData
+            If the elbow bends and it is not known whose it is.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> arms = ep.Criteria().arms(exo.mechanism)
+        >>> round(float(arms[0].mass), 2)  # kg, of the wearer's arm and what the device moves
+        4.86
+        """
+        if not self.wearers and self.elbow_range is None:
+            return (mechanism.arm,)
+        wearers = self.wearers_of(mechanism)
+        if not wearers:
+            raise MissingData([NOBODY], "an arm whose elbow bends", mechanism.name)
+        return _arms(mechanism.arm, wearers, self.elbow_range)
+
+    def body_of(self, mechanism: Mechanism) -> BodyShape | None:
+        """What limbs must keep clear of; None where that is not known.
+
+        Parameters
+        ----------
+        mechanism : Mechanism
+            The design.
+
+        Returns
+        -------
+        BodyShape or None
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> body = ep.Criteria().body_of(exo.mechanism)
+        >>> round(float(body.arm[0, 6] / 0.030), 3)  # m, stature of the wearer, whose arm's radius is 3 % of it
+        1.755
+        """
+        wearers = self.wearers_of(mechanism)
+        if self.body is not None or not wearers:
+            return self.body
+        return _body(wearers, mechanism.side, self.elbow_range)
+
     def off_grid(self) -> Criteria:
         """These criteria without those of a grid, for poses that are none.
 
@@ -244,6 +327,24 @@ class Criteria(WornCriteria, Record):
         if limbs is not None and "elbow" in left_out and (words := beyond_elbow(limbs, self.wearers_of(mechanism))):
             left_out["elbow"] = f"{words} (least_above_elbow)"
         return tuple(name for name in CRITERIA if name not in left_out), left_out
+
+
+# A search asks for the same arms and the same body for every design.
+@functools.lru_cache(maxsize=32)
+def _arms(own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float, float] | None) -> tuple[Arm, ...]:
+    found = []
+    for wearer in wearers:
+        low, high = (wearer.elbow_flexion,) * 2 if elbow_range is None else elbow_range
+        for bend in np.linspace(low, high, 1 + int(np.ceil((high - low) / _ARM_STEP))):
+            # A person's arm lies in the x-z plane, so that it is the same on either side of the body.
+            arm = Arm.of_wearer(replace(wearer, elbow_flexion=float(bend)))
+            found.append(arm.with_device_of(own))
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=32)
+def _body(wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None) -> BodyShape:
+    return BodyShape.of(wearers, side, elbow_range)
 
 
 def _why(lacking: list[str]) -> str:

@@ -1,4 +1,6 @@
-"""The criteria of a workspace: one record each, with its name, unit, words, colour, needs, margin and weight.
+"""The criteria of a workspace: one record each, with name, unit, words, colour, needs, margin and weight.
+
+Needs say what a design, limits and poses lack for a criterion.
 
 A criterion that is added to :data:`CRITERIA` is checked wherever its needs are met, and stands in every table, picture
 and search.
@@ -17,12 +19,98 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
+from ..device.clearance import unknown_for_gaps
+from ..device.wrist_device import as_device
 from ..reaction.constraints.actuator_limits import AT_END, length_limits
-from .needs import body, cuff, forces, grid, joints, limbs, own_arm, shoulder, socket, springs, strokes, wearers
+from ..reaction.holding.hold_check import missing_limits
+from ..wrist.clearance.gaps import NOBODY
 
 if TYPE_CHECKING:
     from .criteria import Criteria
     from .evaluation import PoseValues
+
+
+#: Why the angles of universal joints are left out where there are none.
+NO_UNIVERSAL_JOINTS = "no limb has universal joints"
+#: Why data of springs are left out where there are none.
+NO_SPRINGS = "no spring has a law"
+#: Limits of an actuator that are none of its forces.
+_NO_FORCES = ("stroke", "end fitting", "range of length")
+
+
+def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the universal joints' ranges."""
+    jointed = [limb for limb in mechanism.limbs if limb.kind == "UPU"]
+    lacking = [] if jointed else [NO_UNIVERSAL_JOINTS]
+    if any(limb.joint_limit is None for limb in jointed):
+        lacking.append("range of the universal joints (joint_limit)")
+    if any(limb.joint_straight is None for limb in jointed):
+        lacking.append("straight direction of the universal joints (joint_straight)")
+    return lacking
+
+
+def springs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of springs, whose laws may end."""
+    return [] if mechanism.springs else [NO_SPRINGS]
+
+
+def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of poses on a grid."""
+    return [] if is_grid else ["poses on a grid of three angles"]
+
+
+def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the tensions within the actuators' limits."""
+    lacking = [] if mechanism.arm is not None or criteria.wearers else ["arm mass"]
+    lacking += [text for text in missing_limits(mechanism) if not text.startswith(_NO_FORCES)]
+    # A muscle's pull depends on its length.
+    laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
+    return [*lacking, *strokes(mechanism, criteria, is_grid)] if laws else lacking
+
+
+def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the wearer's body and of the shapes of the device's parts."""
+    return list(unknown_for_gaps(as_device(mechanism), criteria.body_of(mechanism), criteria.limb_radius))
+
+
+def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the shoulder's range."""
+    known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
+    return [] if known else ["range of motion of the shoulder ([shoulder])"]
+
+
+def strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the strokes."""
+    known = not any(np.isnan(limb.length_range).any() for limb in mechanism.limbs)
+    return [] if known else ["stroke or end fitting of limbs"]
+
+
+def socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the way the socket faces."""
+    known = criteria.socket is not None and criteria.socket.orientation is not None
+    return [] if known else ["where the socket faces (socket, --person)"]
+
+
+def own_arm(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of a person's arm."""
+    known = criteria.wearers or (mechanism.arm is not None and mechanism.arm.person is not None)
+    return [] if known else ["a person's arm"]
+
+
+def cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of the cuff's stiffness."""
+    return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
+
+
+def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of limbs between two joint centres."""
+    return ["limbs between two joint centres"] if as_device(mechanism).accelerate("workspace") is None else []
+
+
+def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of who wears it."""
+    return [] if criteria.wearers_of(mechanism) else [NOBODY]
+
 
 #: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
 Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
@@ -117,7 +205,7 @@ def _registered(name: str) -> Criterion:
     return CRITERIA[name]
 
 
-def _elbow_margin(at: PoseValues) -> FloatArray:
+def _elbow(at: PoseValues) -> FloatArray:
     """How far above the elbow of the shortest arm the cuff ends, less the limit: the same in all poses, (N,), m."""
     arm = min(wearer.upper_arm_length for wearer in at.criteria.wearers_of(at.mechanism))
     end = sleeve_size(np.asarray(at.mechanism.geometry.platform_points))[1]
@@ -138,9 +226,29 @@ def _stroke_margin(at: PoseValues) -> FloatArray:
     return np.where((margin < 0.0) & (margin >= -AT_END), 0.0, margin)
 
 
-def _at_most(limit: str, value: str) -> Callable[[PoseValues], FloatArray]:
-    """Margin of a value below a limit of the record, both by name."""
-    return lambda at: np.asarray(getattr(at.criteria, limit) - getattr(at, value))
+def _at_least(value: str, limit: str) -> Callable[[PoseValues], FloatArray]:
+    """Margin of a value above a limit of the record, both by name."""
+    return lambda at: np.asarray(getattr(at, value) - getattr(at.criteria, limit))
+
+
+_held = _at_least("moment", "least_moment")
+_loss = _at_least("moment_without_limb", "least_moment_without_limb")
+
+
+def _connection_margin(at: PoseValues) -> FloatArray:
+    return at.connection() - at.criteria.least_margin
+
+
+def _clearance(at: PoseValues) -> FloatArray:
+    return np.asarray(at.gaps.min(axis=1) - at.criteria.least_gap)
+
+
+def _below(
+    limit: str, value: str, name: str, unit: str, words: str, colour: str, scale: float, *needs: Need
+) -> Criterion:
+    """A value below a limit of the record, both by name, that adds at most one to the merit."""
+    margin = lambda at: np.asarray(getattr(at.criteria, limit) - getattr(at, value))  # noqa: E731
+    return Criterion(name, unit, words, colour, margin, scale, needs, most=1.0, limit=limit)
 
 
 def _shoulder_force_margin(at: PoseValues) -> FloatArray:
@@ -160,113 +268,36 @@ _ALL = (
     ),
     Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (strokes,), is_vital=True),
     Criterion(
-        "singularity",
-        "",
-        "singularity",
-        "#000000",
-        lambda at: at.margin - at.criteria.least_margin,
-        scale=0.08,
-        aim=0.03,
-        is_vital=True,
+        "singularity", "", "singularity", "#000000", _at_least("margin", "least_margin"), 0.08, aim=0.03, is_vital=True
     ),
-    Criterion(
-        "connected",
-        "",
-        "connection to rest",
-        "#777777",
-        lambda at: at.connection() - at.criteria.least_margin,
-        scale=0.08,
-        needs=(grid,),
-        is_vital=True,
-    ),
-    Criterion(
-        "forces",
-        "N m",
-        "forces of the actuators",
-        "#D55E00",
-        lambda at: at.moment - at.criteria.least_moment,
-        scale=5.0,
-        needs=(forces,),
-        aim=1.0,
-        is_vital=True,
-    ),
+    Criterion("connected", "", "connection to rest", "#777777", _connection_margin, 0.08, (grid,), is_vital=True),
+    Criterion("forces", "N m", "forces of the actuators", "#D55E00", _held, 5.0, (forces,), aim=1.0, is_vital=True),
+    # A pose that is not held has no shoulder force; "forces" counts how far it is from being held: so one at most.
     Criterion(
         "shoulder_force",
         "N",
         "shoulder force",
         "#CC79A7",
         _shoulder_force_margin,
-        scale=lambda limits: limits.largest_shoulder_force or 1.0,
-        needs=(forces,),
-        limit="largest_shoulder_force",
-        # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
-        most=1.0,
-        is_vital=True,
+        lambda limits: limits.largest_shoulder_force or 1.0,
+        (forces,),
+        0.0,
+        1.0,
+        "largest_shoulder_force",
+        True,
+    ),
+    _below("largest_pull_out", "pull_out", "socket", "N", "head pulled out", "#332288", 100.0, forces, socket),
+    _below("largest_cuff_pull", "cuff_pull", "cuff_pull", "N", "pull of the cuff", "#44AA99", 100.0, forces, own_arm),
+    _below(
+        "largest_cuff_slip", "cuff_slip", "cuff_slip", "m", "slip of the cuff", "#999933", 0.05, forces, own_arm, cuff
     ),
     Criterion(
-        "socket",
-        "N",
-        "head pulled out",
-        "#332288",
-        _at_most("largest_pull_out", "pull_out"),
-        scale=100.0,
-        needs=(forces, socket),
-        limit="largest_pull_out",
-        most=1.0,
+        "elbow", "m", "elbow free of the cuff", "#661100", _elbow, 0.05, (limbs, wearers), limit="least_above_elbow"
     ),
     Criterion(
-        "cuff_pull",
-        "N",
-        "pull of the cuff",
-        "#44AA99",
-        _at_most("largest_cuff_pull", "cuff_pull"),
-        scale=100.0,
-        needs=(forces, own_arm),
-        limit="largest_cuff_pull",
-        most=1.0,
+        "limb_loss", "N m", "loss of a limb", "#AA4499", _loss, 5.0, (forces,), limit="least_moment_without_limb"
     ),
-    Criterion(
-        "cuff_slip",
-        "m",
-        "slip of the cuff",
-        "#999933",
-        _at_most("largest_cuff_slip", "cuff_slip"),
-        scale=0.05,
-        needs=(forces, own_arm, cuff),
-        limit="largest_cuff_slip",
-        most=1.0,
-    ),
-    Criterion(
-        "elbow",
-        "m",
-        "elbow free of the cuff",
-        "#661100",
-        _elbow_margin,
-        scale=0.05,
-        needs=(limbs, wearers),
-        limit="least_above_elbow",
-    ),
-    Criterion(
-        "limb_loss",
-        "N m",
-        "loss of a limb",
-        "#AA4499",
-        lambda at: -_at_most("least_moment_without_limb", "moment_without_limb")(at),
-        scale=5.0,
-        needs=(forces,),
-        limit="least_moment_without_limb",
-    ),
-    Criterion(
-        "clearance",
-        "m",
-        "clearance",
-        "#F0E442",
-        lambda at: at.gaps.min(axis=1) - at.criteria.least_gap,
-        scale=0.03,
-        needs=(body,),
-        aim=0.003,
-        is_vital=True,
-    ),
+    Criterion("clearance", "m", "clearance", "#F0E442", _clearance, 0.03, (body,), aim=0.003, is_vital=True),
 )
 #: Criteria by name, in the order in which they are reported.
 CRITERIA: dict[str, Criterion] = {criterion.name: criterion for criterion in _ALL}

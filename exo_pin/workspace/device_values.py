@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray
-from ..design import Mechanism
+from ..design import Arm, Mechanism
 from ..design.holding_frame import device_mass, mass_text
 from ..device.chain_device import ChainDevice
 from ..device.device_singularity import moment_volume
@@ -29,11 +29,12 @@ from ..reaction import Assumptions, Reaction, solve
 from ..reaction.holding.infeasible_poses import disturbing_moment
 from .criteria import Criteria
 from .criterion import CRITERIA
-from .evaluation import PoseValues, rest_side
-from .pose_offsets import PoseOffsets
+from .evaluation import PoseOffsets, PoseValues, rest_side
 
 __all__: list[str] = []
 
+#: In the place of an arm whose mass is not known, where no criterion needs forces.
+_NO_MASS = Arm(1e-12, np.zeros(3))
 #: Margin of a pose that the data of a spring do not cover although its coordinate is within the range.
 _BEYOND = 1e-9
 
@@ -75,14 +76,14 @@ class DeviceValues(PoseValues):
     ) -> None:
         self.mechanism, self.matrices, self.shape = cast("Mechanism", device), matrices, shape
         self.criteria, self.load = criteria, load
-        self._posture: Posture = None
         given = given_posture(device, posture, shape)
         if given is not None:
             # By pose, whatever the shape of the stack.
-            self._posture = dict(zip(given.joints, given.values.T, strict=True)) if given.joints else given.values
+            self.posture = dict(zip(given.joints, given.values.T, strict=True)) if given.joints else given.values
         self.offsets = PoseOffsets.none() if offsets is None else offsets
         self._needs = {need for name in names for need in CRITERIA[name].needs}
-        self._device = device
+        # Without the mass of an arm nothing is known of forces; where the device reaches does not depend on it.
+        self._device = device if device.arm is not None else device.replace(arm=_NO_MASS)
         poses = self._plain.source.poses
         assert poses.placed is not None
         self._placed, self.lengths = poses.placed, poses.placed.coordinates
@@ -103,7 +104,7 @@ class DeviceValues(PoseValues):
         return self._answer(self._device)
 
     def _answer(self, device: ChainDevice) -> Reaction:
-        case = self._case(self.matrices, self.offsets, load=self.load, posture=self._posture)
+        case = self._case(self.matrices, self.offsets, load=self.load, posture=self.posture)
         return solve(device, case, Assumptions("minimal", constraint_bounds=(0.0, 0.0)))
 
     def _case(self, matrices: FloatArray, offsets: PoseOffsets, **more: Any) -> Case:

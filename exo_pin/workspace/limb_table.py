@@ -1,9 +1,11 @@
-"""What each limb of a design has to do over the poses of its workspace: lengths, forces, clearances, joint angles.
+"""What each limb or drive of a design has to do over the poses of its workspace.
 
 And what is left of it when one limb gives no force: a torn cable, an actuator that has gone limp.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +16,27 @@ from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import mass_text
+from ..device.protocol import Device
+from ..device.wrist_device import as_device
 from ..numerics.cones import fork_tilt, smallest_cone
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
 from ..wrist.clearance.clearance import limb_gaps, limb_radii
-from .evaluation import PoseValues
-from .pose_offsets import PoseOffsets
+from .device_values import mass_words, values_of
+from .evaluation import PoseOffsets
 from .result import Workspace
+
+#: Columns of a drive that is no limb between two joint centres.
+_COLUMNS = ("stroke_from", "stroke_to", "used_from", "used_to", "effort_from", "effort_to")
 
 
 @checked
-def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
+def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     """Lengths, forces, clearances and joint angles of every limb over the poses inside.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Device or Mechanism
         The design.
     found : Workspace
         Its workspace, with at least one pose inside.
@@ -43,7 +50,9 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
         surface (NaN where there is no body); ``base_cone_deg``, ``arm_cone_deg``, half the opening of the smallest cone
         that holds all its directions at either end: what a ball joint there must allow (180 where no half space holds
         them); ``arm_tilt_deg``, what a fork on the arm must allow that turns freely about an axis of its own
-        (:func:`exo_pin.numerics.cones.fork_tilt`).
+        (:func:`exo_pin.numerics.cones.fork_tilt`). Of a device without limbs between two joint centres, one row a
+        drive: ``drive``, ``unit`` of its effort, and ``stroke_from``, ``used_from``, ``effort_from`` with their ``to``,
+        rad and N m of a hinge, m and N of others; efforts are those that make |F_s| least.
 
     Raises
     ------
@@ -58,13 +67,23 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     >>> sorted(table)[:2]  # columns, one row a limb
     ['arm_cone_deg', 'arm_tilt_deg']
     """
-    rows = rows_inside(mechanism, found)
-    n, geometry, total = mechanism.limb_count, mechanism.geometry, found.inside.size
-    R = np.ascontiguousarray(found.poses.as_matrix().reshape(total, 3, 3)[rows])
+    device: Any = as_device(mechanism)
+    rows, limbs = rows_inside(device, found), device.accelerate("workspace")
+    n, total = device.limb_count, found.inside.size
     lengths, tensions = found.lengths.reshape(total, n)[rows], found.tensions.reshape(total, n)[rows]
-    low, high = length_limits(mechanism)
+    low, high = length_limits(device)
+    if limbs is None:
+        values = dict(zip(_COLUMNS, (low, high, *_ends(lengths), *_ends(tensions)), strict=True))
+        return StudyTable(
+            [
+                {"drive": name, "unit": unit} | {column: each[i] for column, each in values.items()}
+                for i, (name, unit) in enumerate(device.drive_units[: len(device.drives)])
+            ]
+        )
+    mechanism, geometry = limbs, limbs.geometry
+    R = np.ascontiguousarray(found.poses.as_matrix().reshape(total, 3, 3)[rows])
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
-    gaps = _gaps(mechanism, found, R, offsets)
+    gaps = _gaps(limbs, found, R, offsets)
     base, cuff = offsets.spread(len(R))
     table = []
     for i in range(n):
@@ -92,14 +111,20 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     return StudyTable(table)
 
 
-def rows_inside(mechanism: Mechanism, found: Workspace) -> NDArray[np.intp]:
+def _ends(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return values.min(axis=0), values.max(axis=0)
+
+
+def rows_inside(mechanism: Device, found: Workspace) -> NDArray[np.intp]:
     """Numbers of the poses inside, of the flat stack.
 
     Raises
     ------
     InvalidInput
-        If there is none, or the workspace is that of another number of limbs.
+        If there is none, the workspace is that of another number of limbs, or the design has no drives.
     """
+    if not mechanism.drives:
+        raise InvalidInput(f"expected a design with drives, got {mechanism.name!r}, which has none")
     if found.lengths.shape[-1] != mechanism.limb_count:
         raise InvalidInput(
             f"expected the workspace of {mechanism.limb_count} limbs, got one of {found.lengths.shape[-1]}"
@@ -111,12 +136,12 @@ def rows_inside(mechanism: Mechanism, found: Workspace) -> NDArray[np.intp]:
 
 
 @checked
-def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
+def limb_sheet(mechanism: Device | Mechanism, table: StudyTable) -> str:
     """What a workshop needs of each limb, a column a limb: points, lengths, forces, clearances, joint angles.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Device or Mechanism
         The design.
     table : StudyTable
         Of :func:`limb_table`.
@@ -133,15 +158,18 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
     >>> " ".join(lines[3].split())
     'actuator, mm 374 to 650 365 to 631 369 to 639 354 to 609'
     """
-    names, n = ("arm", "torso", "other limbs"), mechanism.limb_count
-    points = (("frame", mechanism.geometry.base_points), ("cuff", mechanism.geometry.platform_points))
+    if "drive" in table:
+        return "\n".join([*_drive_lines(table), mass_words(mechanism)])
+    limbs: Any = as_device(mechanism).accelerate("workspace")
+    names, n = ("arm", "torso", "other limbs"), limbs.limb_count
+    points = (("frame", limbs.geometry.base_points), ("cuff", limbs.geometry.platform_points))
     rows = [
         (f"joint on the {where}, mm", [_millimetres(*point, join=", ") for point in joints]) for where, joints in points
     ]
     for words, low, high in (("actuator", "stroke_from_m", "stroke_to_m"), ("used", "used_from_m", "used_to_m")):
         rows.append((f"{words}, mm", [_millimetres(*pair) for pair in zip(table[low], table[high], strict=True)]))
     forces = zip(table["force_from_N"], table["force_to_N"], strict=True)
-    rows.append(("force, N", [f"{low.round() + 0.0:.0f} to {high:.0f}" for low, high in forces]))
+    rows.append(("force for the least |F_s|, N", [f"{low.round() + 0.0:.0f} to {high:.0f}" for low, high in forces]))
     gaps = [table[f"gap_{name}_m"] for name in ("arm", "torso", "limbs")]
     rows += [
         (f"clear of {name}, mm", [_millimetres(gap) for gap in each]) for name, each in zip(names, gaps, strict=True)
@@ -151,7 +179,27 @@ def limb_sheet(mechanism: Mechanism, table: StudyTable) -> str:
         rows.append((f"{words}, °", [f"{angle:.0f}" for angle in table[name]]))
     head = ("limb", *(str(i + 1) for i in range(n)))
     lines = aligned([head, *((words, *cells) for words, cells in rows)], words=1)
-    return "\n".join([*lines, mass_text(mechanism)])
+    return "\n".join([*lines, mass_text(limbs)])
+
+
+def _drive_lines(table: StudyTable) -> list[str]:
+    """A column a drive: its range, what occurs of it, and its efforts."""
+    turns = table["unit"] == "N m"
+    factors, digits = np.where(turns, 180.0 / np.pi, 1e3), np.where(turns, 1, 0)
+
+    def ends(name: str, scales: FloatArray) -> list[str]:
+        pairs = zip(scales * table[f"{name}_from"], scales * table[f"{name}_to"], digits.tolist(), strict=True)
+        return [" to ".join("-" if np.isnan(each) else f"{each + 0.0:.{d}f}" for each in pair) for *pair, d in pairs]
+
+    return aligned(
+        [
+            ("drive", *table["drive"]),
+            ("range, mm or °", *ends("stroke", factors)),
+            ("used, mm or °", *ends("used", factors)),
+            ("effort for the least |F_s|, N or N m", *ends("effort", np.ones(len(turns)))),
+        ],
+        words=1,
+    )
 
 
 def _millimetres(*lengths: float, join: str = " to ") -> str:
@@ -167,12 +215,12 @@ def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray, offsets: PoseOf
 
 
 @checked
-def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
+def limb_loss(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     """Which of the poses inside are still held without each of the limbs, and how the arm goes in the others.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Device or Mechanism
         The design.
     found : Workspace
         Its workspace, with at least one pose inside.
@@ -180,12 +228,12 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
     Returns
     -------
     StudyTable
-        One row a limb: ``limb``, from 1; ``held``, the share of the poses inside in which the others hold every arm of
-        the criteria within their limits, strokes left out; ``missing_Nm``, the largest moment that they lack, 0 where
-        they hold all; ``missing_share``, the largest such moment over that of the arm's weight in the same pose: 1 is
-        an arm that falls as if nothing held it, 0.1 one that sinks ten times as slowly; ``shoulder_force_N``, the
-        largest |F_s| where the arm is held, NaN where it nowhere is. The arm is at rest, and the lost limb carries
-        nothing: a drive that locks itself holds the arm in every pose.
+        One row a limb or drive: ``limb``, from 1; ``held``, the share of the poses inside in which the others hold
+        every arm of the criteria within their limits, strokes left out; ``missing_Nm``, the largest moment that they
+        lack, 0 where they hold all; ``missing_share``, the largest such moment over that of the arm's weight in the
+        same pose: 1 is an arm that falls as if nothing held it, 0.1 one that sinks ten times as slowly;
+        ``shoulder_force_N``, the largest |F_s| where the arm is held, NaN where it nowhere is. The arm is at rest, and
+        the lost limb carries nothing: a drive that locks itself holds the arm in every pose.
 
     Raises
     ------
@@ -204,13 +252,18 @@ def limb_loss(mechanism: Mechanism, found: Workspace) -> StudyTable:
        3       1           0              0             295.7
        4  0.9811      0.5134         0.0382              91.6
     """
-    rows = rows_inside(mechanism, found)
+    device: Any = as_device(mechanism)
+    rows = rows_inside(device, found)
     matrices = np.ascontiguousarray(found.poses.as_matrix().reshape(found.inside.size, 3, 3)[rows])
     offsets = PoseOffsets.of(found.centre_offset, found.poses).rows(rows)
-    values = PoseValues(mechanism, matrices, (len(rows),), found.criteria, ("forces",), offsets=offsets)
+    posture = found.posture
+    if posture is not None:
+        own = isinstance(posture, dict)
+        posture = {name: each[rows] for name, each in posture.items()} if own else posture[rows]
+    values = values_of(device, matrices, found.criteria, ("forces",), None, offsets, None, posture)
     weight = values.weight_moments()
     table = []
-    for lost in range(mechanism.limb_count):
+    for lost in range(len(device.drives)):
         margin, _, shoulder = values.held_by_arm(lost)
         least, force = margin.min(axis=0), np.linalg.norm(shoulder, axis=-1)
         held = least >= 0.0

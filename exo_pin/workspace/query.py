@@ -22,7 +22,7 @@ from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
 from .device_values import values_of
-from .pose_offsets import PoseOffsets
+from .evaluation import PoseOffsets
 from .result import Workspace
 
 
@@ -52,7 +52,7 @@ def workspace(
         Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.reaction`: one, or
         one a pose. A centre path displaces the base by minus the motion of the shoulder, for a device whose frame the
         torso holds. Everything is computed in the displaced geometry, with moments about the shoulder's centre
-        (:mod:`.pose_offsets`, which says where the torso is).
+        (:mod:`.evaluation`, which says where the torso is).
     posture : mapping or array_like, optional
         Values of idle joints, as in :meth:`exo_pin.ShoulderExo.reaction`.
 
@@ -115,6 +115,7 @@ def workspace(
         None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
         limits.wearers_of(device),
         values.stroke_unit,
+        values.posture,
     )
 
 

@@ -1,4 +1,4 @@
-"""How much of daily tasks a design reaches, as in Table 5-7: from movements, and from published ranges of angles.
+"""How much of daily tasks a design reaches, as in Table 5-7, and what each person of a population gets from it.
 
 A published range is a box of angles, not a movement: its corners may be poses that nobody takes in the task, so its
 share says less than that of a movement. The table labels them.
@@ -6,17 +6,20 @@ share says less than that of a movement. The table labels them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import functools
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike, fspath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.validation import FloatArray
-from ..design import Mechanism
+from ..core.progress import mapped
+from ..core.validation import FloatArray, require_method, require_type
+from ..design import Mechanism, Wearer
 from ..device.device_singularity import device_jacobian
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
@@ -27,6 +30,11 @@ from ..wrist import limb_jacobian
 from .criteria import Criteria
 from .query import workspace
 from .result import Workspace
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from ..exo.shoulder_exo import ShoulderExo
 
 
 @checked
@@ -177,4 +185,95 @@ def _row(name: str, data: str, found: Workspace, rates: _Rates) -> dict[str, Any
         **({"fastest_joint_rad_s": rates.fastest(rates.turning)} if rates.turning.any() else {}),
         "largest_power_W": power_used,
         "fast_enough": fast_enough,
+    }
+
+
+#: Tasks that are sent to a worker at once; each takes a tenth of a second or more.
+_BLOCK = 2
+
+
+@checked
+def population(
+    designs: Iterable[ShoulderExo],
+    wearers: Sequence[Wearer],
+    poses: Rotation | float | None = None,
+    criteria: Criteria | Iterable[str] | None = None,
+    *,
+    moving_centre: bool = False,
+    executor: Executor | None = None,
+    progress: bool = False,
+) -> StudyTable:
+    """The workspace of every design on every person.
+
+    Parameters
+    ----------
+    designs : iterable of ShoulderExo
+        Each is worn by everybody (:meth:`exo_pin.ShoulderExo.worn_by`).
+    wearers : sequence of Wearer
+        The persons.
+    poses, criteria
+        As in :meth:`exo_pin.ShoulderExo.workspace`.
+    moving_centre : bool
+        Whether the shoulder's centre moves with the arm, for each by the path of their own (needs the extra
+        ``person``).
+    executor : concurrent.futures.Executor, optional
+        Where they are computed (docs/howto/many_machines.md); here if left out. The numbers are the same.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    StudyTable
+        A row a design and person, designs one after the other: ``design``, ``height_m``, ``mass_kg``, ``sex``,
+        ``index`` (Φ of (C-1), the share of the poses inside), ``limited_by`` (the criterion that alone costs most;
+        "" where none does), ``mean_F_s_N`` and ``peak_F_s_N`` inside, NaN where they are not known.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no design or no person, or the executor does not return one result a design and person.
+    MissingData, UnknownName, MissingExtra
+        As :meth:`exo_pin.ShoulderExo.workspace` raises them.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace import population
+    >>> table = population([ep.load("four-linear-actuators-worn")], ep.Wearer.drawn(2), 20.0)
+    >>> table["index"].round(2).tolist()  # share of the daily poses, one a person
+    [0.88, 0.88]
+    """
+    exos, limits = list(designs), Criteria.of(criteria)
+    if not exos or not wearers:
+        raise InvalidInput(f"expected designs and wearers, got {len(exos)} and {len(wearers)}")
+    for exo in exos:
+        require_method("designs", exo, "workspace", "ShoulderExos")
+    for wearer in wearers:
+        require_type("wearers", wearer, Wearer, "Wearers")
+    question = functools.partial(_of_person, poses=poses, criteria=limits, moving_centre=moving_centre)
+    tasks = [(exo, wearer) for exo in exos for wearer in wearers]
+    return StudyTable(mapped(question, tasks, executor, "persons", progress, _BLOCK))
+
+
+def _of_person(
+    task: tuple[ShoulderExo, Wearer], poses: Rotation | float | None, criteria: Criteria, moving_centre: bool
+) -> dict[str, Any]:
+    exo, wearer = task
+    path = None
+    if moving_centre:
+        from ..person import Person  # here: it needs an extra
+
+        person = Person(wearer.height, wearer.mass, wearer.sex, elbow_flexion=wearer.elbow_flexion, side=exo.side)
+        path = person.centre_path()
+    found = exo.worn_by(wearer).workspace(poses, criteria, centre_offset=path)
+    lost = found.lost_to
+    worst = max(lost, key=lambda name: lost[name], default="")
+    return {
+        "design": exo.name,
+        "height_m": wearer.height,
+        "mass_kg": wearer.mass,
+        "sex": wearer.sex,
+        "index": found.index,
+        "limited_by": worst if worst and lost[worst] > 0.0 else "",
+        "mean_F_s_N": found.force_inside.get("mean", np.nan),
+        "peak_F_s_N": found.force_inside.get("largest", np.nan),
     }

@@ -15,8 +15,8 @@ from exo_pin.design.holding_frame import (
     with_cuff_by_geometry,
 )
 from exo_pin.workspace import Criteria, free_joints, lifting_poses
-from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 
 #: A square of joints, 0.1 m from the arm's axis and 0.15 m below the shoulder.
 TURNS = np.radians([45.0, 135.0, 225.0, 315.0])

@@ -252,7 +252,7 @@ def test_every_blank_of_a_detailed_comparison_has_a_reason(cables):
     poses = cables.pose([30.0, 60.0, 80.0], 20.0)
     table = cables.compare(*others(), poses=poses, detailed=True)
     assert_every_blank_has_a_reason(table)
-    assert "held_and_clear, singular, dexterity, held_after_failure" in table["blank"][-1]
+    assert "held_and_clear, singular, median_margin, held_after_failure" in table["blank"][-1]
     assert "it has no drives" in table["blank"][-1]
     free = cables.compare(others()[0], poses=poses, detailed=True, limits="none")
     assert_every_blank_has_a_reason(free)

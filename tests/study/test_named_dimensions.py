@@ -6,7 +6,7 @@ import pytest
 import exo_pin as ep
 from exo_pin.design.parameters.changes import value_of, with_values
 from exo_pin.design.parameters.names import parameter
-from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 
 
 def test_each_name_changes_what_it_says():

@@ -341,9 +341,10 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "Three actuators and four cables need {three-linear-actuators of its limit, %} % of their force",
         "Three actuators and four cables need {four-cables of its limit, %} % of their force",
         "relieves the joint by {spring-support relief, %} %",
-        "{spherical-3rrr dexterity} for the 3RRR, {prototype dexterity} and "
-        "{optimised-table-c-2 dexterity} for the wrists",
-        "reaches: {three-linear-actuators dexterity}, with {three-linear-actuators of its limit, %} % of its effort",
+        "a median margin of {spherical-3rrr median margin} for the 3RRR, {prototype median margin} and "
+        "{optimised-table-c-2 median margin} for the wrists",
+        "reaches: {three-linear-actuators median margin}, "
+        "with {three-linear-actuators of its limit, %} % of its effort",
         "where the 3RRR needs {spherical-3rrr of its limit, %} %",
         "{three-linear-actuators held and clear, %} % of the poses are held and clear, "
         "{spherical-3rrr held and clear, %} % with",

@@ -5,7 +5,9 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin import InvalidInput, MissingData
 from exo_pin.device import ChainDevice
+from exo_pin.workspace import limb_loss, limb_sheet, limb_table
 
 MAN = ep.Wearer(1.755, 85.0, "male")
 
@@ -59,3 +61,32 @@ def test_the_same_wrist_has_the_same_held_poses_both_ways():
     np.testing.assert_array_equal(one.inside, other.inside)
     np.testing.assert_allclose(other.margins["forces"], one.margins["forces"], rtol=1e-6)
     np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-5)
+
+
+def test_a_table_of_the_drives_and_of_their_loss(serial):
+    poses = serial.pose([30.0, 60.0], [20.0, 30.0])
+    found = serial.workspace(poses, ["stroke", "forces"])
+    table = limb_table(serial.device, found)
+    assert table["drive"].tolist() == [drive.name for drive in serial.device.drives]
+    flexion = table["drive"].tolist().index("flexion")
+    # The serial device turns as the angles of the pose do.
+    assert np.degrees([table[f"used_{end}"][flexion] for end in ("from", "to")]) == pytest.approx([30.0, 60.0])
+    answer = serial.reaction(poses, split="minimal", constraint_bounds=(0.0, 0.0))
+    np.testing.assert_allclose(table["effort_to"], answer.actuator_forces.max(axis=0))
+    assert "30.0 to 60.0" in limb_sheet(serial.device, table)
+    assert limb_loss(serial.device, found)["held"].tolist() == [0.0, 0.0, 0.0]
+    support = ep.load(URDF / "spring-support.urdf")
+    passive = support.workspace(support.pose([30.0]), ["singularity"])
+    with pytest.raises(InvalidInput, match="which has none"):
+        limb_table(support.device, passive)
+
+
+def test_where_a_device_reaches_is_known_without_an_arm(serial):
+    poses, bare = serial.pose([30.0, 60.0], [20.0, 89.9]), serial.replace(arm=None)
+    found, worn = bare.workspace(poses), serial.workspace(poses)
+    assert found.not_checked["forces"] == "not known: arm mass"
+    for name in ("stroke", "singularity"):
+        np.testing.assert_allclose(found.margins[name], worn.margins[name], atol=1e-9)
+    assert np.isnan(limb_table(bare.device, found)["effort_to"]).all()
+    with pytest.raises(MissingData, match="--person"):
+        limb_loss(bare.device, found)

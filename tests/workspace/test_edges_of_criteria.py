@@ -7,7 +7,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import InvalidInput, UnknownName
-from exo_pin.workspace import CRITERIA, Criteria, limb_loss, needs
+from exo_pin.workspace import CRITERIA, Criteria, limb_loss
+from exo_pin.workspace import criterion as needs
 
 NAN = np.nan
 LIMITS = Criteria(

@@ -21,7 +21,7 @@ def test_sheet_has_a_column_a_limb_in_millimetres():
     assert lines["limb"].split() == ["1", "2", "3", "4"]
     assert lines["joint on the frame, mm"].split("  ")[-1].strip() == "241, -190, 401"
     assert f"{1e3 * table['used_from_m'][2]:.0f} to {1e3 * table['used_to_m'][2]:.0f}" in lines["used, mm"]
-    assert f"{table['force_from_N'][1]:.0f} to {table['force_to_N'][1]:.0f}" in lines["force, N"]
+    assert f"{table['force_from_N'][1]:.0f} to {table['force_to_N'][1]:.0f}" in lines["force for the least |F_s|, N"]
     bodiless = exo.replace(arm=replace(exo.arm, wearer=None))
     bare = limb_table(bodiless.mechanism, bodiless.workspace(12.0, ["stroke", "forces"]))
     clear = next(line for line in limb_sheet(bodiless.mechanism, bare).splitlines() if line.startswith("clear of arm"))

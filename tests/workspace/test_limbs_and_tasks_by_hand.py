@@ -108,7 +108,7 @@ def test_sheet_of_the_workshop_line_by_line():
         "joint on the cuff, mm": ["0, 100, -200", "-200, 0, 100", "100, -200, 0"],
         "actuator, mm": ["450 to 550", "- to -", "- to -"],
         "used, mm": ["460 to 520", "470 to 530", "480 to 540"],
-        "force, N": ["-12 to 100", "-11 to 101", "-10 to 102"],
+        "force for the least |F_s|, N": ["-12 to 100", "-11 to 101", "-10 to 102"],
         "clear of arm, mm": ["10", "11", "12"],
         "clear of torso, mm": ["-", "-", "-"],
         "clear of other limbs, mm": ["30", "31", "32"],

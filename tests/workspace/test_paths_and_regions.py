@@ -7,8 +7,15 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import shoulder_rotation
 from exo_pin.workspace.evaluation import _from_z, rest_side
-from exo_pin.workspace.kernels.connection import connection_margin, largest_region, nearest_to_rest, widest_path
-from exo_pin.workspace.kernels.joint_kernels import _bend, _larger, shoulder_stack
+from exo_pin.workspace.kernels import (
+    _bend,
+    _larger,
+    connection_margin,
+    largest_region,
+    nearest_to_rest,
+    shoulder_stack,
+    widest_path,
+)
 
 pytestmark = pytest.mark.usefixtures("plain")
 

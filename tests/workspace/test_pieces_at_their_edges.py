@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput
-from exo_pin.workspace import Criteria, needs, population, query, starting_design
+from exo_pin.workspace import Criteria, population, query, starting_design
+from exo_pin.workspace import criterion as needs
 
 pytestmark = pytest.mark.usefixtures("plain")
 

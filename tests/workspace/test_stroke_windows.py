@@ -5,7 +5,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import starting_design
-from exo_pin.workspace.optimisation.stroke_fitting import _fitted, fitted_strokes, stroke_windows, window_margin
+from exo_pin.workspace.optimisation.starting_designs import _fitted, fitted_strokes, stroke_windows, window_margin
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LINEAR = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0)

@@ -9,7 +9,7 @@ import exo_pin as ep
 from exo_pin.workspace import CRITERIA, Criteria
 from exo_pin.workspace.optimisation import contact_objective, merit
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit, check_objectives
-from exo_pin.workspace.optimisation.ranking import reported
+from exo_pin.workspace.optimisation.optimised import reported
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -3,7 +3,8 @@
 Next to a configuration in which the loops lose rank the equations of motion are divided by the singular value σ that
 vanishes there, and in it more than one motion is possible: a flat parallelogram may go on as one or turn into an
 antiparallelogram. Without an impact velocities are continuous, so that the branch is that of the incoming motion; where
-two branches have one tangent its curvature and all higher derivatives decide, which are continuous, too.
+two branches have one tangent its curvature and all higher derivatives decide, which are continuous, too. Where the m-th
+derivative is the first that differs, σ vanishes like the m-th power of time.
 
 So the accelerations of the motion before the place, each computed where σ is still large, are continued as a polynomial
 of time, until σ is as large again on the other side. There the loops have to close, the velocity has to keep them
@@ -27,6 +28,7 @@ from ..kinematics.closing import close
 from ..kinematics.loops import project_velocity, refined, scaled_jacobian
 from ..structure.chain_state import ChainState
 from .integration import Instant, Rates, instant_of
+from .nonsmooth.settling import MotionEvent
 
 #: The motion is carried through where σ is below this share of its largest value in the motion, and not before it is
 #: below the second one if there was no smooth motion before.
@@ -46,6 +48,8 @@ _MISSED_SPEED, _MISSED_RATE = 1e-5, 1e-2
 _REDUNDANT = 1e-6
 #: Steps that are kept; next to the place they halve σ, so that few reach back far enough.
 _KEPT = 64
+#: σ that does not change its sign has touched zero if it was below this share of that at the start of the passage.
+_TOUCH = 1e-3
 #: Step along the motion, characteristic lengths and rad, to the derivative of σ.
 _STEP = 1e-6
 
@@ -176,8 +180,10 @@ class Crossings:
         times = [float(root.real) for rest in (half, -2.0 * half) for root in _roots(0.5 * bend, near.rate, rest)]
         return min((t for t in times if t > 0.0), default=np.inf)
 
-    def arrived(self, time: float, instant: Instant, passage: Passage) -> tuple[Instant, Passage | None, float | None]:
-        """Behind a singular configuration: the state on closed loops, and when σ was zero if it changed its sign.
+    def arrived(
+        self, time: float, instant: Instant, passage: Passage
+    ) -> tuple[Instant, Passage | None, list[MotionEvent]]:
+        """Behind a singular configuration: the state on closed loops, and the crossing if σ was zero.
 
         Where σ is too small still, the passage that goes on is the second one.
 
@@ -191,7 +197,7 @@ class Crossings:
         if near.rate < 0.0 or near.value < 0.1 * entry.value:
             if lasted > _LONGEST * entry.left:
                 raise _undecided(time, instant, "the motion stays singular", near.motion, rates)
-            return instant, passage._replace(end=time + 0.5 * entry.left), None
+            return instant, passage._replace(end=time + 0.5 * entry.left), []
         assert rates.carried is not None
         continued, rates.carried = rates.carried(time), None
         column = state.topology.column
@@ -207,9 +213,19 @@ class Crossings:
         if slip > _MISSED_SPEED * speed or miss > _MISSED_RATE * size:
             reason = f"no motion of the loops continues the incoming one: velocities differ by {slip:.3g} rad/s"
             raise _undecided(time, instant, reason, near.motion, rates)
-        signed = float(entry.rows @ scaled_jacobian(state, q)[0] @ entry.motion)
-        middle = passage.start + lasted * entry.value / (entry.value - signed) if signed < 0.0 else None
-        return Instant(q, v, instant.work, instant.dissipated), None, middle
+        found = Instant(q, v, instant.work, instant.dissipated)
+        # σ = c τ^m is its rate times τ / m.
+        order = max(1, round(lasted / (entry.left + near.value / near.rate)))
+        before, behind = (value ** (1.0 / order) for value in (entry.value, near.value))
+        middle = passage.start + lasted * before / (before + behind)
+        base, y = self._at(middle)
+        least = _singular_values(state, pin.integrate(state.model, base, y[: state.nv]))[0][self.rank - 1]
+        crosses = entry.rows @ scaled_jacobian(state, q)[0] @ entry.motion < 0.0
+        if not crosses and (order == 1 or least > _TOUCH * entry.value):
+            return found, None, []
+        there = y[state.nv : 2 * state.nv]
+        tangent = tuple((there / np.abs(there).max()).tolist())
+        return found, None, [MotionEvent(middle, "crossing", moving_joints(state, entry.motion), order, tangent)]
 
     def _continued(self, time: float, left: float) -> Polynomial | None:
         """The acceleration as a polynomial of time, from that of the motion before; None if that was not smooth."""
@@ -229,12 +245,16 @@ class Crossings:
         return None
 
     def _acceleration(self, time: float) -> FloatArray:
-        step = next(p for p in reversed(self.smooth_steps) if p.start <= time)
         rates, base = self.rates, self.rates.base
-        rates.base = step.base
-        instant = instant_of(rates, step.inside(min(time, step.end)))
+        rates.base, y = self._at(time)
+        instant = instant_of(rates, y)
         rates.base = base
         return rates.acceleration(time, instant.q, instant.v)
+
+    def _at(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Base and state of the last steps at a time."""
+        step = next(p for p in reversed(self.smooth_steps) if p.start <= time)
+        return step.base, step.inside(min(time, step.end))
 
 
 def _roots(square: float, slope: float, rest: float) -> list[complex]:

@@ -30,6 +30,8 @@ _SPARE = 10.0
 #: With more steps in a row than this below this size, s, the integration has failed. A jump of the efforts takes
 #: fewer, at most six in trials: after it steps may grow tenfold each.
 _LEAST_STEP, _SHORT_STEPS = 1e-9, 8
+#: Step of the derivative of the rates.
+_DIFFERENCE = 1e-7
 _SINGULAR = (
     "Usually the configuration there is singular, and more than one motion is possible: stop before it, or start from "
     "another state"
@@ -78,6 +80,15 @@ class Rates:
             [rate, a, [applied.efforts @ v + self._power(q, v, applied.external), state.passive.loss(v) + rubbed], held]
         )
 
+    def derivative(self, t: float, y: FloatArray, rate: FloatArray) -> FloatArray:
+        """Of the right side, ``rate``, by y, shape (n, n), by differences: it serves Newton's method alone."""
+        found = np.zeros((len(y), len(y)))
+        for k in range(2 * self.state.model.nv):
+            moved = y.copy()
+            moved[k] += _DIFFERENCE * max(1.0, abs(y[k]))
+            found[:, k] = (self(t, moved) - rate) / (moved[k] - y[k])
+        return found
+
     def _solved(self, q: FloatArray, v: FloatArray, applied: Applied) -> tuple[FloatArray, FloatArray]:
         if self.mode is None:
             return acceleration(self.state, q, v, applied), _NONE
@@ -111,7 +122,7 @@ def first_state(instant: Instant, held: int) -> FloatArray:
     return np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated], np.zeros(held)])
 
 
-def taken(solver: scipy.integrate.DOP853, instant: Instant, short: int) -> int:
+def taken(solver: scipy.integrate.OdeSolver, instant: Instant, short: int) -> int:
     """Take a step and return the number of very short steps in a row.
 
     Raises

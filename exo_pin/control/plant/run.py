@@ -15,14 +15,9 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...muscle.laws.static import BAR
-from ...reaction.assumptions import Assumptions, Question
-from ...reaction.constraints.glenoid_cone import GlenoidCone
-from ...reaction.constraints.limb_limits import Limits, given_forces
-from ...reaction.constraints.side_force_bounds import ConstraintBounds
-from ...reaction.result import Reaction
-from ...reaction.solve_case import solve
-from ...reaction.splits.split import Split
-from ...reaction.splits.weights import Weights
+from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
+from ...reaction.assumptions import Question
+from ...reaction.constraints.given_limits import given_forces
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
 from ...core.errors import MissingExtra
-from ...core.records import OneProcess, reduced_tuple
+from ...core.records import OneProcess, keeps_read_only
 from ...core.validation import FloatArray, frozen
 from .muscle_table import MUSCLES, data_table
 
@@ -200,6 +200,7 @@ def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
     return found
 
 
+@keeps_read_only
 class GlenoidSurface(NamedTuple):
     """The socket, in the scapula's frame of the model.
 
@@ -219,9 +220,6 @@ class GlenoidSurface(NamedTuple):
 
     centre: FloatArray
     axes: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 @functools.cache

@@ -20,14 +20,12 @@ from ...wrist.forces.displaced import Displaced
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..answer import QUERY_STATUS, chosen_forces
 from ..constraints.actuator_limits import LimbLimits, closed_length_limits, depend_on_length, pull_laws
-from ..constraints.limb_limits import Limits, as_limb_limits
-from ..constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from ..constraints.given_limits import UNBOUNDED, Limits, SideForceBounds, as_limb_limits
 from ..holding.hold_check import estimated_limbs, hold_check
 from ..splits.pose_stack import PoseStack, limb_lengths
 from ..splits.split import Spherical, Split
 from .limit_kernels import CompiledLimits, check_limits
-from .map_blocks import Device, Outputs, Terms
-from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
+from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, LimbPoints, Outputs, Terms, map_any
 
 _SINGULAR, _OUT_OF_STROKE, _BEYOND = (
     QUERY_STATUS.index(name) for name in ("singular", "out_of_stroke", "beyond_limits")
@@ -92,7 +90,7 @@ class MapLimits:
         """Whether forces have to be chosen within limits, or limits differ from pose to pose."""
         return self.bind and self._compiled is None
 
-    def check(self, law: Split, q: FloatArray, terms: Terms, device: Device, out: Outputs) -> NDArray[np.bool_]:
+    def check(self, law: Split, q: FloatArray, terms: Terms, device: LimbPoints, out: Outputs) -> NDArray[np.bool_]:
         """Mark the poses of a block that do not meet limits that compiled code checks.
 
         Returns where the outcome is not known; :meth:`enforce` is for all other limits.
@@ -137,7 +135,7 @@ class MapLimits:
         start: int,
         q: FloatArray,
         terms: Terms,
-        device: Device,
+        device: LimbPoints,
         out: Outputs,
     ) -> NDArray[np.bool_]:
         """Change the poses of a block that do not meet their limits, in place; return where the outcome is not known.
@@ -171,7 +169,7 @@ class MapLimits:
             self._choose(law, bounds.of_rows(start + rows), *part, rows, out)
         return hold_check(mechanism, limits, out.f, answered, answered & (out.status >= _SINGULAR)).unknown
 
-    def _plain(self, q: FloatArray, rows: NDArray[np.intp], terms: Terms, device: Device, out: Outputs) -> None:
+    def _plain(self, q: FloatArray, rows: NDArray[np.intp], terms: Terms, device: LimbPoints, out: Outputs) -> None:
         """Replace the forces of some poses by those of limbs that carry no side force."""
         k, n = len(rows), self._mechanism.limb_count
         own = Outputs(*(np.empty((k, *array.shape[1:]), dtype=array.dtype) for array in out))

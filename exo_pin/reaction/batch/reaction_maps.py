@@ -24,18 +24,13 @@ from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..columns import force_columns, peak_of
 from ..constraints.actuator_limits import limits_motion
-from ..constraints.limb_limits import are_actuators
-from ..constraints.side_force_bounds import SideForceBounds
+from ..constraints.given_limits import SideForceBounds, are_actuators
 from ..result import Reaction
 from ..solve_case import solve
-from ..splits.minimal import Minimal
-from ..splits.split import Spherical
-from ..splits.standalone import Standalone
+from ..splits.split import Minimal, Spherical, Standalone
 from . import map_kernels
-from .map_blocks import Device, Outputs, PoseBlocks, TermBlocks
-from .map_kernels import BY_ACTUATOR, GIVEN
+from .map_kernels import BY_ACTUATOR, GIVEN, LimbPoints, Outputs, PoseBlocks, TermBlocks, map_three
 from .map_limits import MapLimits
-from .map_three_limbs import map_three
 
 if TYPE_CHECKING:
     pass
@@ -226,7 +221,9 @@ def reaction_map(
     bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
     geometry = mechanism.geometry
     # Writable arrays, so that the kernels are compiled for one kind of array only.
-    device = Device(*(np.array(array, order="C") for array in (geometry.base_points, geometry.platform_points, upu)))
+    device = LimbPoints(
+        *(np.array(array, order="C") for array in (geometry.base_points, geometry.platform_points, upu))
+    )
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     outputs = _outputs(poses.count, n, selected)
     unknown = np.zeros(poses.count if "status" in selected else 0, dtype=bool)

@@ -23,7 +23,7 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
-from ..indeterminacy.certificate import AnswerSource
+from ..evidence import AnswerSource
 from ..splits.limb_and_side_forces import Pose, force_scale
 
 #: Most candidate vertices: eight limbs without side forces have 4,368.

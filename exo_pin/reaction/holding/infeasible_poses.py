@@ -15,8 +15,7 @@ from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
 from ...numerics.vectors import SINGULAR
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
-from ..indeterminacy.certificate import AnswerSource
-from ..indeterminacy.infeasibility import Infeasibility, Shortfall, infeasibility_of
+from ..evidence import AnswerSource, Infeasibility, Shortfall, infeasibility_of
 from ..splits.limb_and_side_forces import Pose, force_scale
 
 if TYPE_CHECKING:

@@ -1,4 +1,9 @@
-"""The interface of a split, the assumption on forces that equilibrium alone does not determine, and the default one."""
+"""The interface of a split, the assumption on forces that equilibrium alone does not determine, and the rigid ones.
+
+Split "minimal": the side forces within their bounds that make the shoulder force least.
+
+Split "standalone": the wrist without a shoulder, F_s = 0, (D-25).
+"""
 
 from __future__ import annotations
 
@@ -7,14 +12,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
-from ...core.errors import SolverFailed
+from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.bounded.box_program import least_force, least_forces
 from ...numerics.bounded.polytope_program import FEW, least_sum_force
 from ...numerics.quadratic import LeastSquares, judged
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
 from .limb_and_side_forces import Choice, Pose, choose
 from .pose_stack import PoseStack
@@ -295,3 +302,120 @@ class Spherical(Split):
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
         solution = judged(program, z, multipliers, np.empty(0))
         return Choice(f, g, solution.kkt, solution.residual_gap * scale, solution.unique)
+
+
+#: Ratio of singular values below which the unbounded forces do not produce every shoulder force.
+_REACHES = 1e-9
+
+
+def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether the unbounded forces produce every shoulder force, so that the least one is zero by construction.
+
+    Parameters
+    ----------
+    effect : ndarray
+        Shoulder force per N of each free force, shape (3, m).
+    lower, upper : ndarray
+        Bounds, shape (m,), N.
+    """
+    free = effect[:, np.isinf(lower) & np.isinf(upper)]
+    if free.shape[1] < 3:
+        return False
+    values = np.linalg.svd(free, compute_uv=False)
+    return bool(values[2] > _REACHES * values[0])
+
+
+class Minimal(Split):
+    """The f and g of least |F_s|: a lower bound over all side forces. A real device is above it."""
+
+    name = "minimal"
+    assumption = "the side forces within their bounds that make the shoulder force least"
+    criterion = "least |F_s|; of several sets that of least sum of squares of tensions and side forces"
+    options = frozenset({"constraint_bounds", "weights", "cone"})
+    chooses_sides = True
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """The assumption in a few words."""
+        if not mechanism.is_upu.any():
+            return "of the limb forces that hold the arm, those of least |F_s|"
+        return "lower bound of |F_s| over the side forces within their limits"
+
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """Least F_s, as weighted, within all limits."""
+        weights, pose = poses.weights, Rotation.from_matrix(poses.matrices[row])
+        low, high = poses.side_bounds.at(row, poses.tensions.f[row])
+        return poses.program(
+            row,
+            g_low=low[poses.upu],
+            g_high=high[poses.upu],
+            upu=poses.upu,
+            by_actuator=poses.side_bounds.by_tension,
+            goal=np.eye(3) if weights is None else weights.root(poses.mechanism.side, pose),
+            tension=0.0 if weights is None else weights.tension,
+        )
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Least |F_s| within the bounds of g."""
+        free = np.full(poses.tensions.self_stress.shape[2], np.inf)
+        # Tensions that actuators choose within limits cannot produce every force.
+        known = np.zeros_like(free) if poses.limits.bound_forces else free
+        for row in rows.tolist():
+            low, high = (ends[poses.upu] for ends in poses.side_bounds.at(row, poses.tensions.f[row]))
+            effect = poses.effect(row)
+            answer.trivial[row] = is_trivial(effect, np.concatenate([-known, low]), np.concatenate([known, high]))
+            answer.put_least_force(self, poses, row, np.concatenate([-free, low]), np.concatenate([free, high]))
+
+
+class Standalone(Split):
+    """A shoulder that carries nothing: tensions and side forces hold all six components of the arm.
+
+    There is no shoulder centre: the device turns about its own centre, which the seat of the cuff determines.
+    """
+
+    name = "standalone"
+    assumption = "a shoulder that carries nothing (F_s = 0)"
+    criterion = "least sum of squares of tensions and side forces"
+    refusals: ClassVar = {"cone": 'a glenoid cone bounds F_s, which split="standalone" sets to zero'}
+    chooses_sides = True
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """The assumption in a few words."""
+        return "wrist without a shoulder joint"
+
+    def check(self, mechanism: Mechanism) -> None:
+        """Raise unless tensions (one a limb) and side forces (one a UPU limb) can hold six components."""
+        sides = int(mechanism.is_upu.sum())
+        if mechanism.limb_count + sides < 6:
+            raise InvalidInput(
+                f"without a shoulder the limbs must hold six components, and {mechanism.limb_count} tensions with "
+                f"{sides} side forces of UPU limbs are too few: use more limbs or more UPU limbs"
+            )
+
+    def offsets(self, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Without a ball joint the two centres of the device stay together, and only the cuff's seat counts."""
+        return np.einsum("kij,kj->ki", matrices, cuff), cuff
+
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """The shortest forces with F_s = 0 within the limits of f."""
+        free = np.full(poses.upu.size, np.inf)
+        return poses.program(row, g_low=-free, g_high=free, upu=poses.upu, alone=True)
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """The shortest forces with F_s = 0."""
+        free = np.full(poses.tensions.self_stress.shape[2] + poses.upu.size, np.inf)
+        for row in rows.tolist():
+            answer.put_least_force(self, poses, row, -free, free)
+
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Mark poses that are singular, or nearly, for limbs without a shoulder.
+
+        The measure is the smallest singular value of the effect of undetermined forces on the shoulder force:
+        dimensionless, N of force at O per N of limb force. ``margin`` remains that of the moments.
+        """
+        for row in rows.tolist():
+            effect = poses.effect(row)
+            reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
+            if reach < SINGULAR_MARGIN:
+                answer.status[row] = STATUS.index("singular")
+            elif reach < NEAR_MARGIN:
+                answer.status[row] = STATUS.index("near_singular")

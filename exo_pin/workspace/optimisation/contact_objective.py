@@ -23,7 +23,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
-from ...reaction.constraints.limb_limits import Limits
+from ...reaction.constraints.given_limits import Limits
 from ...reaction.holding.least_held_forces import tension_limits
 from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria

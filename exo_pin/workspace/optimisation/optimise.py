@@ -19,15 +19,12 @@ from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
 from .contact_objective import ContactObjective
-from .descent import GENERATION, Descent
-from .design_variables import DesignVariables
-from .merit import OBJECTIVES, WORST, Evaluation, Merit, check_objectives, study_description
-from .optimised import Candidate, Optimised
-from .ranking import FullGrid, reported
+from .merit import GENERATION, OBJECTIVES, WORST, Descent, Evaluation, Merit, check_objectives, study_description
+from .optimised import Candidate, FullGrid, Optimised, reported
 from .recheck import recheck
-from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
+from .search_poses import Centre, DesignVariables, SearchPoses, as_centres, lifting_poses
+from .starting_designs import with_strokes
 from .stored_study import SearchRun, StoredStudy
-from .stroke_fitting import with_strokes
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -71,7 +68,7 @@ def optimise(
     exo : ShoulderExo
         The device to start from, of any kind: of a wrist number of limbs, families of actuators and their forces, arm.
     variables : mapping of str to (float, float)
-        Bounds by name, as sweeps name parameters; see :mod:`.design_variables` and, of wrists, :func:`free_joints`.
+        Bounds by name, as sweeps name parameters; see :class:`.DesignVariables` and, of wrists, :func:`free_joints`.
     poses : Rotation or SearchPoses, optional
         Where designs are judged during the search; :func:`lifting_poses` of the design's side if left out.
     objectives : str or iterable of str

@@ -17,7 +17,7 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import as_count
+from ...core.validation import as_count, as_positive, require_type
 from ...design import Mechanism, Wearer
 from ...device.protocol import Device
 from ...device.wrist_device import as_device
@@ -189,6 +189,11 @@ def recheck(
     True
     """
     device: Any = as_device(mechanism)
+    # Ahead of the grids, which take seconds.
+    require_type("criteria", criteria, Criteria)
+    if not callable(reaction):
+        raise InvalidInput(f"expected reaction to be a function, got {echo(reaction)}")
+    seed, finer_step, step = as_count("seed", seed), as_positive("finer_step", finer_step), as_positive("step", step)
     full, wide = workspace(device, step, criteria, centre_offset=centre_offset), max(step, 8.0)
     record = device.accelerate("workspace")
     rows, along = criteria.off_grid(), lifting_lines(device.side)
@@ -229,7 +234,7 @@ def _through_pinocchio(
 ) -> tuple[int, float]:
     """Number of poses and the largest difference of |F_s|, N."""
     held = np.flatnonzero(np.isfinite(full.magnitude).ravel())
-    sample = np.sort(np.random.default_rng(as_count("seed", seed)).permutation(held)[:_SAMPLE])
+    sample = np.sort(np.random.default_rng(seed).permutation(held)[:_SAMPLE])
     count, worst = 0, 0.0
     for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
         flat, n = part.magnitude.size, mechanism.limb_count

@@ -1,11 +1,11 @@
 """Runs of a search in Optuna's storage: in memory, in a SQLite file, or in any database that Optuna knows.
 
-A trial of the study is one run of CMA-ES (:mod:`.descent`). Making and ending a trial takes much longer than evaluating
-a design (0.1 s against some milliseconds), so single designs are not trials. The state of a run is stored after every
-generation, together with the time and with the worker who makes it. A worker that finds a run whose worker has not been
-heard of for :data:`STALE` seconds takes it up from there: the end of a worker costs the designs of one generation,
-those that were being evaluated. A worker that was only slow, and whose run was taken over, finds that out when it
-stores the next generation, and leaves the run to the other.
+A trial of the study is one run of CMA-ES (:class:`.Descent`). Making and ending a trial takes much longer than
+evaluating a design (0.1 s against some milliseconds), so single designs are not trials. The state of a run is stored
+after every generation, together with the time and with the worker who makes it. A worker that finds a run whose worker
+has not been heard of for :data:`STALE` seconds takes it up from there: the end of a worker costs the designs of one
+generation, those that were being evaluated. A worker that was only slow, and whose run was taken over, finds that out
+when it stores the next generation, and leaves the run to the other.
 
 A storage is data: everything in it is JSON, whose version, keys, shapes and ranges are checked when it is read, so that
 it can come from anybody. Whatever a storage does wrong is a :class:`StorageUnusable`.
@@ -31,8 +31,7 @@ from ...core.errors import InvalidInput, MissingExtra, StorageUnusable
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
 from ...core.records import OneProcess
-from .descent import GENERATION, as_point
-from .merit import OBJECTIVES
+from .merit import GENERATION, OBJECTIVES, as_point
 
 #: Version of what is stored; a study of another one is refused.
 _FORMAT = 1

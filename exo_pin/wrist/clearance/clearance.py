@@ -81,7 +81,7 @@ class BodyShape(Record):
     ----------
     torso : ndarray
         Shape (K, 7), base frame {O_A}. An end in O is the shoulder itself: it stays in the shoulder's centre where that
-        moves against the torso (:mod:`exo_pin.workspace.pose_offsets`).
+        moves against the torso (:mod:`exo_pin.workspace.evaluation`).
     arm : ndarray
         Shape (K, 7), arm frame {O_B}.
 
@@ -278,7 +278,7 @@ def clearance_stack(
     base_offset, cuff_offset : ndarray
         Where that centre lies, seen from O: held by the base, base frame, and carried by the cuff, arm frame; shape
         (N, 3), or (1, 3) for all poses, m. The torso is displaced by their difference
-        (:mod:`exo_pin.workspace.pose_offsets`), but for ends in O: those are the shoulder itself.
+        (:mod:`exo_pin.workspace.evaluation`), but for ends in O: those are the shoulder itself.
     radius : ndarray
         Of the limbs, shape (n,), m.
     still, moving : ndarray

@@ -11,7 +11,7 @@ from plant_chain import chain_run
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData, UnknownName, control
 from exo_pin.control.plant.equations.drive_kernels import motor_force, motor_rates, motor_tension
-from exo_pin.reaction.constraints.limb_limits import given_forces
+from exo_pin.reaction.constraints.given_limits import given_forces
 
 SPIN = (0.3, -0.2, 0.4)
 MOTORS = ["four-cables", "three-linear-actuators"]

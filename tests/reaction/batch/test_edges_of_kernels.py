@@ -6,8 +6,8 @@ import scipy
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction.batch import tension_kernels
-from exo_pin.reaction.batch.tension_kernels import MET, NOT_HELD, UNDECIDED, _taken, _without, tensions_within
+from exo_pin.reaction.batch import limit_kernels as tension_kernels
+from exo_pin.reaction.batch.limit_kernels import MET, NOT_HELD, UNDECIDED, _taken, _without, tensions_within
 
 INF = np.inf
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exo_pin.numerics.bounded.box_descent import scratch
-from exo_pin.reaction.batch.tension_kernels import MET, NOT_HELD, UNDECIDED, many_tensions_within, tensions_within
+from exo_pin.reaction.batch.limit_kernels import MET, NOT_HELD, UNDECIDED, many_tensions_within, tensions_within
 from exo_pin.wrist.forces.force_kernels import spherical_forces
 
 RADIUS = 0.2

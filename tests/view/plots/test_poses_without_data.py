@@ -59,7 +59,7 @@ def test_a_detailed_comparison_reports_them_apart(exo):
     table = compare(exo, bare, poses=poses, detailed=True)
     assert table["not_evaluated"].tolist() == [0.5, 0.0]
     assert table["holdable"].tolist() == [0.5, 1.0]
-    for name in ("singular", "dexterity", "reach", "stroke_deg", "follows_10_mm"):
+    for name in ("singular", "median_margin", "reach", "stroke_deg", "follows_10_mm"):
         np.testing.assert_array_equal(table[name][0], table[name][1], err_msg=name)
     assert any(text.startswith("In row 1 a spring has no data in some of the poses") for text in table.cautions)
     ax = table.plot().axes[0]

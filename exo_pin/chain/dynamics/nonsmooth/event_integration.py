@@ -16,7 +16,8 @@ import scipy
 from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
-from ..crossing import Crossings, SmoothStep, moving_joints
+from ..crossing import Crossings, SmoothStep
+from ..implicit import Stiffness
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
@@ -55,6 +56,7 @@ class EventIntegration:
             As :meth:`ClosedChain.simulate`.
         """
         rates, steps, step, short = self.rates, 0, None, 0
+        stiffness, accuracy = Stiffness(rates.derivative), dict(zip(("rtol", "atol"), tolerances, strict=True))
         crowd: list[float] = []
         time, end = float(when[0]), float(when[-1])
         self._impacts: dict[int, Impacts] = {}
@@ -65,12 +67,11 @@ class EventIntegration:
             while time < target and len(states) < len(when):
                 rates.base = instant.q
                 y = first_state(instant, 0 if rates.mode is None else len(rates.mode.index))
-                rtol, atol = tolerances
                 bound = end if passage is None else passage.end
                 if passage is None:
                     bound, passage = crossings.ahead(time, instant, end)
                 step = None if step is None else min(step, bound - time)
-                solver = scipy.integrate.DOP853(rates, time, y, bound, first_step=step, rtol=rtol, atol=atol)
+                solver = stiffness.solver(rates, time, y, bound, first_step=step, **accuracy)
                 short = taken(solver, instant, short)
                 inside = solver.dense_output()
                 crossings.smooth_steps.append(SmoothStep(time, float(solver.t), rates.base, inside))
@@ -83,10 +84,8 @@ class EventIntegration:
                 refuse_jump(rates.state, before, instant, time, y[: len(instant.v)], tolerances)
                 time, steps, step = last, steps + 1, min(solver.h_abs, end - last) or None
                 if passage is not None and time >= passage.end:
-                    joints = moving_joints(rates.state, passage.near.motion)
                     instant, passage, crossed = crossings.arrived(time, instant, passage)
-                    if crossed is not None:
-                        found.append(MotionEvent(crossed, "crossing", joints))
+                    found += crossed
                 if change is not None:
                     instant, changes = self._settled(time, instant)
                     found, step, passage, rates.carried = found + changes, None, None, None

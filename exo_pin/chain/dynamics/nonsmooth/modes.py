@@ -21,10 +21,12 @@ from ..equations.equations_of_motion import moving_loops
 from .contact_forces import Contacts
 from .projected_motion import Applied, acceleration, projected_motion, response_at
 
-#: Singular values of the rows that stick below this share of the largest count as zero.
-_RANK = 1e-8
+#: Singular values of the rows that stick below this share of the largest count as zero. Coordinates that stick depend
+#: on each other in some poses, and next to these rounding over σ² would be taken for their friction: below the second
+#: share, no force answers what rounding, a share of the largest acceleration, may ask for.
+_RANK, _WEAK, _NOISE = 1e-8, 1e-3, 1e-11
 #: Acceleration of a coordinate that sticks, as a share of the largest, above which the loops move it.
-_MOVED = 1e-6
+_MOVED = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +94,11 @@ class ContactMode(Record):
         moving_loops(self.state, q, v)
         motion = projected_motion(self.state, q, v, applied)
         (rows, start), column = motion.of(index), motion.column[index]
-        scaled = _held_forces(rows, start)
+        size = float(np.abs(motion.a / motion.column).max())
+        scaled = _held_forces(rows, start, _NOISE * size)
         a = motion.a + motion.response @ (rows.T @ scaled)
         left = float(np.abs(start + rows @ (rows.T @ scaled)).max())
-        size = float(np.abs(motion.a / motion.column).max())
-        return a, scaled / column, rows, left > _MOVED * max(size, _MOVED)
+        return a, scaled / column, rows, left > _MOVED * size + 1e-12
 
 
 def _independent(rows: FloatArray) -> bool:
@@ -104,16 +106,18 @@ def _independent(rows: FloatArray) -> bool:
     if rows.shape[0] > rows.shape[1]:
         return False
     values = np.linalg.svd(rows, compute_uv=False)
-    return bool(values[-1] > _RANK * values[0])
+    return bool(values[-1] > _WEAK * values[0])
 
 
-def _held_forces(rows: FloatArray, start: FloatArray) -> FloatArray:
-    """The least forces f with rows rowsᵀ f = -start."""
+def _held_forces(rows: FloatArray, start: FloatArray, noise: float = 0.0) -> FloatArray:
+    """The least forces f with rows rowsᵀ f = -start, but for ``noise`` in weak directions, continuous in all."""
     if not rows.size:
         return np.zeros(len(rows))
     U, values, _ = np.linalg.svd(rows, full_matrices=False)
+    asked, weak = U.T @ start, (_WEAK * values[0]) ** 2
+    asked = np.sign(asked) * np.maximum(np.abs(asked) - noise * weak / np.maximum(values**2 + weak, 1e-300), 0.0)
     counts = values > _RANK * values[0]
-    return np.asarray(-U[:, counts] @ ((U[:, counts].T @ start) / values[counts] ** 2))
+    return np.asarray(-U[:, counts] @ (asked[counts] / values[counts] ** 2))
 
 
 def _largest_margin(A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, weight: FloatArray) -> float:
@@ -121,9 +125,11 @@ def _largest_margin(A: FloatArray, b: FloatArray, low: FloatArray, high: FloatAr
     count = len(low)
     unit = float(weight.max())
     weight, low, high, b = weight / unit, low / unit, high / unit, b / unit
-    # Redundant rows of A f = b would disagree in their rounding.
+    # Redundant rows of A f = b would disagree in their rounding; weak ones that ask for no force bind none.
     U, values, Vt = np.linalg.svd(A, full_matrices=False)
-    kept = values > _RANK * max(float(values.max(initial=0.0)), 1e-300)
+    largest, asked = max(float(values.max(initial=0.0)), 1e-300), np.abs(U.T @ b)
+    asks = (values > _WEAK * largest) | (asked > _NOISE * float(np.abs(b).max(initial=0.0)))
+    kept = (values > _RANK * largest) & asks
     equal = np.hstack([Vt[kept], np.zeros((int(kept.sum()), 1))])
     right = (U[:, kept].T @ b) / values[kept]
     below, above = np.isfinite(low), np.isfinite(high)
@@ -145,6 +151,7 @@ def at_rest(state: ChainState, q: FloatArray, v: FloatArray, index: NDArray[np.i
         return v
     motion = response_at(state, q)
     rows, _ = motion.of(index)
-    after = v + motion.response @ (rows.T @ _held_forces(rows, v[index] / motion.column[index]))
+    speed = v[index] / motion.column[index]
+    after = v + motion.response @ (rows.T @ _held_forces(rows, speed, _NOISE * float(np.abs(v / motion.column).max())))
     after[index] = 0.0
     return np.asarray(after)

@@ -31,8 +31,9 @@ from ..equations.equations_of_motion import (
     open_tree,
 )
 
-#: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
-_LOCKED = 1e-9
+#: A coordinate moves in no motion if its rows in an orthonormal basis are below this; its acceleration is rounding
+#: below the second, a share of the largest.
+_LOCKED, _ROUNDING = 1e-9, 1e-11
 #: Most steps from open loops of a motion in time to closed ones.
 _NEAR = 20
 
@@ -93,7 +94,7 @@ class ProjectedMotion(NamedTuple):
         rows, start = self.response[index] / column[:, None], self.a[index] / column
         locked = np.linalg.norm(self.basis[index], axis=1) <= _LOCKED
         rows[locked] = 0.0
-        start[locked & (np.abs(start) <= _LOCKED * np.abs(self.a / self.column).max(initial=0.0))] = 0.0
+        start[locked & (np.abs(start) <= _ROUNDING * np.abs(self.a / self.column).max(initial=0.0))] = 0.0
         return rows, start
 
 

@@ -51,6 +51,11 @@ class MotionEvent(NamedTuple):
         "stop left", or "crossing" of a singular configuration.
     joints : tuple of str
         The joints concerned; of a crossing, those that move in the other motion that is possible there.
+    order : int
+        Of a crossing, the derivative of the motion that tells its branch from the other one: 1 if the tangents differ,
+        2 if only the curvatures do; 0 of other events.
+    branch : tuple of float
+        Of a crossing, the tangent of the branch that the motion keeps to: v there over its largest number, shape (nv,).
 
     Examples
     --------
@@ -64,6 +69,8 @@ class MotionEvent(NamedTuple):
     time: float
     kind: str
     joints: tuple[str, ...]
+    order: int = 0
+    branch: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -157,6 +157,9 @@ def renamed(description: Closures, joints: Mapping[str, str], frames: Mapping[st
         roles=replace(roles, actuated=tuple(map(joint, roles.actuated)), limbs=limbs, shoulder=shoulder, **named),
         joints=tuple(replace(item, joint=joint(item.joint)) for item in description.joints),
         shapes=tuple(replace(shape, frame=frame(shape.frame)) for shape in description.shapes),
+        cables=tuple(
+            replace(own, points=tuple((frame(end), at) for end, at in own.points)) for own in description.cables
+        ),
     )
 
 

@@ -1,1 +1,0 @@
-"""Which reactions equilibrium determines, and poses that cannot be held."""

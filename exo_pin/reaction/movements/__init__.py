@@ -1,1 +1,0 @@
-"""Forces along movements: histories, peaks, noise, files."""

@@ -1,1 +1,0 @@
-"""What a workspace is computed of, over stacks of poses, compiled."""

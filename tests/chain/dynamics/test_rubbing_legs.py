@@ -1,0 +1,55 @@
+"""Robots on three legs that rub in all joints: many coordinates stick that depend on each other, MuJoCo beside them."""
+
+import mujoco
+import numpy as np
+import pytest
+from mjcf_chains import random_robot
+from rubbing_legs import VARIANTS, three_legs
+
+from exo_pin.chain import ClosedChain
+
+CASES = [pytest.param(*case, marks=() if k in (20, 38) else pytest.mark.full) for k, case in enumerate(VARIANTS)]
+
+
+def start_of(chain, seed):
+    """Closed loops, at rest or with a motion whose largest number is 1 m/s or rad/s."""
+    q = chain.close(chain.neutral())
+    if seed is None:
+        return q, np.zeros(chain.model.nv)
+    _, values, ways = np.linalg.svd(chain.constraint_jacobian(q))
+    motions = ways[np.count_nonzero(values > 1e-8) :].T
+    v = motions @ np.random.default_rng(seed).normal(size=motions.shape[1])
+    return q, v / np.abs(v).max()
+
+
+@pytest.mark.parametrize(("foot", "middle", "balls", "friction", "seed"), CASES)
+def test_legs_stick_and_slip_through(foot, middle, balls, friction, seed):
+    text = three_legs(foot, middle, balls, friction)
+    chain = ClosedChain.from_mjcf(text)
+    q, v = start_of(chain, seed)
+    run = chain.simulate(q, v, np.linspace(0.0, 0.3, 4))
+    assert run.opening.max() < 1e-11
+    assert run.energy_drift < 1e-7
+    assert (np.diff(run.dissipated) >= -1e-9).all()
+    # MuJoCo's loops and friction are soft: stiff ones, and small steps.
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep, model.opt.integrator = 1e-4, mujoco.mjtIntegrator.mjINT_IMPLICIT
+    model.opt.iterations, model.opt.tolerance = 200, 1e-12
+    model.eq_solref[:], model.eq_solimp[:] = (4e-4, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2.0)
+    model.dof_solref[:], model.dof_solimp[:] = (4e-4, 1.0), (0.99, 0.99, 1e-3, 0.5, 2.0)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = q, v
+    mujoco.mj_step(model, data, 3000)
+    moved = np.abs(run.q - q).max()
+    assert np.abs(data.qpos - run.q[-1]).max() < 0.02 * moved + 2e-3
+
+
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k < 2 else pytest.mark.full) for k in range(75)])
+def test_random_robots_rub_through(seed):
+    chain, rng = ClosedChain.from_mjcf((robot := random_robot(seed)).text), np.random.default_rng(seed)
+    chain.model.upperDryFrictionLimit = friction = rng.uniform(0.0, 3.0, chain.model.nv)
+    chain.model.lowerDryFrictionLimit = -friction
+    q, v = start_of(chain, seed if seed % 2 else None)
+    run = chain.simulate(q, v, np.linspace(0.0, 0.3, 4))
+    assert run.energy_drift < 1e-6
+    assert (np.diff(run.dissipated) >= -1e-9).all()

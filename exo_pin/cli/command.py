@@ -19,8 +19,8 @@ from rich.console import Console
 
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import shown
-from ..core.errors.inputs import require_extra
 from ..core.files import is_stream, require_ending, require_writable, write_columns, write_figure, write_text
+from ..core.optional_packages import require_extra
 from ..core.results import plain
 from ..core.validation import as_choice
 from . import COMMANDS, width

@@ -8,12 +8,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..chain import ClosedChain
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
-from ..device import ChainDevice
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
@@ -22,6 +22,7 @@ from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularit
 from ..wrist.singularities.sides_of_the_surface import side_of_rest
 from . import options
 from .command import deliver, draws, joined_json, writes
+from .robot_commands import configuration, joint_value
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
@@ -42,7 +43,8 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> N
         found = f"{len(modes) or 'no'} assembly mode{'' if len(modes) == 1 else 's'} found"
         found += ", mode 1 continues from rest" if is_reached else ""
     head = filled(f"{pose.words(exo)}: {found if is_reached else f'not reached from rest; {found}'}")
-    parts, rows = [f"{exo.device.title or exo.name}\n{head}"], joint_rows(exo.chain_device, modes[:_MOST_MODES])
+    parts = [f"{exo.device.title or exo.name}\n{head}"]
+    rows = joint_rows(exo.chain, exo.chain_device.arm_index, modes[:_MOST_MODES])
     if not rows:
         parts.append("It has no joints: springs and cables from torso to arm alone.")
     elif len(modes):
@@ -51,11 +53,25 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> N
     deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes), **files)
 
 
-def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
-    """Coordinates of the device's joints in configurations of shape (k, nq), a row a joint."""
-    model, rows = device.chain.model, []
+def _robot_kinematics(
+    exo: Any, pose: options.Pose, joints: options.Texts, frame: str | None, files: dict[str, Any]
+) -> None:
+    """All closed configurations of a robot without an arm, with joints set, or else its actuated ones as drawn."""
+    chain = exo.chain
+    held = tuple(joint_value(text)[0] for text in joints) or chain.roles.actuated
+    found = chain.assemblies(held, configuration(exo, pose, joints), frame)
+    count = min(len(found), _MOST_MODES)
+    head = filled(f"{', '.join(held) or 'no joint'} held: {str(found).splitlines()[0]}")
+    header = ["joint", *(f"{hits} hits" for hits in found.hits[:count])]
+    table = "\n".join(aligned([header, *joint_rows(chain, 0, found.configurations[:count])])) if count else ""
+    deliver(f"{exo.name}\n{head}\n\n{table}".rstrip(), as_json=lambda: joined_json(exo, assemblies=found), **files)
+
+
+def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str]]:
+    """Coordinates of all joints but the arm's in configurations of shape (k, nq), a row a joint."""
+    model, rows = chain.model, []
     for index in range(1, model.njoints):
-        if index == device.arm_index:
+        if index == arm:
             continue
         values = modes[:, model.idx_qs[index] : model.idx_qs[index] + model.nqs[index]]
         if model.nvs[index] != 1:
@@ -63,7 +79,7 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
         else:
             # A hinge without ends has cosine and sine.
             turns = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
-            if device.chain.metres[model.idx_vs[index]]:
+            if chain.metres[model.idx_vs[index]]:
                 cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in turns]
             else:
                 # Whole turns do not count.
@@ -110,6 +126,9 @@ def kinematics(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
+    set: options.Joints = (),
+    leave_out: options.LeaveOut = (),
+    frame: Annotated[str | None, options.called("NAME")] = None,
     lengths: Annotated[str | None, options.called("MM,...")] = None,
     theta_x: Annotated[str | None, options.called("DEG,...")] = None,
     theta_y: Annotated[str | None, options.called("DEG,...")] = None,
@@ -120,10 +139,13 @@ def kinematics(
 
     Without measurements: lengths and angles in the pose, and every other pose with the same lengths. With measurements:
     every pose that fits them, and which is closest to the pose (default: rest). Of a device that is no wrist: its
-    joints in the pose, in every assembly mode that is found.
+    joints in the pose, in every assembly mode that is found. Of a robot without an arm: every closed configuration that
+    is found with the joints of --set, or its actuated ones, held.
 
     Parameters
     ----------
+    frame : str, optional
+        Of a robot without an arm: count configurations with this body at one pose as one (default: all bodies).
     lengths : str, optional
         Measured limb lengths between joint centres, mm, one for each limb.
     theta_x : str, optional
@@ -136,12 +158,15 @@ def kinematics(
     exo-pin kinematics --flexion 30
     exo-pin kinematics prototype --lengths 262.96,330.50,384.21
     """
-    exo = load(design, side=side)
+    exo = load(design, side=side, leave_out=leave_out)
     files: dict[str, Any] = {"json": json, "out": out}
     if exo.wrist is None:
         measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
         options.refuse("poses from measured lengths or angles are of wrists", **measured)
-        _device_kinematics(exo, pose, files)
+        if exo.has_arm:
+            _device_kinematics(exo, pose, files)
+        else:
+            _robot_kinematics(exo, pose, set, frame, files)
         return
     n = exo.geometry.limb_count
     given = _numbers("lengths", lengths, n)

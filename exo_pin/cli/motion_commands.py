@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
-from ..core.errors.inputs import require_extra
+from ..core.optional_packages import require_extra
 from ..core.results import plain
 from ..core.tables import aligned
 from ..design import DEFAULT_PRESET, Wearer

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain.formats.leaving_out import LEAVE_OUT
 from ..core.errors import InvalidInput, OutsideHumanRange
-from ..core.errors.inputs import require_extra
+from ..core.optional_packages import require_extra
 from ..core.validation import FloatArray, as_positive
 from ..design import Wearer
 from ..design.parameters.names import assigned

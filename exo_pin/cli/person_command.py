@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput
-from ..core.errors.inputs import require_extra
+from ..core.optional_packages import require_extra
 from ..core.tables import under_verdict
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load

@@ -13,7 +13,8 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..core.conventions import CLINICAL_ANGLES
-from ..core.errors import InvalidInput, NoisyMovement
+from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
+from ..core.optional_packages import require_extra
 from ..core.tables import filled, under_verdict
 from ..core.validation import as_choice
 from ..design import DEFAULT_PRESET, LimbGuide, Shoulder
@@ -202,13 +203,12 @@ def _wearer(worn: options.Worn, muscles: bool | None, plain: bool) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
     if muscles and worn.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
-    from ..person.limb import myoarm
-
-    if worn.person is None or muscles is False or (muscles is None and (plain or not myoarm.is_installed())):
+    if worn.person is None or muscles is False or (plain and not muscles):
         return None
     try:
+        require_extra("person")
         return worn.muscles()
-    except InvalidInput as error:
+    except (InvalidInput, MissingExtra) as error:
         if muscles:
             raise
         options.caution(f"the wearer's own muscles are not counted: {error}")

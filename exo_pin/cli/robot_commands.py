@@ -197,6 +197,9 @@ def configuration(exo: ShoulderExo, pose: options.Pose, joints: options.Texts) -
         return q
     elif any(pose.angles):
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
+    if joints and not held:
+        # The joints are set in the drawn configuration, whose branch the answer is on.
+        q = chain.close(q)
     held += [_set(chain, q, text) for text in joints]
     return chain.close(q, hold=held)
 

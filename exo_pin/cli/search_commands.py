@@ -12,7 +12,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
-from ..core.errors.inputs import require_extra
+from ..core.optional_packages import require_extra
 from ..core.results import plain
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned

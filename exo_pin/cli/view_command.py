@@ -14,10 +14,10 @@ from cyclopts import Parameter
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, MissingExtra
+from ..core.optional_packages import require_extra
 from ..core.validation import FloatArray, as_positive
 from ..design import DEFAULT_PRESET
-from ..person.limb import myoarm
 from ..view import LIMB_STYLES, ChainScene, Scene
 from ..view.page.browser import find_browser
 from . import options
@@ -111,8 +111,14 @@ def view(
         if bare and not drawn:
             raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
         looks: dict[str, Any] = {}
-        if drawn and (bare or myoarm.is_installed()):
-            looks = {"person": worn.muscles(), "device": not bare}
+        if drawn:
+            try:
+                require_extra("person")
+                looks = {"person": worn.muscles(), "device": not bare}
+            except MissingExtra as error:
+                if bare:
+                    raise
+                options.caution(f"bones and muscles are not drawn: {error}")
         arrow = None if scale is None else 0.1 / as_positive("--scale", scale)
         scene = Scene(exo, human=False if no_human else None, limbs=limbs, metres_per_newton=arrow, **looks)
         start = pose.of(exo)

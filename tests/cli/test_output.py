@@ -124,7 +124,8 @@ def _without_work(load):
 
 
 def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr("exo_pin.core.errors.inputs.find_spec", lambda name: None)
+    for package in ("matplotlib", "myo_sim", "optuna"):
+        monkeypatch.setitem(sys.modules, package, None)
     monkeypatch.setattr("exo_pin.cli.person_command.load", _no_work)
     monkeypatch.setattr("exo_pin.cli.options.load", _no_work)
     for arguments, extra in (

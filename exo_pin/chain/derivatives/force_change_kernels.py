@@ -104,7 +104,7 @@ def force_changes(
                 tau[kind, i, k] = 0.0
 
 
-@kernel(fills=True)
+@kernel
 def _open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
     """Fill the changes of the efforts with constant multipliers; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees

@@ -338,7 +338,7 @@ def _response(lower: Any, Z: Any) -> Any:
     return out
 
 
-@kernel(fills=True)
+@kernel
 def _add_outer(one: Any, other: Any, out: Any) -> None:
     """Add one otherᵀ."""
     for i in range(len(one)):

@@ -168,8 +168,8 @@ def files_of_design(
     with tempfile.TemporaryDirectory() as folder:
         try:
             read = _read_back(folder, texts, target)
-        except MissingExtra:
-            return DeviceFiles(texts, beside, (f"not checked, because MuJoCo is not installed: {target.name}",))
+        except MissingExtra as error:
+            return DeviceFiles(texts, beside, (f"not checked: {target.name}: {error}",))
         other = different_part(read, chain)
     return DeviceFiles(texts, beside, () if other is None else (other,))
 
@@ -331,8 +331,8 @@ def _lost(device: ChainDevice, texts: Mapping[str, str], target: Path, ending: s
     with tempfile.TemporaryDirectory() as folder:
         try:
             chain = _read_back(folder, texts, target.with_suffix(ending))
-        except MissingExtra:
-            return (f"not checked, because MuJoCo is not installed: {target.name}",)
+        except MissingExtra as error:
+            return (f"not checked: {target.name}: {error}",)
         beside = (Path(folder) / target.name).with_suffix(ENDING)
         again = read_device(beside, chain, None)
     return tuple(_differences(device, again))

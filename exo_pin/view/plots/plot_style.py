@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ...core.errors import MissingExtra
+from ...core.optional_packages import optional
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
@@ -41,11 +41,7 @@ def pyplot() -> Any:
     MissingExtra
         If matplotlib is not installed.
     """
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise MissingExtra("plot", "matplotlib") from error
-    return plt
+    return optional("plot", "matplotlib.pyplot")
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:

@@ -160,7 +160,7 @@ def test_responses_are_inverse_masses_in_characteristic_lengths():
 
 @pytest.mark.parametrize("size", [1e-5, 1.0, 1e4])
 def test_a_locked_coordinate_has_no_response_and_no_acceleration_of_rounding(size):
-    """The second of three is locked: its acceleration counts from a share of 1e-11 of the largest, in lengths of one."""
+    """The second of three is locked: its acceleration counts from 1e-11 of the largest, in lengths of one."""
     basis, column = np.array([[0.6, 0.0], [1e-10, 0.0], [0.8, 1.0]]), np.array([0.5, 0.5, 1.0])
     for share, kept in ((0.9e-11, False), (1.1e-11, True)):
         a = size * np.array([0.25, 0.5 * share, -1.0])

@@ -46,7 +46,7 @@ def test_legs_stick_and_slip_through(foot, middle, balls, friction, seed):
 
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k < 2 else pytest.mark.full) for k in range(75)])
 def test_random_robots_rub_through(seed):
-    chain, rng = ClosedChain.from_mjcf((robot := random_robot(seed)).text), np.random.default_rng(seed)
+    chain, rng = ClosedChain.from_mjcf(random_robot(seed).text), np.random.default_rng(seed)
     chain.model.upperDryFrictionLimit = friction = rng.uniform(0.0, 3.0, chain.model.nv)
     chain.model.lowerDryFrictionLimit = -friction
     q, v = start_of(chain, seed if seed % 2 else None)

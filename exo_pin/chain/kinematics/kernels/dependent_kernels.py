@@ -175,7 +175,7 @@ def fill_ascending(indices: Any, out: Any) -> None:
         out[k] = indices[i]
 
 
-@kernel(fills=True)
+@kernel
 def fill_reduced(order: Any, rank: int, x: Any, error: Any, independent: Any, G: Any) -> float:
     """Fill the reduced Jacobian, shape (nv, d) of zeros, from what :func:`dependent_on` returns; its largest error.
 

@@ -37,7 +37,7 @@ ANSWERS = {
     "check": r": consistent",
     "mobility": r"degrees of freedom +\d",
     "forces": r"effort of limb_1_slide +-?\d+(\.\d+)? N",
-    "track": r"abduction test|largest|status",
+    "track": r"abduction test|peak F_s, N \d+",
     "muscle force": r"force_N",
     "muscle pressure": r"30\.00 +20\.00 +\d\.\d+",
     "muscle identify": r"\d+ of \d+ measurements",

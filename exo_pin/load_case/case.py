@@ -139,7 +139,8 @@ class Case(Record):
                 *(self._own(each, rows, 3) for each in (motion.angular_velocity, motion.angular_acceleration))
             )
         if load is not None:
-            load = Load(*(self._own(each, rows, 3) for each in (load.force, load.moment, load.at)), load.frame)
+            force, moment, at = (self._own(each, rows, 3) for each in (load.force, load.moment, load.at))
+            load = Load(force, moment, at, load.frame)
         return motion, load
 
     def row(self, k: int) -> Case:

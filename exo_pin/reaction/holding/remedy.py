@@ -303,8 +303,8 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     if not found:
         raise InvalidInput("expected poses for the range over postures, got an empty stack")
     *parts, rules = zip(*found, strict=True)
-    ends: Any = [np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts]
-    return PostureRange(*ends, rule=rules[0])
+    ends = [np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts]
+    return PostureRange(*(*ends, rules[0]))
 
 
 def _single_range(exo: Any, case: Case, assumptions: Assumptions | None) -> tuple[Any, ...]:

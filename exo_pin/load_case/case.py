@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.errors.base import warn
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_rotation, require_type, set_fields
+from ..core.validation import FloatArray, as_count, as_finite, as_rotation, require_type, set_fields
 from .motion_and_load import CentreOffset, CentrePath, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement
@@ -155,6 +155,7 @@ class Case(Record):
         array([  0.,   0., -20.])
         """
         shape = self.poses.shape
+        k = as_count("k", k, 0, int(np.prod(shape)) - 1)
 
         def own(array: Any, *last: int) -> Any:
             return np.broadcast_to(array, (*shape, *last)).reshape(-1, *last)[k]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.conventions import along_arm
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -70,7 +72,10 @@ def cuff_text(self: Reaction, index: tuple[int, ...] = ()) -> str:
     The cuff pulls along the arm with 57 N, towards the shoulder
     """
     pulls, chosen = self.cuff_pull, np.zeros(self.status.shape, dtype=bool)
-    chosen[index] = True
+    try:
+        chosen[index] = True
+    except (IndexError, ValueError):
+        raise InvalidInput(f"expected index of a pose of shape {chosen.shape}, got {echo(index)}") from None
     chosen &= np.isfinite(pulls) & (self.held | (chosen.sum() == 1))
     if not self.is_worn or not chosen.any():
         return ""

@@ -148,6 +148,8 @@ class DynamicModel:
         >>> law.contains(np.array([0.03, 0.2]), np.zeros(2), np.full(2, 2.5e5), 1.0)  # not by 200 mm
         array([ True, False])
         """
+        given = {"contraction": contraction, "velocity": velocity, "pressure": pressure}
+        contraction, velocity, pressure = broadcast(**given, finite=False)
         strain = contraction / self.static.reference_length
         force = self.static.unchecked_force(contraction, pressure)
         inside = self.static.validity.contains(strain, pressure, force)

@@ -107,11 +107,14 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     return frozen(array)
 
 
-def broadcast(finite: bool = True, **named: ArrayLike) -> tuple[FloatArray, ...]:
-    """Arrays, finite unless said otherwise, named for the message, brought to one shape."""
-    arrays = [
-        as_finite(name, value, (), stack=True) if finite else as_real(name, value) for name, value in named.items()
-    ]
+def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
+    """Finite arrays, named for the message, brought to one shape."""
+    return broadcast_real(**{name: as_finite(name, value, (), stack=True) for name, value in named.items()})
+
+
+def broadcast_real(**named: ArrayLike) -> tuple[FloatArray, ...]:
+    """Arrays that may hold NaN and infinity, named for the message, brought to one shape."""
+    arrays = [as_real(name, value) for name, value in named.items()]
     try:
         return tuple(np.broadcast_arrays(*arrays))
     except ValueError:
@@ -119,7 +122,7 @@ def broadcast(finite: bool = True, **named: ArrayLike) -> tuple[FloatArray, ...]
         raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
 
 
-def broadcast_to(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+def broadcast_to(name: str, array: Any, shape: tuple[int, ...]) -> Any:
     """The array brought to a shape; InvalidInput if it does not broadcast."""
     try:
         return np.broadcast_to(array, shape)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_choice, as_finite, as_real, broadcast, broadcast_to, set_fields
+from ...core.validation import FloatArray, as_choice, as_finite, as_real, broadcast_real, broadcast_to, set_fields
 
 BoolArray = NDArray[np.bool_]
 
@@ -147,7 +147,7 @@ class Validity:
         array([ True, False, False])
         """
         given: dict[str, Any] = {"strain": strain, "pressure": pressure} | ({} if force is None else {"force": force})
-        strain, pressure, *forces = broadcast(finite=False, **given)
+        strain, pressure, *forces = broadcast_real(**given)
         inside = np.ones(strain.shape, dtype=bool)
         for bound in self._bounds(strain, pressure, forces[0] if forces else None):
             inside &= bound.holds()

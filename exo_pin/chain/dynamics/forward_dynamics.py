@@ -155,7 +155,9 @@ def forward_dynamics(
     v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
     rough = stops or state.passive.rubs
     # Whether efforts are finite is seen by the acceleration, too.
-    efforts = efforts_of(state, tau) if rough or type(tau) is not np.ndarray else state.sized("tau", tau, state.nv).copy()
+    efforts = (
+        efforts_of(state, tau) if rough or type(tau) is not np.ndarray else state.sized("tau", tau, state.nv).copy()
+    )
     work, top, applied = state.buffers, state.topology, Applied(efforts, external)
     a, error, forces = None, None, None
     if rough:

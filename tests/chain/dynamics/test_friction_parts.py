@@ -7,7 +7,7 @@ from mechanisms import sliders
 from rubbing_chains import slide, with_friction
 
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import _held_forces, at_rest
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import at_rest
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import (
     REST,
     RestingFriction,
@@ -113,21 +113,6 @@ def test_impulses_that_stop_joints_leave_the_momenta_of_the_others(index):
     assert v @ M @ v > after @ M @ after
     np.testing.assert_array_equal(at_rest(chain._state, q, after, np.array(index)), after)
     assert at_rest(chain._state, q, v, np.zeros(0, dtype=int)) is v
-
-
-@pytest.mark.parametrize("unit", [1e-5, 1.0, 1e5])
-def test_forces_that_hold_are_the_least_that_do(unit):
-    """Whatever the masses are: rows of light bodies are large, and those of heavy ones small."""
-    rng = np.random.default_rng(281)
-    rows = unit * rng.normal(size=(2, 4))
-    start = rng.normal(size=2)
-    np.testing.assert_allclose(rows @ rows.T @ _held_forces(rows, start), -start, rtol=1e-9)
-    # The same joint held twice over: each bears half.
-    twice, wanted = rows[[0, 0]], np.array([0.6, 0.6])
-    force = _held_forces(twice, wanted)
-    assert force[0] == pytest.approx(force[1])
-    assert force.sum() == pytest.approx(-0.6 / (rows[0] @ rows[0]))
-    np.testing.assert_array_equal(_held_forces(np.zeros((2, 0)), start), 0.0)
 
 
 def resting(total, actuated, alone, low=-2.0, high=2.0, least=-INF, largest=INF):

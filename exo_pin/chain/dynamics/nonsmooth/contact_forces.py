@@ -272,7 +272,7 @@ class ContactMode(Record):
         moving_loops(self.state, q, v)
         motion = projected_motion(self.state, q, v, applied)
         (rows, start), column = motion.of(index), motion.column[index]
-        scaled = _held_forces(rows, start, _NOISE * float(np.abs(motion.a / motion.column).max()))
+        scaled = _held_forces(motion, rows, start, float(np.abs(motion.a / motion.column).max()))
         return motion.a + motion.response @ (rows.T @ scaled), scaled / column
 
     def holds(self, q: FloatArray, v: FloatArray, applied: Applied) -> bool:
@@ -296,13 +296,15 @@ class ContactMode(Record):
         return not (np.abs((found.a / column)[held.place]) > moves).any()
 
 
-def _held_forces(rows: FloatArray, start: FloatArray, noise: float = 0.0) -> FloatArray:
-    """The least forces f with rows rowsᵀ f = -start, but for ``noise`` in weak directions, continuous in all."""
+def _held_forces(motion: ProjectedMotion, rows: FloatArray, start: FloatArray, size: float) -> FloatArray:
+    """The least forces f with rows rowsᵀ f = -start, but for what rounding of ``size`` may ask, continuous in all."""
     if not rows.size:
         return np.zeros(len(rows))
     U, values, _ = np.linalg.svd(rows, full_matrices=False)
-    asked, weak = U.T @ start, (_WEAK * values[0]) ** 2
-    asked = np.sign(asked) * np.maximum(np.abs(asked) - noise * weak / np.maximum(values**2 + weak, 1e-300), 0.0)
+    # Compared with all coordinates: those that stick may all be next to poses in which the loops lock them.
+    weak = (_WEAK * float(np.linalg.norm(motion.response / motion.column[:, None], 2))) ** 2
+    asked = U.T @ start
+    asked = np.sign(asked) * np.maximum(np.abs(asked) - _NOISE * size * weak / (values**2 + weak), 0.0)
     counts = values > _RANK * values[0]
     return np.asarray(-U[:, counts] @ (asked[counts] / values[counts] ** 2))
 
@@ -314,6 +316,6 @@ def at_rest(state: ChainState, q: FloatArray, v: FloatArray, index: NDArray[np.i
     motion = response_at(state, q)
     rows, _ = motion.of(index)
     speed = v[index] / motion.column[index]
-    after = v + motion.response @ (rows.T @ _held_forces(rows, speed, _NOISE * float(np.abs(v / motion.column).max())))
+    after = v + motion.response @ (rows.T @ _held_forces(motion, rows, speed, float(np.abs(v / motion.column).max())))
     after[index] = 0.0
     return np.asarray(after)

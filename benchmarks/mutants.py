@@ -222,9 +222,7 @@ def _forget_results() -> None:
         if isinstance(thing, functools._lru_cache_wrapper) and (thing.__module__ or "").startswith("exo_pin"):
             thing.cache_clear()
     for kernel in kernels():
-        kernel._plain = kernel._compiled = None
-        kernel.__dict__.pop("stamp", None)
-        kernel.choose()
+        kernel.forget()
 
 
 def known_equivalents() -> dict[tuple[str, Place], str]:

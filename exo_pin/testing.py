@@ -14,15 +14,12 @@ from functools import cache
 from os import PathLike
 
 from .consistency import CHAIN_CHECKS, WRIST_CHECKS
-from .core.errors import MissingExtra
+from .core.optional_packages import optional
 from .design import Mechanism
 from .exo.loading import load
 from .exo.shoulder_exo import ShoulderExo
 
-try:
-    import pytest
-except ImportError as error:
-    raise MissingExtra("test", "pytest") from error
+pytest = optional("test", "pytest")
 
 __all__ = ["consistency_checks"]
 

@@ -12,15 +12,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.validation import (
-    FloatArray,
-    as_count,
-    as_mapping,
-    as_positive,
-    as_single_rotation,
-    frozen,
-    require_method,
-)
+from ..core.validation import FloatArray, as_count, as_mapping, as_positive, as_single_rotation, frozen, require_method
 from .information import Information
 from .length_model import CalibrationProblem, LengthModel, MeasurementErrors, as_unknowns, estimate, whitening
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, SolverFailed
 from ..core.errors.base import echo
-from ..core.records import Record, reduced_tuple
+from ..core.records import Record, keeps_read_only
 from ..core.validation import FloatArray, as_choice, frozen
 
 #: What can be unknown, and what is written before its components. The unit is m, but rad of the mountings.
@@ -273,6 +273,7 @@ class MeasurementErrors(NamedTuple):
         return UNIT if self.length_noise is None else self.length_noise
 
 
+@keeps_read_only
 class CalibrationProblem(NamedTuple):
     """Measurements of a device, and what its unknowns are estimated with.
 
@@ -295,9 +296,6 @@ class CalibrationProblem(NamedTuple):
     lengths: FloatArray
     errors: MeasurementErrors
     prior: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 class Estimate(NamedTuple):

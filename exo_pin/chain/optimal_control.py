@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import ExoPinError, InvalidInput, MissingExtra
+from ..core.errors import ExoPinError, InvalidInput
+from ..core.optional_packages import optional
 from ..core.validation import FloatArray, require_type
 from .closed_chain import ClosedChain
 
@@ -72,8 +73,7 @@ def action_model(
     >>> data.xout.round(4)  # rad/s², - m g l sin q over the inertia of 0.6 kg m²
     array([-6.367])
     """
-    if crocoddyl is None:
-        raise MissingExtra("optimal_control", "crocoddyl")
+    optional("optimal_control", "crocoddyl")
     require_type("chain", chain, ClosedChain)
     joints = tuple(independent)
     parts = [chain.configuration_slice(joint) for joint in joints]
@@ -85,7 +85,7 @@ def action_model(
     return ClosedChainAction(chain, start, joints, [part.start for part in parts], tuple(motors), costs)
 
 
-class ClosedChainAction(_Model):  # type: ignore[misc]
+class ClosedChainAction(_Model):
     """What :func:`action_model` makes."""
 
     def __init__(
@@ -157,7 +157,7 @@ class ClosedChainAction(_Model):  # type: ignore[misc]
         data.cost = data.costs.cost
 
 
-class _ActionData(_Data):  # type: ignore[misc]
+class _ActionData(_Data):
     """Crocoddyl's data, with that of the costs and the last configuration."""
 
     def __init__(self, model: ClosedChainAction) -> None:

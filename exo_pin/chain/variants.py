@@ -259,6 +259,10 @@ def mirrored(state: ChainState) -> tuple[pin.Model, Closures]:
         closures=tuple(_closure(closure) for closure in given.closures),
         joints=tuple(_properties(state, item, signs) for item in given.joints),
         shapes=tuple(_shape(shape) for shape in given.shapes),
+        cables=tuple(
+            replace(own, points=tuple((frame, (x, 0.0 - y, z)) for frame, (x, y, z) in own.points))
+            for own in given.cables
+        ),
     )
 
 

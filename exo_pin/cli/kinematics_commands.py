@@ -17,14 +17,23 @@ from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
-from ..device import ChainDevice
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.sides_of_the_surface import side_of_rest
 from . import deliver, main
-from .options.query_options import configuration, design, joined_json, named_numbers, numbers, pose, pose_words, refuse
+from .options.query_options import (
+    configuration,
+    design,
+    joined_json,
+    joint_value,
+    named_numbers,
+    numbers,
+    pose,
+    pose_words,
+    refuse,
+)
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
@@ -46,7 +55,10 @@ def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
         found = f"{len(modes) or 'no'} assembly mode{'' if len(modes) == 1 else 's'} found"
         found += ", mode 1 continues from rest" if is_reached else ""
     head = filled(f"{pose_words(options, exo)}: {found if is_reached else f'not reached from rest; {found}'}")
-    parts, rows = [f"{exo.device.title or exo.name}\n{head}"], joint_rows(exo.chain_device, modes[:_MOST_MODES])
+    parts, rows = (
+        [f"{exo.device.title or exo.name}\n{head}"],
+        joint_rows(exo.chain, exo.chain_device.arm_index, modes[:_MOST_MODES]),
+    )
     if not rows:
         parts.append("It has no joints: springs and cables from torso to arm alone.")
     elif len(modes):
@@ -56,11 +68,25 @@ def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
     return 0
 
 
-def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
-    """Coordinates of the device's joints in configurations of shape (k, nq), a row a joint."""
-    model, rows = device.chain.model, []
+def robot_kinematics(exo: Any, options: argparse.Namespace) -> int:
+    """All closed configurations of a robot without an arm, with joints set, or else its actuated ones as drawn."""
+    refuse(options, "poses from measured lengths or angles are of wrists", "lengths", "theta_x", "theta_y")
+    chain = exo.chain
+    held = tuple(joint_value(text)[0] for text in options.set) or chain.roles.actuated
+    found = chain.assemblies(held, configuration(options, exo), options.frame)
+    count = min(len(found), _MOST_MODES)
+    head = filled(f"{', '.join(held) or 'no joint'} held: {str(found).splitlines()[0]}")
+    header = ["joint", *(f"{hits} hits" for hits in found.hits[:count])]
+    table = "\n".join(aligned([header, *joint_rows(chain, 0, found.configurations[:count])])) if count else ""
+    deliver(options, f"{exo.name}\n{head}\n\n{table}".rstrip(), json=lambda: joined_json(exo, assemblies=found))
+    return 0
+
+
+def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str]]:
+    """Coordinates of all joints but the arm's in configurations of shape (k, nq), a row a joint."""
+    model, rows = chain.model, []
     for index in range(1, model.njoints):
-        if index == device.arm_index:
+        if index == arm:
             continue
         values = modes[:, model.idx_qs[index] : model.idx_qs[index] + model.nqs[index]]
         if model.nvs[index] != 1:
@@ -68,7 +94,7 @@ def joint_rows(device: ChainDevice, modes: FloatArray) -> list[list[str]]:
         else:
             # A hinge without ends has cosine and sine.
             numbers = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
-            if device.chain.metres[model.idx_vs[index]]:
+            if chain.metres[model.idx_vs[index]]:
                 cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in numbers]
             else:
                 # Whole turns do not count.
@@ -117,7 +143,7 @@ def run_kinematics(options: argparse.Namespace) -> int:
     """Answer ``exo-pin kinematics`` and return its exit status."""
     exo = design(options)
     if exo.wrist is None:
-        return device_kinematics(exo, options)
+        return device_kinematics(exo, options) if exo.has_arm else robot_kinematics(exo, options)
     n = exo.geometry.limb_count
     lengths = _numbers("lengths", options.lengths, n)
     theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ..core.conventions import CLINICAL_ANGLES
-from ..core.errors import InvalidInput, NoisyMovement
+from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
+from ..core.optional_packages import require_extra
 from ..core.tables import filled, under_verdict
 from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
@@ -163,15 +164,12 @@ def _wearer(options: argparse.Namespace, plain: bool) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
     if options.muscles and options.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
-    from ..person.limb import myoarm
-
-    if options.person is None or options.muscles is False:
-        return None
-    if options.muscles is None and (plain or not myoarm.is_installed()):
+    if options.person is None or options.muscles is False or (plain and not options.muscles):
         return None
     try:
+        require_extra("person")
         return wearer(options)
-    except InvalidInput as error:
+    except (InvalidInput, MissingExtra) as error:
         if options.muscles:
             raise
         caution(f"the wearer's own muscles are not counted: {error}")

@@ -12,10 +12,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, MissingExtra
+from ..core.optional_packages import require_extra
 from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
-from .options.query_options import design, duration, joint_value, pose, refuse, triple, wearer
+from .options.query_options import caution, design, duration, joint_value, pose, refuse, triple, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -69,11 +70,12 @@ def _view_device(exo: ShoulderExo, options: argparse.Namespace) -> int:
 
 def _wearer(options: argparse.Namespace) -> Person | None:
     """The person with muscles, where the extra is installed."""
-    from ..person.limb.myoarm import is_installed, myoarm
-
-    if not is_installed():
+    try:
+        require_extra("person")
+    except MissingExtra as error:
         if options.bare:
-            myoarm()  # says what is missing
+            raise
+        caution(f"bones and muscles are not drawn: {error}")
         return None
     return wearer(options)
 

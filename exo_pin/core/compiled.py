@@ -13,8 +13,6 @@ matrices, times the kernel's ``cost``.
 The choice depends on counts alone, never on a clock. Plain and compiled results agree to rounding.
 
 Environment variables: ``EXO_PIN_COMPILE`` = auto, plain or compiled; ``NUMBA_DISABLE_JIT=1`` means plain.
-
-Whether kernels run plain or compiled in this process, and how many have been compiled.
 """
 
 from __future__ import annotations
@@ -27,7 +25,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dis import EXTENDED_ARG, opmap
+from dis import get_instructions
 from operator import attrgetter
 from threading import RLock
 from types import CodeType, FunctionType, ModuleType
@@ -42,8 +40,7 @@ MODES = ("auto", "plain", "compiled")
 
 #: Held while the mode changes, and while a kernel makes one of its forms.
 lock = RLock()
-_compilations = 0
-
+_is_announced = False
 
 __all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
@@ -82,14 +79,15 @@ def mode(name: str) -> Iterator[None]:
 
 def compilations() -> int:
     """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
-    return _compilations
+    made = [each._compiled for each in _all if each._compiled is not None]
+    return sum(sum(each.stats.cache_misses.values()) for each in made)
 
 
-def count_compilation() -> None:
-    """Count, and in mode "auto" announce the first: the user has not chosen to wait."""
-    global _compilations
-    _compilations += 1
-    if _compilations == 1 and _mode == "auto" and sys.stderr is not None:
+def _announce() -> None:
+    """Say in mode "auto", once, that code is compiled: the user has not chosen to wait."""
+    global _is_announced
+    if not _is_announced and _mode == "auto" and sys.stderr is not None:
+        _is_announced = True
         sys.stderr.write(
             "exo_pin: compiling, once; this takes up to a minute ('exo-pin warm-up' does it ahead of time)\n"
         )
@@ -131,9 +129,6 @@ class Kernel:
         Whether the first argument is a stack of poses, whose first axis counts as work.
     cost : int
         Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
-    fills : bool
-        Whether the function makes no array and returns none, so that the compiled form need not count who holds its
-        arrays, which takes a third of the time of small kernels. It must not assign arrays to slices.
     """
 
     #: A call is one of ``run``, without a frame of Python between them.
@@ -145,7 +140,6 @@ class Kernel:
         inline: bool = False,
         stack: bool = False,
         cost: int = 1,
-        fills: bool = False,
     ) -> None:
         functools.update_wrapper(self, function)
         self.__qualname__ = function.__qualname__
@@ -154,12 +148,11 @@ class Kernel:
         self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
         if inline:
             self.options["forceinline"] = True
-        if fills:
-            self.options["_nrt"] = False
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
-        self._part: Any = None
+        #: Whether the compiled form has been made in this process.
+        self.is_ready = False
         #: What a call runs at the moment.
         self.run: Callable[..., Any] = self._call_plain
         self.choose()
@@ -189,20 +182,6 @@ class Kernel:
                     self._compiled = self._make_compiled()
         return self._compiled
 
-    @property
-    def part(self) -> Any:
-        """The form that compiled forms of other kernels take in."""
-        if self._part is None:
-            with lock:
-                if self._part is None:
-                    self._part = self._make_compiled(part=True)
-        return self._part
-
-    @property
-    def is_ready(self) -> bool:
-        """Whether the compiled form has been made in this process."""
-        return self._compiled is not None
-
     @functools.cached_property
     def stamp(self) -> str:
         """Digest of all code and all constants that the compiled form is made of, other kernels' included.
@@ -214,24 +193,35 @@ class Kernel:
         self._digest_code(self._function.__code__, self._function.__globals__, digest.update)
         return digest.hexdigest()
 
+    def forget(self) -> None:
+        """Let both forms be made anew at the next call, of what the function has become."""
+        self._plain = self._compiled = None
+        self.is_ready = False
+        self.__dict__.pop("stamp", None)
+        self.choose()
+
     def choose(self) -> None:
         """Set which form calls take, by the mode of the process."""
-        chosen = current_mode()
-        if chosen == "auto":
-            self.run = self._call_and_count if self._compiled is None else self._compiled
-        elif chosen == "plain":
-            self.run = self._call_plain
-        else:
-            self.run = self._call_compiled if self._compiled is None else self._compiled
+        forms = {"auto": self._call_and_count, "plain": self._call_plain, "compiled": self._call_compiled}
+        self.run = self._compiled if self.is_ready and current_mode() != "plain" else forms[current_mode()]
 
     def _call_plain(self, *arguments: Any) -> Any:
         with np.errstate(all="ignore"):
             return _as_python(self.plain(*[np.float64(a) if type(a) is float else a for a in arguments]))
 
     def _call_compiled(self, *arguments: Any) -> Any:
-        compiled = self.compiled
+        made = self.compiled
+        try:
+            _machine_code().make_ready(made, arguments)
+        except Exception as error:
+            if not _machine_code().give_up(error):
+                raise
+            for each in _all:
+                each.forget()
+            return self._call_compiled(*arguments)
+        self.is_ready = True
         self.choose()
-        return compiled(*arguments)
+        return made(*arguments)
 
     def _call_and_count(self, *arguments: Any) -> Any:
         self._done += self._work(arguments)
@@ -250,11 +240,9 @@ class Kernel:
         code = code.replace(co_consts=tuple(_as_numpy(value) for value in code.co_consts))
         return self._twin(code, _plain_form)
 
-    def _make_compiled(self, part: bool = False) -> Any:
-        from .machine_code.numba_cache import dispatcher  # here, because the import of Numba takes long
-
+    def _make_compiled(self) -> Any:
         twin = self._twin(self._function.__code__, _compiled_form)
-        return dispatcher(twin, self.options, self.stamp, count_compilation, part)
+        return _machine_code().dispatcher(twin, self.stamp, self.options, _announce)
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
@@ -285,7 +273,6 @@ def kernel(
     inline: bool = False,
     stack: bool = False,
     cost: int = 1,
-    fills: bool = False,
 ) -> Any:
     """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
 
@@ -293,13 +280,13 @@ def kernel(
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, stack, fills : bool
+    inline, stack : bool
     cost : int
         See :class:`Kernel`.
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, inline, stack, cost, fills)
-    return Kernel(function, inline, stack, cost, fills)
+        return lambda decorated: Kernel(decorated, inline, stack, cost)
+    return Kernel(function, inline, stack, cost)
 
 
 def kernels() -> tuple[Kernel, ...]:
@@ -307,15 +294,15 @@ def kernels() -> tuple[Kernel, ...]:
     return tuple(_all)
 
 
+def _machine_code() -> Any:
+    from . import machine_code  # here, because the import of Numba takes long
+
+    return machine_code
+
+
 def _globals_of(code: CodeType) -> list[str]:
     """Names of the globals that a function reads. ``co_names`` alone holds the names of attributes, too."""
-    names, extension = dict[str, None](), 0
-    for operation, low in zip(code.co_code[::2], code.co_code[1::2], strict=True):
-        argument = extension | low
-        extension = argument << 8 if operation == EXTENDED_ARG else 0
-        if operation == opmap["LOAD_GLOBAL"]:
-            names[code.co_names[argument >> 1]] = None
-    return list(names)
+    return list(dict.fromkeys(step.argval for step in get_instructions(code) if step.opname == "LOAD_GLOBAL"))
 
 
 def _plain_form(value: Any) -> Any:
@@ -325,7 +312,7 @@ def _plain_form(value: Any) -> Any:
 
 
 def _compiled_form(value: Any) -> Any:
-    return value.part if isinstance(value, Kernel) else value
+    return value.compiled if isinstance(value, Kernel) else value
 
 
 def _as_numpy(value: Any) -> Any:

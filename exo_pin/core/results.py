@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .errors import MissingExtra
+from .optional_packages import optional
 from .records import Record
 
 #: Characters of a ``repr``, and of one field of it.
@@ -198,10 +198,7 @@ def frame_of(columns: dict[str, Any]) -> Any:
     MissingExtra
         If pandas is not installed.
     """
-    try:
-        pandas = import_module("pandas")
-    except ImportError as error:
-        raise MissingExtra("study", "pandas") from error
+    pandas = optional("study", "pandas")
     shape = next(map(np.shape, columns.values()), ())
     names = [f"axis_{k}" for k in range(len(shape))]
     index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape], names=names)

@@ -18,7 +18,7 @@ from ..core.validation import FloatArray, as_real, frozen, require_type
 from ..design import Mechanism
 from ..design.parameters.names import DesignParameter
 from ..wrist.clearance.clearance import BodyShape
-from .chain_roles import arm_of, drives_of
+from .chain_roles import arm_of, drives_of, springs_of
 from .clearance import LinkGaps
 from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
@@ -106,7 +106,10 @@ class ChainDevice(DeviceRecord):
         [400.0, 400.0, 400.0, 400.0]
         """
         require_type("chain", chain, ClosedChain)
-        return cls(chain, drives_of(chain), arm=arm_of(chain), side=as_side(side), name=chain.description.name)
+        return cls(
+            chain, drives_of(chain), springs_of(chain), arm=arm_of(chain), side=as_side(side),
+            name=chain.description.name,
+        )  # fmt: skip
 
     @property
     def limbs(self) -> tuple[Drive, ...]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
 from ..chain.formats.bodies import welded_to_arm, without
+from ..chain.structure.description import Cable
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm
 from .device_record import arm_index_of
-from .parts.drives import Drive
+from .parts.drives import Drive, Spring
+from .parts.laws import LinearSpring
+from .parts.routes import Route
 
 #: Share of an arm's mass, and of its moments of mass, that is rounding of a file.
 SAME_ARM = 1e-6
@@ -61,7 +66,45 @@ def drives_of(chain: ClosedChain) -> tuple[Drive, ...]:
     """The drives, with the limits that the model has for them; those of limbs between two joints pull."""
     slides = dict.fromkeys(limb.slide for limb in chain.roles.limbs)
     joints = {**dict.fromkeys(chain.roles.actuated), **slides}
-    return tuple(_drive_of(chain.model, joint, joint in slides) for joint in joints)
+    own = tuple(_drive_of(chain.model, joint, joint in slides) for joint in joints)
+    routed = (cable for cable in chain.description.cables if cable.tension is not None)
+    return (*own, *(_drive_along(cable) for cable in routed))
+
+
+def _drive_along(cable: Cable) -> Drive:
+    """The drive of a cable, whose tension is limited where its actuator's is known."""
+    assert cable.tension is not None
+    least, greatest = cable.tension
+    upper = None if np.isinf(greatest) else greatest
+    return Drive(cable.name, route=Route.over(*cable.points), lower=least, upper=upper)
+
+
+def springs_of(chain: ClosedChain) -> tuple[Spring, ...]:
+    """The springs between links that the robot's file has."""
+    return tuple(
+        Spring(own.name, LinearSpring(own.stiffness, own.slack, own.only_pulls), route=Route.over(*own.points))
+        for own in chain.description.cables
+        if own.stiffness
+    )
+
+
+def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable, ...]:
+    """Routed drives and linear springs as a robot's file may have them."""
+    found = []
+    for drive in drives:
+        if drive.route is not None:
+            least, greatest = drive.effort_range
+            tension = (float(np.nan_to_num(least)), float("inf") if np.isnan(greatest) else greatest)
+            found.append(Cable(drive.name, _points(drive.route), tension))
+    for spring in springs:
+        law = spring.law
+        if spring.route is not None and isinstance(law, LinearSpring) and law.slack >= 0.0:
+            found.append(Cable(spring.name, _points(spring.route), None, law.stiffness, law.slack, law.only_pulls))
+    return tuple(found)
+
+
+def _points(route: Route) -> tuple[tuple[str, tuple[float, float, float]], ...]:
+    return tuple((point.link, point.point) for point in route.points)
 
 
 def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:

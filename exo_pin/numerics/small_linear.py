@@ -20,7 +20,7 @@ _NOISE = 1e-14
 _SWEEPS = 30
 
 
-@kernel(inline=True, fills=True)
+@kernel(inline=True)
 def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     """Take the part along the unit column k of Q out of column j of N; return its length."""
     overlap = 0.0
@@ -31,7 +31,7 @@ def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     return overlap
 
 
-@kernel(inline=True, fills=True)
+@kernel(inline=True)
 def _scaled_to_one(N: Any, j: int) -> float:
     """Scale column j of N to length 1; return its length before."""
     square = 0.0
@@ -43,7 +43,7 @@ def _scaled_to_one(N: Any, j: int) -> float:
     return length
 
 
-@kernel(fills=True)
+@kernel
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
 
@@ -83,7 +83,7 @@ def complete_basis(Q: Any, N: Any) -> None:
         _scaled_to_one(N, column)
 
 
-@kernel(inline=True, fills=True)
+@kernel(inline=True)
 def _row_square(A: Any, p: int) -> float:
     """Square of the length of row p."""
     square = 0.0
@@ -159,7 +159,7 @@ def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     return rank
 
 
-@kernel(fills=True)
+@kernel
 def solve_cholesky(A: Any, x: Any) -> None:
     """Solve A y = x by Cholesky for a symmetric positive definite matrix, in place: y replaces x.
 
@@ -190,7 +190,7 @@ def solve_cholesky(A: Any, x: Any) -> None:
         x[i] = total / A[i, i]
 
 
-@kernel(fills=True)
+@kernel
 def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half: Any) -> int:
     """Factor the columns of a matrix, each time the one that is farthest from the span of those taken before.
 
@@ -239,7 +239,7 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
     return rank
 
 
-@kernel(fills=True)
+@kernel
 def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
     """:func:`reflect` for the rows of B from one on, four at a time, whose sums do not wait for each other."""
     v, size, fours = W[k, k:], 1.0 / half[k], (len(B) - first) // 4
@@ -259,7 +259,7 @@ def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
         reflect(W, half, k, B[s])
 
 
-@kernel(inline=True, fills=True)
+@kernel(inline=True)
 def _square(b: Any) -> float:
     """Square of the length of a vector."""
     total = 0.0
@@ -268,7 +268,7 @@ def _square(b: Any) -> float:
     return total
 
 
-@kernel(fills=True)
+@kernel
 def reflect(W: Any, half: Any, k: int, b: Any) -> None:
     """Apply one reflector to b, of at least as many numbers as W has in a column."""
     v, own, along = W[k, k:], b[k:], 0.0
@@ -279,7 +279,7 @@ def reflect(W: Any, half: Any, k: int, b: Any) -> None:
         own[r] -= along * v[r]
 
 
-@kernel(fills=True)
+@kernel
 def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b, which is multiplied by Qᵀ, by the solution with the triangle."""
     for j in range(rank - 1, -1, -1):
@@ -290,7 +290,18 @@ def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
         b[j] = last
 
 
-@kernel(fills=True)
+@kernel
+def solve_transposed(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
+    """Replace b, zero beyond ``rank``, by the least x with b as its products with the columns that were taken."""
+    for i in range(rank):
+        for k in range(i):
+            b[i] -= W[i, k] * b[k]
+        b[i] /= diagonal[i]
+    for k in range(rank - 1, -1, -1):
+        reflect(W, half, k, b)
+
+
+@kernel
 def solve_factored(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b by the least-squares solution in the columns that were taken."""
     for k in range(rank):

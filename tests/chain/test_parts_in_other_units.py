@@ -14,7 +14,8 @@ from exo_pin.chain.dynamics.nonsmooth.contact_forces import ContactMode, contact
 from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
-from exo_pin.chain.kinematics.closing import _NEAR, neighbours
+from exo_pin.chain.kinematics.closing import NEAR as _NEAR
+from exo_pin.chain.kinematics.closing import neighbours
 from exo_pin.chain.kinematics.structural_rank import _opening
 from exo_pin.chain.structure.motion_axes import limits_of
 

@@ -128,7 +128,8 @@ def _no_work(options):
 
 
 def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr("exo_pin.core.errors.inputs.find_spec", lambda name: None)
+    for package in ("matplotlib", "myo_sim", "optuna"):
+        monkeypatch.setitem(sys.modules, package, None)
     monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
     for arguments, extra in (
         (["reaction", "--plot", str(tmp_path / "a.png")], "plot"),

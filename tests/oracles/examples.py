@@ -70,6 +70,7 @@ def error_examples():
         errors.NotAWrist("delta", "it has no ball joint"),
         errors.AbsentAttribute("geometry", "look elsewhere"),
         errors.ExoPinWarning("mind this"),
+        errors.BranchChanged("the branch ends"),
         errors.CacheUnusable("the disk is full"),
         errors.NoisyMovement("the forces are made of noise"),
         errors.OutsideHumanRange("this pose cannot be reached"),

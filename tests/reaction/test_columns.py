@@ -1,13 +1,12 @@
 """Answers as tables: units in the names, numbers as in the answer."""
 
 import html
-import importlib
 
 import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.core import errors, results
+from exo_pin.core import errors
 from exo_pin.load_case import Movement
 from exo_pin.reaction import SPLITS
 from exo_pin.study import StudyTable
@@ -77,17 +76,6 @@ def test_a_study_has_units_in_the_names_of_its_parameters():
     table = StudyTable([{"design": "a", "r_A": 0.1, "alpha_A_2": 0.5, "payload": 1.0, "gravity_3": -9.81, "F_N": 2.0}])
     frame = table.to_dataframe()
     assert list(frame) == ["design", "r_A_m", "alpha_A_2_rad", "payload_kg", "gravity_3_m_s2", "F_N"]
-
-
-def test_without_pandas_the_missing_extra_is_named(exo, monkeypatch):
-    def absent(name, *rest):
-        if name == "pandas":
-            raise ImportError(name)
-        return importlib.import_module(name, *rest)
-
-    monkeypatch.setattr(results, "import_module", absent)
-    with pytest.raises(errors.MissingExtra, match=r"\.\[study\]"):
-        exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True)).to_dataframe()
 
 
 def test_a_notebook_shows_the_same_table_as_html(exo):

@@ -24,7 +24,7 @@ from ..structure.projection import (
 )
 
 
-@kernel(fills=True)
+@kernel
 def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) -> None:
     """Add to a row the change V × m of motion k, which turns with twist j; all are rows of arrays, shape (..., 6)."""
     u, v, w, x, y, z = twists[j, 0], twists[j, 1], twists[j, 2], twists[j, 3], twists[j, 4], twists[j, 5]
@@ -37,7 +37,7 @@ def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) 
     out[row, 5] += x * e - y * d
 
 
-@kernel(fills=True)
+@kernel
 def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
     """Fill what each joint adds to its parent's twist along u, shape (joints, 6)."""
     out[:] = 0.0
@@ -46,7 +46,7 @@ def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
             out[owners[k], i] += J[k, i] * u[k]
 
 
-@kernel(fills=True)
+@kernel
 def twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
     """Fill the twists of all joints along u, shape (joints, 6), and what each joint adds to its parent's."""
     parents, owners = axes
@@ -57,7 +57,7 @@ def twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
             out[j, i] = out[parents[j], i] + own[j, i]
 
 
-@kernel(fills=True)
+@kernel
 def rate_along(
     poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, memory: Any, twists: Any, out: Any, drift: Any
 ) -> None:
@@ -77,7 +77,7 @@ def new_change_memory(joints: int, nv: int, height: int) -> Any:
     return np.empty((7, joints, 6)), np.empty((nv, 6)), np.empty((5, max(nv, height)))
 
 
-@kernel(fills=True)
+@kernel
 def drift_change(
     poses: Any, J: Any, v: Any, u: Any, w: Any, axes: Any, loops: Any, q: Any, memory: Any, V: Any, U: Any, out: Any
 ) -> None:
@@ -168,21 +168,21 @@ def drift_change(
     couple_rate_change(q, v, u, w, coupled, polynomials, out)
 
 
-@kernel(fills=True)
+@kernel
 def _turn(omega: Any, twist: Any, out: Any) -> None:
     """Subtract ω × of both parts of a twist."""
     add_cross(omega, twist, -1.0, out)
     add_cross(omega, twist[3:], -1.0, out[3:])
 
 
-@kernel(fills=True)
+@kernel
 def _add_product(P: Any, twist: Any, out: Any) -> None:
     for i in range(len(out)):
         for j in range(6):
             out[i] += P[i, j] * twist[j]
 
 
-@kernel(fills=True)
+@kernel
 def motion_changes(
     poses: Any, J: Any, v: Any, a: Any, q: Any, rate: Any, axes: Any, loops: Any, scales: Any, order: Any, rank: int,
     factors: Any, moved: Any, along: Any, scratch: Any, memory: Any,
@@ -240,7 +240,7 @@ def motion_changes(
         follow(order, rank, factors, scales, drift, da[0], k)
 
 
-@kernel(fills=True)
+@kernel
 def follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
     """Fill the dependent coordinates of column k of x with J x = right, which is used up."""
     row_scale, column, _ = scales

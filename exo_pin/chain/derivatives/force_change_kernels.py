@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.small_linear import reflect, solve_factored
+from ...numerics.small_linear import solve_factored, solve_transposed
 from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
 from ..dynamics.equations.motion_kernels import (
     NUMBERS,
@@ -74,11 +74,7 @@ def force_changes(
     tall, b, x, turned = np.zeros(max(m, height)), np.empty(m), np.empty(height), np.empty(height)
     for i in range(rank):
         tall[i] = multipliers[order[i]] / row_scale[order[i]]
-        for k in range(i):
-            tall[i] -= W[i, k] * tall[k]
-        tall[i] /= diagonal[i]
-    for k in range(rank - 1, -1, -1):
-        reflect(W, half, k, tall)
+    solve_transposed(W, diagonal, half, rank, tall)
     for n in range(3 * d if rank > 0 else 0):
         kind, k = n // d, n % d
         for i in range(m):
@@ -108,7 +104,7 @@ def force_changes(
                 tau[kind, i, k] = 0.0
 
 
-@kernel(fills=True)
+@kernel
 def _open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
     """Fill the changes of the efforts with constant multipliers; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.compiled import kernel
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ...numerics.small_linear import reflect
+from ...numerics.small_linear import solve_transposed
 from ..dynamics.equations.equation_kernels import clear_motion
 from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, open_tree, wrenches_on
 from ..dynamics.forward_dynamics import ClosedMotion, efforts_of, forward_dynamics
@@ -238,7 +238,7 @@ def acceleration_changes(
     (height, nv), nq = rate.shape, len(motion) - 2 * len(left)
     q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
     by_q, by_v, lower = trees
-    row_scale, _, _ = scales
+    row_scale, column, _ = scales
     allowed, order, own = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv, dtype=np.int64)
     for k in given:
         allowed[k] = False
@@ -257,7 +257,13 @@ def acceleration_changes(
     else:
         fill_ascending(order[rank:], own)
     most = fill_reduced(order, rank, factors[0][rank:].T, error, own[:d], Z)
-    multipliers = _multipliers(order, rank, factors, scales, left)
+    # Jᵀ λ = left.
+    multipliers = np.zeros(height)
+    for i in range(rank):
+        multipliers[i] = column[order[i]] * left[order[i]]
+    solve_transposed(factors[0], factors[1], factors[2], rank, multipliers)
+    for r in range(height):
+        multipliers[r] *= row_scale[r]
     found, moved, pushed = np.zeros((3, nv, nv)), np.zeros((nv, nv)), np.empty((2, nv, nv))
     joints, turned, _ = new_change_memory(len(poses), nv, height)
     memory = joints[0], joints[1], joints[2], joints[3], joints[4], turned, new_scratch()
@@ -308,24 +314,6 @@ def acceleration_changes(
 
 
 @kernel
-def _multipliers(order: Any, rank: int, factors: Any, scales: Any, left: Any) -> Any:
-    """λ with Jᵀ λ = left, from the factors of J's dependent columns, Q R: λ = Q R⁻ᵀ left, all scaled."""
-    W, diagonal, half = factors
-    row_scale, column, _ = scales
-    found = np.zeros(len(row_scale))
-    for i in range(rank):
-        found[i] = column[order[i]] * left[order[i]]
-        for k in range(i):
-            found[i] -= W[i, k] * found[k]
-        found[i] /= diagonal[i]
-    for k in range(rank - 1, -1, -1):
-        reflect(W, half, k, found)
-    for r in range(len(found)):
-        found[r] *= row_scale[r]
-    return found
-
-
-@kernel
 def _response(lower: Any, Z: Any) -> Any:
     """L⁻¹ Zᵀ with L Lᵀ = ZᵀMZ, shape (d, nv), from the lower half of M: forces f move the chain by its square on f."""
     nv, d = Z.shape
@@ -350,7 +338,7 @@ def _response(lower: Any, Z: Any) -> Any:
     return out
 
 
-@kernel(fills=True)
+@kernel
 def _add_outer(one: Any, other: Any, out: Any) -> None:
     """Add one otherᵀ."""
     for i in range(len(one)):

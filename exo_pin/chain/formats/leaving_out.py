@@ -35,7 +35,7 @@ LEAVE_OUT = MappingProxyType(
         "loop_forces": "springs, damping and friction of joints that close loops",
         "loops": "loops and bodies of other programs' elements that no closure holds",
         "nonlinear_springs": "what of springs and dampers is not linear",
-        "tendons": "springs, damping, friction, rotors, limits and couplings of tendons",
+        "tendons": "what of tendons is no straight cable that pulls and no linear spring",
     }
 )
 #: Those of them that change the mechanism: its freedoms, loops or ranges.
@@ -44,6 +44,7 @@ _OF_MECHANISM = ("ball_limits", "empty_limits", "includes", "joint_types", "kine
 _NOTED = {
     "axes": (_NONE, "the joint has no such axis, or the specification's, which is z"),
     "actuators": (_FORCES, "they exert nothing here; give their forces as external ones"),
+    "cables": (_FORCES, "a device of this robot has them; the chain alone does not feel them"),
     "closures": (_NONE, "a URDF states no loops by itself; a robot that has some needs the file"),
     "closing_frames": (_FORCES, "a ball is the weaker joint; state another type in the closures file"),
     "contact": (_FORCES, "bodies pass through each other"),

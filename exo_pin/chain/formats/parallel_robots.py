@@ -31,8 +31,9 @@ from typing import Any
 
 import pinocchio as pin
 
-from ...core.errors import FileFormatError, MissingExtra, UnknownName
+from ...core.errors import FileFormatError, UnknownName
 from ...core.files.atomic import read_text
+from ...core.optional_packages import optional
 from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
@@ -72,10 +73,7 @@ def parse_yaml(text: str) -> Any:
     MissingExtra
         If PyYAML is not installed.
     """
-    try:
-        import yaml
-    except ImportError as error:
-        raise MissingExtra("robots", "PyYAML") from error
+    yaml = optional("robots", "yaml")
     depth = 0
     try:
         # Before nodes are composed, which calls itself once a level.

@@ -6,28 +6,25 @@ Closed-loop forward kinematics, along paths that stay on one assembly branch, an
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import BeyondLimits, ExoPinError, InvalidInput, LoopNotClosed, SamplesFailed
+from ...core.errors import BeyondLimits, BranchChanged, ExoPinError, LoopNotClosed, SamplesFailed
+from ...core.errors.base import warn
 from ...core.progress import track
-from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive, require_type
+from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
 from ..structure.chain_state import ChainState
-from ..structure.closures import Closure
-from ..structure.frames import placement_of
 from ..structure.motion_axes import Limits, joint_names, limits_of
 from .closing_steps import attempt, closed_stack
-from .loops import closed_configuration
 from .structural_rank import settled, structural_rank
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 #: Number of neighbouring poses that give the regular ranks, and their distance, rad and characteristic lengths.
 #: Singular poses are a set of measure zero: random neighbours are regular.
-_NEIGHBOURS, _NEAR = 3, 0.05
+_NEIGHBOURS, NEAR = 3, 0.05
 #: The farthest of them where more than the second one of a singular value may be rounding.
 _FARTHEST, _COARSE = 0.5, 1e-4
 #: No coordinate is held.
@@ -44,8 +41,12 @@ _PATH_STEP = 0.1
 _HALVINGS = 12
 #: Largest correction of a predicted step, rad and characteristic lengths; a larger one may have changed the branch.
 _JUMP = 0.5
-_CLOSED = 1e-12
-_STEPS = 30
+CLOSED_TO = 1e-12
+STEPS = 30
+#: Loops open by less than this share of the characteristic length are near their branch.
+_CLOSE = 1e-3
+#: Most new starts for the values of held joints at which the others are closed.
+_SEARCHES = 8
 
 
 def reference_configuration(state: ChainState, name: str | None = None) -> FloatArray:
@@ -106,7 +107,9 @@ def close(
         Shape (nq,), or (n, nq) for a stack of n samples: where to start. Every sample is closed by itself, as it is
         alone, and all of them in compiled code.
     hold : iterable of str
-        Joints that must not move.
+        Joints that must not move. If the loops close with the others as they are, as where a joint of a closed
+        configuration was set to another value, the result is on the branch of that configuration: the joints move to
+        where they are held as in :meth:`forward_kinematics`. Else, and where that branch ends, it is the nearest one.
     tolerance : float
         Largest residual of a closed loop, m and rad; more than 1e-8, up to which every method takes loops for closed,
         counts as that. Loops of a rounded geometry, which cannot close, are left
@@ -139,6 +142,11 @@ def close(
     SamplesFailed
         If some samples of a stack do not close: it has the error of each, and the other samples closed.
 
+    Warns
+    -----
+    BranchChanged
+        If the branch of q ends before the held joints are at their values.
+
     Examples
     --------
     >>> chain = ep.load("prototype").chain
@@ -146,20 +154,30 @@ def close(
     >>> bool(np.abs(chain.residual(q)).max() < 1e-12)  # m, rad
     True
     """
-    held = state.velocity_indices(hold) if hold else NOTHING_HELD
+    joints = list(joint_names(hold))
+    held = state.velocity_indices(joints) if joints else NOTHING_HELD
     # Every other function takes what is closed here.
     tolerance = min(as_positive("tolerance", tolerance), state.closed)
     iterations, starts = as_count("max_iterations", max_iterations), as_count("restarts", restarts)
 
     def one(start: FloatArray) -> FloatArray:
-        return nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
+        if not joints or state.buffers.residual(start) <= _CLOSE * state.topology.length:
+            return nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
+        base, found = _on_branch(state, start, joints)
+        if found is not None and (not respect_limits or limits_of(state.model).holds(found)):
+            return nearest_closed(state, found, held, tolerance, iterations)[0]
+        nearest = nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
+        if base is not None:
+            text = f"the branch of the configuration ends before it has {', '.join(joints)} where they are held"
+            warn(f"{text}: another branch is returned", BranchChanged)
+        return nearest
 
     if np.ndim(q) != 2:
         return one(state.configuration(q))
     rows = as_finite("q", q, (None, state.nq))
     closed, done = np.full(rows.shape, np.nan), np.zeros(len(rows), dtype=np.bool_)
-    if not (respect_limits or state.tolerance):
-        closed, done = closed_stack(state, rows, _mobility(state, held), tolerance, iterations, progress)
+    if not (respect_limits or state.tolerance or joints):
+        closed, done = closed_stack(state, rows, mobilities(state, held), tolerance, iterations, progress)
     failures: dict[int, ExoPinError] = {}
     for k in track(np.flatnonzero(~done), "closing", progress and not done.any()):
         try:
@@ -200,7 +218,7 @@ def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:
     return tuple(dict.fromkeys(limits.joints[k] for k in np.flatnonzero(outside)))
 
 
-def _mobility(state: ChainState, held: np.ndarray) -> FloatArray:
+def mobilities(state: ChainState, held: np.ndarray) -> FloatArray:
     """Of each coordinate, as :func:`attempt` takes it, with some held."""
     weight = state.topology.weight
     if held.size:
@@ -220,14 +238,14 @@ def nearest_closed(
 ) -> tuple[FloatArray, int]:
     """The closed configuration that :func:`close` returns, and the number of steps; the input is not checked."""
     loose = max(tolerance, state.closed) if state.tolerance else tolerance
-    weight = _mobility(state, held)
+    weight = mobilities(state, held)
     limits = limits_of(state.model) if respect_limits else None
     best = attempt(state, start, weight, loose, iterations, limits)
     if best.closed:
         best.q, best.closed = _least_open(state, best.q, weight, limits, tolerance)
         if best.closed:
             return best.q, best.steps
-        best.stuck = True
+        best.stuck, best.steps = True, max(best.steps, 1)
     steps, spread = best.steps, _FIRST_SPREAD
     rng = np.random.default_rng(0)
     for _ in range(restarts if weight.any() else 0):
@@ -248,7 +266,7 @@ def nearest_closed(
         free = attempt(state, start, weight, loose, iterations, None)
         if free.closed:
             raise BeyondLimits(free.q, beyond_limits(state, free.q))
-    raise LoopNotClosed(best.q, best.residual, max(steps, 1))
+    raise LoopNotClosed(best.q, best.residual, steps)
 
 
 def neighbours(
@@ -271,18 +289,14 @@ def neighbours(
     """
     rng, column = np.random.default_rng(0), state.topology.column
     for k in range(_NEIGHBOURS if motions.shape[1] else 0):
-        size = min(_NEAR * 3.0**k, _FARTHEST) if known > _COARSE else _NEAR
+        size = min(NEAR * 3.0**k, _FARTHEST) if known > _COARSE else NEAR
         away = motions @ rng.normal(size=motions.shape[1])
         start = pin.integrate(state.model, q, column * away * (size / np.abs(away).max()))
         try:
-            there = nearest_closed(state, start, held, _CLOSED, _STEPS)[0]
-        except LoopNotClosed:
-            continue
-        # Loops that allow the motion to first order alone come back to q, as near as they are closed.
-        if np.abs(pin.difference(state.model, q, there) / column).max() > size * min(
-            0.3, 1e-3 + 100.0 * np.sqrt(known)
-        ):
-            yield there
+            yield nearest_closed(state, start, held, CLOSED_TO, STEPS)[0]
+        except LoopNotClosed as error:
+            if error.residual <= state.closed:
+                yield error.q
 
 
 def _least_open(
@@ -309,126 +323,46 @@ def _least_open(
     return start, False
 
 
-def forward_kinematics(
-    state: ChainState, positions: ArrayLike, near: ArrayLike, joints: Iterable[str] | None = None
-) -> FloatArray:
-    """The configuration at given positions of some joints, on the branch of a known one.
+def followed(state: ChainState, start: FloatArray, goal: FloatArray, joints: list[str]) -> FloatArray:
+    """The closed configuration with joints as in ``goal``, at the end of their path from a closed ``start``.
 
-    The joints move along a straight line, in steps that the loops follow, so the result is on the same assembly
-    branch as ``near``. Freedoms that the joints do not determine move least. :meth:`ClosedChain.placement` of the
-    result gives the pose of any frame.
-
-    Parameters
-    ----------
-    positions : array_like
-        Coordinates in q of ``joints``, in their order.
-    near : array_like
-        Shape (nq,), a closed configuration.
-    joints : iterable of str, optional
-        The actuated joints of the roles if left out.
-
-    Returns
-    -------
-    ndarray
-        Shape (nq,), closed.
-
-    Raises
-    ------
-    LoopNotClosed
-        If the branch ends before the goal: a limb is stretched or folded, or the path meets a singularity.
-    InvalidInput
-        If no joints are given and the roles name none.
-
-    Examples
-    --------
-    >>> exo = ep.load("three-linear-actuators")
-    >>> chain, near = exo.chain, exo.chain.close(exo.chain.neutral())
-    >>> slides = [chain.configuration_slice(slide).start for slide in chain.roles.actuated]
-    >>> q = chain.forward_kinematics(near[slides] + [0.01, 0.0, 0.0], near)  # one slide is pushed by 10 mm
-    >>> round(float(np.rad2deg(2.0 * np.arccos(q[3]))), 1)  # degrees by which that turns the arm
-    5.9
+    They move along a straight line, in steps that the loops follow.
     """
-    names = state.roles.actuated if joints is None else joint_names(joints)
-    if not names:
-        raise InvalidInput(
-            "expected joints=, the names of the joints that positions are of: the roles name no actuated joints"
-        )
-    index = np.concatenate([np.arange(state.model.nq)[state.configuration_slice(name)] for name in names])
-    held = state.velocity_indices(names)
-    start = closed_configuration(state, near)
-    goal = start.copy()
-    goal[index] = as_finite("positions", positions, (len(index),))
-    goal = state.configuration(goal)
-    whole = pin.difference(state.model, start, goal)
+    index = np.concatenate([np.arange(state.nq)[state.configuration_slice(name)] for name in joints])
+    held = state.velocity_indices(joints)
+    end = start.copy()
+    end[index] = goal[index]
+    whole = pin.difference(state.model, start, end)
     reach = float(np.abs(whole / state.topology.column)[held].max(initial=0.0))
 
-    def at(fraction: float, q: FloatArray) -> FloatArray:
-        """q with its given joints at a fraction of their path."""
+    def correct(fraction: float, q: FloatArray) -> FloatArray:
         here = pin.integrate(state.model, start, fraction * whole)
         moved = q.copy()
-        moved[index] = goal[index] if fraction == 1.0 else here[index]
-        return moved
+        moved[index] = end[index] if fraction == 1.0 else here[index]
+        return nearest_closed(state, moved, held, CLOSED_TO, STEPS)[0]
 
-    def correct(fraction: float, q: FloatArray) -> FloatArray:
-        return nearest_closed(state, at(fraction, q), held, _CLOSED, _STEPS)[0]
-
-    return _follow(state, start, reach, correct)
+    return follow(state, start, reach, correct)
 
 
-def inverse_kinematics(
-    state: ChainState,
-    frame: str,
-    target: pin.SE3,
-    near: ArrayLike | None = None,
-    part: str = "pose",
-    hold: Iterable[str] = (),
-    respect_limits: bool = True,
-) -> FloatArray:
-    """The configuration with a frame at a pose, on closed loops: the target is one more loop, see :func:`close`.
+def _on_branch(state: ChainState, start: FloatArray, joints: list[str]) -> tuple[FloatArray | None, FloatArray | None]:
+    """The closed configuration that others than some joints belong to, and that with these joints as in ``start``.
 
-    Parameters
-    ----------
-    frame : str
-        Frame of the tree.
-    target : pinocchio.SE3
-        Its pose in the world.
-    near : array_like, optional
-        Shape (nq,), where to start; :meth:`ClosedChain.reference_configuration` if left out.
-    part : {"pose", "position"}
-        What has to be reached.
-    hold, respect_limits
-        As for :meth:`ClosedChain.close`.
-
-    Returns
-    -------
-    ndarray
-        Shape (nq,).
-
-    Raises
-    ------
-    LoopNotClosed
-        If the target is out of reach from there; it has the nearest configuration.
-    BeyondLimits
-        If it is reached beyond the limits only.
-
-    Examples
-    --------
-    >>> import pinocchio as pin
-    >>> chain = ep.load("three-linear-actuators").chain
-    >>> raised = chain.placement(chain.close(chain.neutral()), "arm") * pin.exp6(np.array([0, 0, 0, 0, -0.5, 0]))
-    >>> chain.placement(chain.inverse_kinematics("arm", raised), "arm").isApprox(raised)
-    True
+    The others belong to one if the loops close with them and other values of the joints, as after joints of a closed
+    configuration were set. From there the joints move to their values. None for what there is not.
     """
-    require_type("target", target, pin.SE3)
-    kind = "rigid" if as_choice("part of the pose", part, ("pose", "position")) == "pose" else "spherical"
-    name = max((own.name for own in state.closures), key=len, default="") + " target"
-    goal = Closure(name, kind, frame, "universe", placement_b=placement_of(target))
-    reaching = ChainState(state.model, replace(state.description, closures=(*state.closures, goal)))
-    start = reference_configuration(state) if near is None else near
-    return close(reaching, start, hold, respect_limits=respect_limits)
+    others = np.setdiff1d(np.arange(state.nv), state.velocity_indices(joints))
+    known, drawn, base = start.copy(), reference_configuration(state), None
+    for name in joints:
+        own = state.configuration_slice(name)
+        known[own] = drawn[own]
+    try:
+        base = nearest_closed(state, known, others, CLOSED_TO, STEPS, restarts=_SEARCHES)[0]
+        return base, followed(state, base, start, joints)
+    except LoopNotClosed:
+        return base, None
 
 
-def _follow(
+def follow(
     state: ChainState, start: FloatArray, reach: float, correct: Callable[[float, FloatArray], FloatArray]
 ) -> FloatArray:
     """Go from start to the end of a path in steps, halving those that the loops do not follow.
@@ -448,7 +382,7 @@ def _follow(
             found = correct(target, guess)
             moved = pin.difference(state.model, q, found)
             if np.abs(pin.difference(state.model, guess, found) / column).max(initial=0.0) > _JUMP:
-                raise LoopNotClosed(guess, state.buffers.residual(guess), _STEPS)
+                raise LoopNotClosed(guess, state.buffers.residual(guess), STEPS)
         except LoopNotClosed:
             if step <= smallest:
                 raise

@@ -21,7 +21,7 @@ RESOLVED = 1e-3
 _WORTH_SAYING = 0.01
 
 
-@kernel(fills=True)
+@kernel
 def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> float:
     """Singular values of a scaled constraint Jacobian that may be zero.
 

@@ -138,13 +138,13 @@ def refuse_choice(
     """
     left = state.nv - len(set(given.tolist())) - dependent
     if left > 0:
-        raise UndeterminedMotion(q.copy(), left, _still_moving(state, q, np.setdiff1d(np.arange(state.nv), given)))
+        raise UndeterminedMotion(q.copy(), left, still_moving(state, q, np.setdiff1d(np.arange(state.nv), given)))
     if len(given) > state.nv - dependent or error > tolerance:
         free = state.nv - np.linalg.matrix_rank(scaled_jacobian(state, q)[0], tol=tolerance)
         raise InvalidInput(f"expected {free} independent coordinates, got {len(given)}: give fewer joints")
 
 
-def _still_moving(state: ChainState, q: FloatArray, others: IntArray) -> list[str]:
+def still_moving(state: ChainState, q: FloatArray, others: IntArray) -> list[str]:
     """Names of the joints that move in some motion of the loops of these coordinates (indices in v) alone."""
     scaled, tolerance = scaled_jacobian(state, q)
     _, values, rows = np.linalg.svd(scaled[:, others])
@@ -257,7 +257,7 @@ def _follow(
     right = -state.buffers.jacobian @ x - drift
     order, rank, found, error, *_ = solve_dependent(state, q, right[:, None], others)
     if rank < len(others):
-        raise UndeterminedMotion(q.copy(), len(others) - rank, _still_moving(state, q, others))
+        raise UndeterminedMotion(q.copy(), len(others) - rank, still_moving(state, q, others))
     x[order[:rank]] = found[:, -1]
     # The error of consistent equations is rounding and the loops' residual (at most 1e-8) times the condition; that
     # of contradictory ones is of the size of the given motion.

@@ -214,6 +214,34 @@ class JointProperties:
 
 
 @dataclass(frozen=True)
+class Cable:
+    """A cable or spring of a robot's file along straight pieces between points of its links.
+
+    A chain does not feel it. A device of this chain has it as a drive along a route, as a spring, or as both.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    points : tuple of (str, tuple of float)
+        Frames, and points in their axes, m; two or more.
+    tension : tuple of float or None
+        Least and greatest tension that its actuator gives, N, infinite where no limit is known; None without actuator.
+    stiffness, slack : float
+        Of its spring, N/m, and the length at which it is slack, m; without a spring 0.
+    only_pulls : bool
+        Whether the spring goes slack below that length.
+    """
+
+    name: str
+    points: tuple[tuple[str, tuple[float, ...]], ...]
+    tension: tuple[float, float] | None = None
+    stiffness: float = 0.0
+    slack: float = 0.0
+    only_pulls: bool = False
+
+
+@dataclass(frozen=True)
 class Shape:
     """What of a link is drawn or may touch; it has no effect on the motion.
 
@@ -302,6 +330,8 @@ class Closures:
         As ``tolerance``, where that makes no difference to the loops: it counts in ranks alone.
     shapes : tuple of Shape
         What of the links is drawn or may touch; a closures file does not hold it.
+    cables : tuple of Cable
+        Cables and springs between links, for a device; a closures file does not hold them.
 
     Raises
     ------
@@ -325,17 +355,20 @@ class Closures:
     tolerance: float = 0.0
     rounding: float = 0.0
     shapes: tuple[Shape, ...] = field(default=(), repr=False)
+    cables: tuple[Cable, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         require_name("name", self.name)
         if as_positive("tolerance of the geometry", self.tolerance, zero=True) > _COARSEST:
             raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
-        for key in ("left_out", "closures", "joints", "shapes"):
+        for key in ("left_out", "closures", "joints", "shapes", "cables"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         require_types(self, root=Root, roles=Roles)
         as_texts("left_out", self.left_out)
         for shape in self.shapes:
             require_type("shapes", shape, Shape)
+        for cable in self.cables:
+            require_type("cables", cable, Cable)
         require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)

@@ -23,7 +23,6 @@ from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain
 from ...core.errors import InvalidInput, OutsideHumanRange
-from ...core.errors.inputs import require_extra
 from ...core.files import (
     is_stream,
     require_ending,
@@ -33,6 +32,7 @@ from ...core.files import (
     write_figure,
     write_text,
 )
+from ...core.optional_packages import require_extra
 from ...core.results import plain
 from ...core.validation import FloatArray, as_finite, as_positive
 from ...design import Wearer
@@ -224,6 +224,9 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
         return q
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
+    if options.set and not held:
+        # The joints are set in the drawn configuration, whose branch the answer is on.
+        q = chain.close(q)
     held += [_set(chain, q, text) for text in options.set]
     return chain.close(q, hold=held)
 

@@ -1,3 +1,4 @@
+from .base import BranchChanged as BranchChanged
 from .base import BrowserFailed as BrowserFailed
 from .base import BrowserNotFound as BrowserNotFound
 from .base import CacheUnusable as CacheUnusable

@@ -110,6 +110,17 @@ class CacheUnusable(ExoPinWarning):
     """Machine code cannot be read from the cache on disk or stored there: results are the same, and take longer."""
 
 
+class BranchChanged(ExoPinWarning):
+    """Loops close only on another assembly branch than that of the configuration that was given.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", ep.ExoPinWarning)  # refuse such configurations
+    """
+
+
 class NoisyMovement(ExoPinWarning):
     """Measurement noise makes up much of the forces along a movement.
 

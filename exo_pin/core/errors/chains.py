@@ -41,9 +41,14 @@ class LoopNotClosed(ExoPinError, RuntimeError):
     2.000001
     """
 
-    def __init__(self, q: Any, residual: float, iterations: int) -> None:
+    def __init__(self, q: Any, residual: float, iterations: int, target: str = "") -> None:
         self.q, self.residual, self.iterations = q, float(residual), int(iterations)
-        if self.iterations:
+        if target:
+            text = (
+                f"{target} does not reach its target: {self.residual:.3e} (m, rad) are left after {self.iterations} "
+                "iterations: start from another configuration, or give a target within reach"
+            )
+        elif self.iterations:
             text = (
                 f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations, "
                 "expected closed loops: start from another configuration, or check the lengths of the links"

@@ -1,7 +1,5 @@
 """Errors of input: arguments, names, files, missing data and missing extras.
 
-Packages of the extras, looked for without importing them: before long work that would need them at its end.
-
 Errors of muscle models and their identification.
 """
 
@@ -10,7 +8,6 @@ from __future__ import annotations
 import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
-from importlib.util import find_spec
 from itertools import islice
 from os import PathLike, fspath
 
@@ -26,9 +23,6 @@ _ADVICE = {
     errno.EROFS: "; choose another disk",
     errno.EPIPE: "; the program that reads the pipe has ended",
 }
-
-
-_PACKAGES = {"plot": ("matplotlib",), "person": ("myo_sim", "mujoco", "clarabel"), "optimise": ("optuna", "cmaes")}
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -119,11 +113,16 @@ class MissingExtra(ExoPinError, ImportError):
     ----------
     extra : str
         Name of the extra.
+    problem : str
+        What is wrong with the package that is installed; empty if there is none.
     """
 
-    def __init__(self, extra: str, package: str) -> None:
-        self.extra = extra
-        super().__init__(f"this needs {package}: in the folder of exo_pin's sources run pip install '.[{extra}]'")
+    def __init__(self, extra: str, package: str, problem: str = "") -> None:
+        self.extra, self.problem = extra, problem
+        there = f" (what is installed {problem})" if problem else ""
+        super().__init__(
+            f"this needs {package}{there}: in the folder of exo_pin's sources run pip install '.[{extra}]'"
+        )
 
 
 class FileFormatError(InvalidInput):
@@ -265,19 +264,6 @@ class AbsentAttribute(ExoPinError, AttributeError):
     def __init__(self, attribute: str, instead: str = "") -> None:
         self.attribute = attribute
         super().__init__(f"a device that is not a wrist has no attribute {attribute!r}{instead and f'; {instead}'}")
-
-
-def require_extra(extra: str) -> None:
-    """Check that the packages of an extra are there.
-
-    Raises
-    ------
-    MissingExtra
-        If one is not.
-    """
-    missing = [name for name in _PACKAGES[extra] if find_spec(name) is None]
-    if missing:
-        raise MissingExtra(extra, " and ".join(missing))
 
 
 class OutsideValidity(InvalidInput):

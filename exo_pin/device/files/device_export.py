@@ -15,8 +15,9 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain, Roles
+from ...chain.formats.chain_writing import written_chain
 from ...chain.formats.joint_data import joint_data
-from ...chain.formats.restating.restated_writing import written_chain
+from ...chain.structure.description import Cable
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.files import as_file_stem, require_ending, write_text
 from ...core.files.atomic import is_stream, require_writable
@@ -24,7 +25,7 @@ from ...core.files.toml_tables import toml_text
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ..chain_device import ChainDevice
-from ..chain_roles import is_same_arm
+from ..chain_roles import cables_of, is_same_arm
 from ..postures import configurations_of
 from .device_files import ENDING, SCHEMA, read_device
 from .device_writing import design_text, device_tables, device_text
@@ -119,12 +120,14 @@ def files_of_device(device: ChainDevice, chain: ClosedChain, target: Path, endin
     """
     q = configurations_of(device, Rotation.identity())
     _require_reached(device, q)
-    written = written_chain(chain._state, ending, q)
+    cables = cables_of(device.drives, device.springs) if ending == ".xml" else ()
+    native = type(chain)(chain.model, replace(chain.description, cables=cables))
+    written = written_chain(native._state, ending, q)
     worn = device.replace(chain=chain)
     text = device_text(worn, target.name, robot_tables(chain, written.restated, ending, _rest(chain, q)))
     text = text or toml_text({"schema": SCHEMA, "name": device.name, "robot": target.name})
     texts = written.texts | {ENDING: _headed(device.name, text)}
-    return DeviceFiles(texts, (*_of_parts(worn, ending), *written.lost), _lost(worn, texts, target, ending))
+    return DeviceFiles(texts, (*_of_parts(worn, ending, cables), *written.lost), _lost(worn, texts, target, ending))
 
 
 def files_of_robot(chain: ClosedChain, ending: str) -> DeviceFiles:
@@ -165,8 +168,8 @@ def files_of_design(
     with tempfile.TemporaryDirectory() as folder:
         try:
             read = _read_back(folder, texts, target)
-        except MissingExtra:
-            return DeviceFiles(texts, beside, (f"not checked, because MuJoCo is not installed: {target.name}",))
+        except MissingExtra as error:
+            return DeviceFiles(texts, beside, (f"not checked: {target.name}: {error}",))
         other = different_part(read, chain)
     return DeviceFiles(texts, beside, () if other is None else (other,))
 
@@ -291,13 +294,15 @@ def _rest(chain: ClosedChain, q: FloatArray) -> dict[str, FloatArray]:
     return {name: q[own] for name, own in apart.items() if np.abs(q[own] - neutral[own]).max() > _ZERO}
 
 
-def _of_parts(device: ChainDevice, ending: str) -> list[str]:
-    """What a robot's file has no words for, of the parts of a device."""
+def _of_parts(device: ChainDevice, ending: str, cables: tuple[Cable, ...]) -> list[str]:
+    """What a robot's file has no words for, of the parts of a device, whose cables it has."""
+    native = {own.name for own in cables}
     found = [] if ending == ".urdf" else ["which part is the arm, the shoulder and the cuff"]
-    if device.springs:
-        found.append(f"the springs {', '.join(own.name for own in device.springs)}")
+    springs = [own.name for own in device.springs if own.name not in native]
+    if springs:
+        found.append(f"the springs {', '.join(springs)}")
     routed = [own.name for own in device.drives if own.route is not None]
-    if routed:
+    if routed and not native:
         found.append(f"the cables {', '.join(routed)}")
     if device.brakes:
         found.append(f"the brakes {', '.join(own.name for own in device.brakes)}")
@@ -326,8 +331,8 @@ def _lost(device: ChainDevice, texts: Mapping[str, str], target: Path, ending: s
     with tempfile.TemporaryDirectory() as folder:
         try:
             chain = _read_back(folder, texts, target.with_suffix(ending))
-        except MissingExtra:
-            return (f"not checked, because MuJoCo is not installed: {target.name}",)
+        except MissingExtra as error:
+            return (f"not checked: {target.name}: {error}",)
         beside = (Path(folder) / target.name).with_suffix(ENDING)
         again = read_device(beside, chain, None)
     return tuple(_differences(device, again))

@@ -241,6 +241,8 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
             told = "nothing" if device.arm is None else f"{device.arm.mass:.6g} kg about {device.arm.centre_of_mass} m"
             own = f"{arm.mass:.6g} kg about {arm.centre_of_mass} m"
             raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
+        stated = {spring.name for spring in springs}
+        springs = (*(own for own in device.springs if own.name not in stated), *springs)
         return device.replace(
             drives=tuple(drives) if is_complete else with_drives(device.drives, drives), springs=springs, name=name,
             title=title, interfaces=Interfaces(**parts), soft_links=soft, guided_slides=guided, shoulder=shoulder,

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.errors import MissingExtra
+from ...core.optional_packages import optional
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 
@@ -85,11 +85,7 @@ class ConicProgram(OneProcess):
     """
 
     def __init__(self, P: FloatArray, q: FloatArray) -> None:
-        try:
-            import clarabel
-        except ImportError as error:
-            raise MissingExtra("person", "clarabel") from error
-        self._clarabel, self._P, self._q = clarabel, P, q
+        self._clarabel, self._P, self._q = optional("person", "clarabel"), P, q
         self._blocks: list[Block] = []
 
     def add(self, cone: str, A: FloatArray, b: FloatArray) -> None:

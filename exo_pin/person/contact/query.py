@@ -94,22 +94,11 @@ def external_loads(
     return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
 
 
-def about_shifted_centre(
-    limb: LimbGeometry, loads: ExternalLoads, shift: FloatArray
-) -> tuple[LimbGeometry, ExternalLoads]:
-    """Moments about a centre of the joint that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
-    if not shift.any():
-        return limb, loads
-    return (
-        limb._replace(moment=limb.moment - np.cross(shift, limb.pull)),
-        loads._replace(moment=loads.moment - np.cross(shift, loads.force)),
-    )
-
-
-def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads) -> Balance:
-    """Put muscles and loads together."""
-    arms = np.concatenate([np.swapaxes(limb.moment, 1, 2), limb.elbow[:, None, :], limb.forearm[:, None, :]], axis=1)
-    outer = np.concatenate([loads.moment, loads.elbow[:, None], np.zeros((len(loads.elbow), 1))], axis=1)
+def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads, shift: FloatArray) -> Balance:
+    """Muscles and loads about a centre that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
+    moment, about = limb.moment - np.cross(shift, limb.pull), loads.moment - np.cross(shift, loads.force)
+    arms = np.concatenate([np.swapaxes(moment, 1, 2), limb.elbow[:, None, :], limb.forearm[:, None, :]], axis=1)
+    outer = np.concatenate([about, loads.elbow[:, None], np.zeros((len(loads.elbow), 1))], axis=1)
     pulls = np.swapaxes(limb.pull, 1, 2)
     return Balance(
         arms * muscles.active[:, None, :],
@@ -191,10 +180,8 @@ def contact_forces(
         turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
         limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
     shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
-    limb, loads = about_shifted_centre(limb, loads, shift)
-    if action is not None and shift.any():
-        action = action.about(shift)
-    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads), options, progress, executor)
+    action = None if action is None else action.about(shift)
+    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads, shift), options, progress, executor)
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
@@ -315,7 +302,7 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
         )
         programs.append(pose)
         places.append(np.concatenate([np.ones(m, dtype=bool), ~fixed]))
-    found = mapped(_solved, programs, arm.executor, "muscles", arm.progress, _BLOCK)
+    found = mapped(_solve_pose, programs, arm.executor, "muscles", arm.progress, _BLOCK)
     for row, chosen, (z, status, kkt, gap, missing) in zip(rows, places, found, strict=True):
         out.status[row] = STATUS.index(status)
         if z is not None:
@@ -325,11 +312,6 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
 
 
 @lru_cache(maxsize=_KEPT)
-def _solved(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:
-    """:func:`_solve_pose`, once for poses that are equal."""
-    return _solve_pose(pose)
-
-
 def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float, FloatArray]:
     """Variables, status, errors, and what is missing where there is no solution, of one pose."""
     found, nothing = least_effort(pose), np.zeros(5)

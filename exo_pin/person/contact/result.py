@@ -146,8 +146,16 @@ def build_table(person: Person) -> str:
     )
 
 
+#: Why a pose has no result.
+NO_RESULT = {
+    "too_weak": "The muscles are too weak to hold the arm in this pose.",
+    "unstable": "The muscles can hold the arm only with a contact force outside the socket's rim.",
+    "outside": "The pose is outside the range of motion.",
+    "no_device_force": "The device has no limb forces in this pose.",
+    "not_solved": "The solver found no result.",
+}
 #: What can become of a pose. Only "ok" has a result.
-STATUS = ("ok", "too_weak", "unstable", "outside", "no_device_force", "not_solved")
+STATUS = ("ok", *NO_RESULT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,15 +342,8 @@ class JointContact(Result, ReadOnly):
             peak = float(np.nanmax(self.percent_body_weight))
             held = f"{good} of {self.status.size} poses have a result"
             return f"{held}; the largest contact force is {peak:.0f} % of body weight."
-        words = {
-            "too_weak": "The muscles are too weak to hold the arm in this pose.",
-            "unstable": "The muscles can hold the arm only with a contact force outside the socket's rim.",
-            "outside": "The pose is outside the range of motion.",
-            "no_device_force": "The device has no limb forces in this pose.",
-            "not_solved": "The solver found no result.",
-        }
-        if str(self.status) in words:
-            return words[str(self.status)]
+        if str(self.status) in NO_RESULT:
+            return NO_RESULT[str(self.status)]
         text = (
             f"The joint carries {float(self.magnitude):.0f} N, {float(self.percent_body_weight):.0f} % of body weight"
         )

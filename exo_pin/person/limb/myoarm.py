@@ -21,21 +21,17 @@ from __future__ import annotations
 import functools
 import warnings
 from dataclasses import dataclass
-from importlib.metadata import version
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
-from ...core.errors import MissingExtra
-from ...core.records import OneProcess, reduced_tuple
+from ...core.optional_packages import optional
+from ...core.records import OneProcess, keeps_read_only
 from ...core.validation import FloatArray, frozen
 from .muscle_table import MUSCLES, data_table
 
-#: Major version of MuJoCo that myo_sim knows.
-_MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
@@ -93,13 +89,6 @@ class MyoArm(OneProcess):
     in_radius: NDArray[np.bool_]
 
 
-def is_installed() -> bool:
-    """Whether the packages of the extra ``person`` are there, without importing them."""
-    if any(find_spec(name) is None for name in ("mujoco", "myo_sim", "clarabel")):
-        return False
-    return version("mujoco").split(".")[0] == str(_MUJOCO)
-
-
 @functools.cache
 def myoarm(all_bones: bool = False) -> MyoArm:
     """The model, compiled at the first call of the process (under a second).
@@ -114,13 +103,7 @@ def myoarm(all_bones: bool = False) -> MyoArm:
     MissingExtra
         If ``myo_sim`` is not installed, or MuJoCo has a major version that it does not know.
     """
-    try:
-        import mujoco
-        import myo_sim
-    except ImportError as error:
-        raise MissingExtra("person", "myo_sim and mujoco") from error
-    if int(mujoco.__version__.split(".")[0]) != _MUJOCO:
-        raise MissingExtra("person", f"mujoco 3 (version {mujoco.__version__} is installed)")
+    mujoco, myo_sim = optional("person", "mujoco"), optional("person", "myo_sim")
     with mujoco_warnings(mujoco, []), warnings.catch_warnings():
         # A remark about empty prefixes, for those who write the model to a file.
         warnings.simplefilter("ignore")
@@ -200,6 +183,7 @@ def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
     return found
 
 
+@keeps_read_only
 class GlenoidSurface(NamedTuple):
     """The socket, in the scapula's frame of the model.
 
@@ -219,9 +203,6 @@ class GlenoidSurface(NamedTuple):
 
     centre: FloatArray
     axes: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 @functools.cache

@@ -11,13 +11,13 @@ elevated.
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.conventions import MIRROR, as_side
-from ...core.records import reduced_tuple
+from ...core.records import keeps_read_only
 from ...core.validation import FloatArray, frozen
 from .limb_state import angles_of, muscle_paths, placed, thorax_to_base
 from .muscle_table import MUSCLES
@@ -31,6 +31,7 @@ _FINE, _CELL = 1200, 0.0022
 _BONE_GROUP = 0
 
 
+@keeps_read_only
 class LimbShape(NamedTuple):
     """Where bones and muscles are in one pose, in {O_A}, m.
 
@@ -50,9 +51,6 @@ class LimbShape(NamedTuple):
     paths: list[FloatArray]
     socket_centre: FloatArray
     socket_axes: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 def bone_meshes(side: str) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:

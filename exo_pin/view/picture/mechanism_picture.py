@@ -92,50 +92,6 @@ _SEE_THROUGH = 0.35
 _FRAME, _JOINT, _CLOTH = (0.30, 0.33, 0.37), (0.85, 0.55, 0.15), (0.52, 0.57, 0.62)
 
 
-class HarnessAndCuff(OneProcess):
-    """Harness, in place, and cuff, which turns with the arm.
-
-    Parameters
-    ----------
-    stage : Stage
-        Where they are drawn.
-    geometry : WristGeometry
-        Joint centres that they carry.
-    root : str
-        Node of the mechanism.
-    offset : (ndarray, ndarray), optional
-        How far harness, base frame, and cuff, arm frame, are displaced, m, shape (3,) each.
-    see_through : bool
-        Whether the sleeve shows what is in it.
-    """
-
-    def __init__(
-        self,
-        stage: Stage,
-        geometry: WristGeometry,
-        root: str,
-        offset: tuple[FloatArray, FloatArray] | None = None,
-        see_through: bool = False,
-    ) -> None:
-        self._stage, self._root = stage, f"/meshcat/{root}"
-        self._harness, self._cuff = (np.zeros(3), np.zeros(3)) if offset is None else offset
-        base, arm = np.asarray(geometry.base_points), np.asarray(geometry.platform_points)
-        radius, bottom, top = sleeve_size(arm)
-        wall = radius + WALL
-        sleeve = lathe(np.array([(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)]), 48)
-        cloth = matt_material(_CLOTH, _SEE_THROUGH if see_through else 1.0)
-        stage.viewer[root]["cuff/sleeve"].set_object(sleeve, cloth)
-        for name, points, bars in zip(("harness", "cuff"), (base, arm), holding_bars(geometry), strict=True):
-            frame = mesh_of([tube(bar, BAR) for bar in bars])
-            stage.viewer[root][f"{name}/frame"].set_object(frame, matt_material(_FRAME))
-            stage.viewer[root][f"{name}/joints"].set_object(_balls(points), matt_material(_JOINT))
-
-    def show(self, matrix: FloatArray) -> None:
-        """Turn the cuff into a pose, shape (3, 3)."""
-        self._stage.set_transform(f"{self._root}/harness", placement(1.0, self._harness))
-        self._stage.set_transform(f"{self._root}/cuff", placement(matrix, matrix @ self._cuff))
-
-
 def _balls(points: FloatArray) -> Any:
     rise = np.linspace(-np.pi / 2, np.pi / 2, 9)
     ball = _BALL * rings_about_z(np.column_stack([np.cos(rise), np.sin(rise)]), 16)
@@ -227,9 +183,9 @@ class MechanismPicture(OneProcess):
             visuals.removeGeometryObject(name)
         stage.viewer[root].delete()
         self._picture = stage.picture(model, visuals, root)
-        self._worn = None
+        self._worn = None if framed else (np.zeros(3), np.zeros(3)) if offset is None else offset
         if not framed:
-            self._worn = HarnessAndCuff(stage, worn.geometry, root, offset, see_through)
+            self._load_worn(worn.geometry, see_through)
         if muscles:
             self._load_muscles()
         for i in self._cables:
@@ -245,7 +201,10 @@ class MechanismPicture(OneProcess):
         """
         self._picture.display(self._equilibrium.configuration(poses.as_matrix(), poses.as_quat()))
         if self._worn is not None:
-            self._worn.show(poses.as_matrix())
+            # The harness in place, the cuff turned with the arm.
+            (harness, cuff), matrix = self._worn, poses.as_matrix()
+            self._stage.set_transform(f"/meshcat/{self.root}/harness", placement(1.0, harness))
+            self._stage.set_transform(f"/meshcat/{self.root}/cuff", placement(matrix, matrix @ cuff))
         if self._muscles or self._cables:
             base = self.mechanism.geometry.base_points
             platform = inverse_kinematics(self.mechanism.geometry, poses).platform_points
@@ -266,6 +225,19 @@ class MechanismPicture(OneProcess):
 
     def _muscle(self, index: int) -> str:
         return f"/meshcat/{self.root}/muscles/limb_{index + 1}"
+
+    def _load_worn(self, geometry: WristGeometry, see_through: bool) -> None:
+        """Make harness and cuff, which carry joint centres."""
+        node, arm = self._stage.viewer[self.root], np.asarray(geometry.platform_points)
+        radius, bottom, top = sleeve_size(arm)
+        wall = radius + WALL
+        sleeve = lathe(np.array([(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)]), 48)
+        node["cuff/sleeve"].set_object(sleeve, matt_material(_CLOTH, _SEE_THROUGH if see_through else 1.0))
+        base = np.asarray(geometry.base_points)
+        for name, points, bars in zip(("harness", "cuff"), (base, arm), holding_bars(geometry), strict=True):
+            frame = mesh_of([tube(bar, BAR) for bar in bars])
+            node[f"{name}/frame"].set_object(frame, matt_material(_FRAME))
+            node[f"{name}/joints"].set_object(_balls(points), matt_material(_JOINT))
 
     def _load_muscles(self) -> None:
         rise = np.linspace(0.0, 1.0, 7)

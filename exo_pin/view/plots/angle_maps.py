@@ -86,10 +86,7 @@ def shoulder_force_map(
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    ax.set(
-        xlabel="flexion, °",
-        ylabel="abduction, °",
-    )
+    ax.set(xlabel="flexion, °", ylabel="abduction, °")
     # Adding zero turns -0 into 0. A device that is not a wrist has no limbs with side forces.
     turn = f"{round(internal_rotation, 1) + 0.0:g}"
     words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.wrist is not None else ''}"
@@ -230,12 +227,7 @@ def determinant_map(
                 linestyle="none", label=f"rest, det X {'<=>'[rest + 1]} 0")  # fmt: skip
     if rest != 0:
         ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_ACROSS, hatch="///", label="across from rest")
-    ax.set(
-        xlabel="flexion, °",
-        ylabel="abduction, °",
-        xlim=(piece.x[0], piece.x[-1]),
-        ylim=(piece.y[0], piece.y[-1]),
-    )
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", xlim=(piece.x[0], piece.x[-1]), ylim=(piece.y[0], piece.y[-1]))
     name = wrapped(exo.mechanism.title or exo.name, 5.8, 10.5)
     ax.set_title(f"{name}\nsingular poses, at {piece.fixed}", fontsize=10.5)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)

@@ -14,15 +14,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from .plot_style import (
-    WIDEST,
-    figure_title,
-    legend_below,
-    line,
-    new_figure,
-    right_scale,
-    tidy,
-)
+from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

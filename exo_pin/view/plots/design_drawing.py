@@ -17,7 +17,7 @@ from ...design.holding_frame import holding_bars, sleeve_size
 from ...reaction.holding.verdict import angle_words
 from ...wrist import BodyShape
 from ..colours import BLACK
-from .plot_style import figure_title, line, pyplot, tidy
+from .plot_style import figure_title, legend_mark, line, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,17 +91,14 @@ def _handles(limb_count: int) -> list[Any]:
     """What the legend names: limbs, frame, cuff, elbow and the shoulder's centre."""
     from matplotlib.patches import Patch
 
-    def mark(**look: Any) -> Any:
-        return pyplot().Line2D([], [], **look)
-
     return [
-        *(mark(**line(i), linewidth=2.0, label=f"limb {i + 1}") for i in range(limb_count)),
-        mark(color="0.4", linestyle="", marker="s", label="joint on the torso"),
-        mark(color="0.4", linestyle="", marker="o", label="joint on the arm"),
-        mark(color=_FRAME, linewidth=3.5, label="frame"),
+        *(legend_mark(f"limb {i + 1}", **line(i), linewidth=2.0) for i in range(limb_count)),
+        legend_mark("joint on the torso", color="0.4", linestyle="", marker="s"),
+        legend_mark("joint on the arm", color="0.4", linestyle="", marker="o"),
+        legend_mark("frame", color=_FRAME, linewidth=3.5),
         Patch(facecolor=_CUFF, edgecolor=_FRAME, label="cuff"),
-        mark(color=BLACK, linestyle="", marker="o", markerfacecolor="white", label="elbow"),
-        mark(color=BLACK, linestyle="", marker="+", markersize=9, label="shoulder"),
+        legend_mark("elbow", color=BLACK, linestyle="", marker="o", markerfacecolor="white"),
+        legend_mark("shoulder", color=BLACK, linestyle="", marker="+", markersize=9),
     ]
 
 

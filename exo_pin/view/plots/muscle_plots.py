@@ -17,7 +17,7 @@ from ...muscle.io.measured import SteadyStates
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.response import StepResponse
 from ..colours import BLACK, BLUE, GREY, ORANGE, RED
-from .plot_style import WIDEST, even_steps, figure_title, legend_below, line, new_figure, outlined, tidy
+from .plot_style import WIDEST, even_steps, figure_title, legend_below, legend_mark, line, new_figure, outlined, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +62,7 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
         text.set_path_effects(outlined())
     inside = (~np.ma.getmaskarray(force)).astype(float)
     axis.contour(x * 1e3, p / BAR, inside, levels=[0.5], colors=RED, linewidths=2.2)
-    handles = [_handle("the model holds inside", color=RED, linewidth=2.2)]
+    handles = [legend_mark("the model holds inside", color=RED, linewidth=2.2)]
     if states is not None:
         if not np.isclose(model.scale, 1.0):
             raise InvalidInput("expected a model of the length the states were measured at, got a scaled one")
@@ -72,7 +72,7 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
             style = {"s": 26, "facecolor": face, "edgecolor": edge, "linewidth": 1.1}
             axis.scatter(states.contraction[pick] * 1e3, states.pressure[pick] / BAR, **style, zorder=4, clip_on=False)
             look = {"linestyle": "", "marker": "o", "markerfacecolor": face, "markeredgecolor": edge}
-            handles.append(_handle(label, **look))
+            handles.append(legend_mark(label, **look))
     axis.spines[["top", "right"]].set_visible(False)
     axis.set(xlabel="contraction, mm", xlim=(0.0, x[-1] * 1e3), ylabel="pressure, bar", ylim=(0.0, p[-1] / BAR))
     axis.set_title(f"Pull of a {model.length * 1e3:.0f} mm muscle, {model.name}", loc="left", fontsize=11)
@@ -90,13 +90,6 @@ def _places(lines: Any, wide: float, high: float) -> list[Any]:
         if len(shares):
             places.append(shares[np.abs(shares.sum(axis=1) - 1.0).argmin()] * (wide, high))
     return places
-
-
-def _handle(label: str, **look: Any) -> Any:
-    """An entry of a legend."""
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], label=label, **look)
 
 
 def _facts(response: StepResponse) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ...core.errors import MissingExtra
+from ...core.optional_packages import optional
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
@@ -19,13 +19,8 @@ _Cut = Literal["neither", "min", "max", "both"]
 _MOST_STEPS = 13
 #: Width of a figure, inches, at which its print can still be read on a page of 7.7 inches.
 WIDEST = 9.0
-#: Names of the ends of a scale that are cut: the lower one, the upper one.
-_CUTS: dict[tuple[bool, bool], _Cut] = {
-    (False, False): "neither",
-    (True, False): "min",
-    (False, True): "max",
-    (True, True): "both",
-}
+#: Names of the ends of a scale that are cut: none, the lower one, the upper one, both.
+_CUTS: tuple[_Cut, ...] = ("neither", "min", "max", "both")
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
     (BLUE, "-"),
@@ -46,11 +41,7 @@ def pyplot() -> Any:
     MissingExtra
         If matplotlib is not installed.
     """
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise MissingExtra("plot", "matplotlib") from error
-    return plt
+    return optional("plot", "matplotlib.pyplot")
 
 
 def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
@@ -110,6 +101,11 @@ def legend_below(ax: Any, columns: int = 2) -> None:
     )
 
 
+def legend_mark(label: str, **look: Any) -> Any:
+    """An entry of a legend."""
+    return pyplot().Line2D([], [], label=label, **look)
+
+
 def outlined() -> list[Any]:
     """Path effects of dark text that has to be read on dark colours."""
     from matplotlib.patheffects import withStroke
@@ -137,8 +133,7 @@ def force_scale(values: FloatArray) -> tuple[Any, _Cut]:
         steps = steps[-_MOST_STEPS:]
     else:
         steps = even_steps(0.0, scale_top(known))
-    cut = (bool((known < steps[0]).any()), bool((known > steps[-1]).any()))
-    extend: _Cut = _CUTS[cut]
+    extend = _CUTS[int((known < steps[0]).any()) + 2 * int((known > steps[-1]).any())]
     return BoundaryNorm(steps, 256, extend=extend), extend
 
 

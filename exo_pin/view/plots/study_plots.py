@@ -209,7 +209,8 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     canvas, axes = new_figure(6.8, 4.2)
     tidy(axes)
     if not varied or len(varied) > 2:
-        rows, names = in_rank_order(table) if "design" in table else _numbered(table)
+        rows, names = np.arange(table.row_count), [str(number) for number in range(1, table.row_count + 1)]
+        rows, names = in_rank_order(table) if "design" in table else (rows, names)
         values, at = values[rows], np.arange(len(names))
         axes.barh(at, values, color=BLUE, height=0.65)
         axes.set_yticks(at, names)
@@ -231,11 +232,6 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     if second:
         legend_below(axes, columns=min(len(groups), 3))
     return canvas
-
-
-def _numbered(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
-    """Rows of a table as they are, with their numbers."""
-    return np.arange(table.row_count), [str(number) for number in range(1, table.row_count + 1)]
 
 
 def _name_gaps(axes: Any, values: FloatArray, places: FloatArray, upright: bool) -> None:

@@ -279,8 +279,4 @@ class ChainScene(Pages):
         given = as_finite("configurations", configurations, (None, self._chain.model.nq))
         stamps = as_times(times, "configuration", given.shape[:1])
         path = [self._chain._state.configuration(q) for q in given]
-
-        def draw(index: int) -> None:
-            self._draw(path[index])
-
-        return stamps, draw
+        return stamps, lambda index: self._draw(path[index])

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import ExoPinError
 from ...core.records import OneProcess
+from ...person.contact.result import NO_RESULT
 from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..colours import CIVIDIS, hexadecimal, scale_colours
@@ -22,14 +23,6 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
 
-#: Why a pose has no contact force.
-_NO_CONTACT = {
-    "too_weak": "the wearer's muscles are too weak",
-    "unstable": "the muscles cannot keep the force inside the socket",
-    "outside": "the pose is outside the range of motion",
-    "no_device_force": "the device has no limb forces here",
-    "not_solved": "the solver found no result",
-}
 #: A space at which no line ends.
 _KEPT = "\N{NO-BREAK SPACE}"
 _NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
@@ -104,8 +97,7 @@ def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, s
     load = float(np.linalg.norm(contact.force))
     alone = [] if size is None else [{"name": "F_s, no muscles", "value": _newtons(size)}]
     if not np.isfinite(load):
-        why = _NO_CONTACT.get(contact.status, contact.status)
-        return alone, [{"text": f"No contact force of the joint: {why}.", "warn": True}]
+        return alone, [{"text": f"No contact force of the joint: {NO_RESULT[contact.status]}", "warn": True}]
     text = f"{contact.percent:.0f} % of body weight, with the wearer's own muscles"
     if size is not None and np.isfinite(contact.bare):
         text += f"; without the device {_newtons(contact.bare)}"

@@ -11,14 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import (
-    FloatArray,
-    as_choice,
-    as_positive,
-    as_rotation,
-    as_single_rotation,
-    require_method,
-)
+from ...core.validation import FloatArray, as_choice, as_positive, as_rotation, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
@@ -269,11 +262,7 @@ class Scene(Pages):
         stamps = as_times(times, "pose", poses.shape)
         answer, frames = self._frames(poses, query)
         self._plan(frames)
-
-        def draw(index: int) -> None:
-            self._draw(frames[index])
-
-        return stamps, answer, draw
+        return stamps, answer, lambda index: self._draw(frames[index])
 
     def _frames(self, poses: Rotation, query: Question) -> tuple[Reaction | None, list[Frame]]:
         """The answer for poses of shape () or (k,), and 1 or k frames."""

@@ -17,15 +17,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import ExoPinError, InvalidInput, MissingExtra
+from ...core.errors import ExoPinError, InvalidInput
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
+from ...core.optional_packages import optional
 from ...core.records import OneProcess, Record
 from ...core.validation import FloatArray, as_choice
 from ...design.io.mechanism_files import mechanism_table
@@ -346,10 +346,7 @@ class Descent(OneProcess):
         start: FloatArray | None = None,
     ) -> None:
         self._merit, self._weights, self._seed = merit, weights, seed
-        try:
-            cma: Any = import_module("cmaes")
-        except ImportError as error:
-            raise MissingExtra("optimise", "cmaes") from error
+        cma = optional("optimise", "cmaes")
         count = merit.variables.count
         mean = np.random.default_rng(seed).uniform(0.0, 1.0, count) if start is None else np.array(start)
         step = _STEP if start is None else _FINE_STEP

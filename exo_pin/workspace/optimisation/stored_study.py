@@ -30,6 +30,7 @@ import numpy as np
 from ...core.errors import InvalidInput, MissingExtra, StorageUnusable
 from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
+from ...core.optional_packages import optional
 from ...core.records import OneProcess
 from .merit import GENERATION, OBJECTIVES, as_point
 
@@ -103,10 +104,7 @@ class StoredStudy(OneProcess):
         count: int,
         length: int,
     ) -> None:
-        try:
-            self._optuna: Any = import_module("optuna")
-        except ImportError as error:
-            raise MissingExtra("optimise", "optuna") from error
+        self._optuna = optional("optimise", "optuna")
         self._optuna.logging.set_verbosity(self._optuna.logging.WARNING)
         self._storage, self._objectives, self._worker = storage, objectives, uuid.uuid4().hex
         self._count, self._length, self._most = count, length, length + GENERATION

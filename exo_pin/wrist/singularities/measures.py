@@ -15,9 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
 from ...core.conventions import shoulder_rotation
-from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
+from ...core.optional_packages import optional
 from ...core.results import Result
 from ...core.validation import FloatArray, as_finite
 from ...design import WristGeometry
@@ -367,13 +368,10 @@ def shoulder_slice(
     >>> round(float(crossing[1]), 1)  # degrees of abduction without flexion: 6.21 exactly
     6.2
     """
-    try:
-        from contourpy import contour_generator  # part of matplotlib
-    except ImportError as error:
-        raise MissingExtra("plot", "matplotlib") from error
     flexion, abduction, _ = box.axes(step_deg)
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
     smooth, determinant = locus_function(geometry, poses)
-    lines = contour_generator(abduction, flexion, smooth).lines(0.0)
+    contours = optional("plot", "contourpy")  # part of matplotlib
+    lines = contours.contour_generator(abduction, flexion, smooth).lines(0.0)
     curves = [np.asarray(line)[:, ::-1] for line in lines]
     return LocusSlice(flexion, abduction, f"internal rotation {internal_rotation_deg:g}°", determinant, curves)

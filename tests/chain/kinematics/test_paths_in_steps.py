@@ -6,7 +6,7 @@ import pytest
 from closed_chains import CHAINS
 
 from exo_pin import LoopNotClosed
-from exo_pin.chain.kinematics.closing import _follow
+from exo_pin.chain.kinematics.closing import follow
 
 CHAIN, Q = CHAINS["five_bar"]
 
@@ -24,7 +24,7 @@ def line(longest, reach=1.0, bend=0.0):
         at[0] = target
         return pin.integrate(CHAIN.model, Q, (target + bend * (target > 0.5)) * way)
 
-    end = _follow(CHAIN._state, Q, reach, correct)
+    end = follow(CHAIN._state, Q, reach, correct)
     return end, tried, guesses, way
 
 
@@ -53,7 +53,7 @@ def test_steps_that_the_loops_do_not_follow_are_halved():
         raise LoopNotClosed(guess, 1.0, 1)
 
     with pytest.raises(LoopNotClosed):
-        _follow(CHAIN._state, Q, 0.5, never)
+        follow(CHAIN._state, Q, 0.5, never)
     np.testing.assert_allclose(tried, 0.2 / 2.0 ** np.arange(13), rtol=1e-12)
     # A step that ends more than half a unit from its guess may be on another branch.
     with pytest.raises(LoopNotClosed):

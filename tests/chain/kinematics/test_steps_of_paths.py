@@ -9,7 +9,7 @@ from exo_pin.chain import CLOSED
 from exo_pin.chain.dynamics.equations.equations_of_motion import CERTAIN, EXACT, STILL
 from exo_pin.chain.dynamics.equations.motion_kernels import NUMBERS, ORDINARY, is_certain
 from exo_pin.chain.kinematics import closing as paths
-from exo_pin.chain.kinematics.closing import _follow
+from exo_pin.chain.kinematics.closing import follow
 from exo_pin.chain.kinematics.rank import RESOLVED
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -31,9 +31,9 @@ class Line:
         return found
 
 
-def follow(reach, line):
+def following(reach, line):
     state = five_bar().chain()._state
-    return _follow(state, np.zeros(4), reach, line)
+    return follow(state, np.zeros(4), reach, line)
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_a_path_takes_steps_of_at_most_a_tenth(reach, steps):
     # One step of a whole unit is a jump; those of a fine path are not.
     if steps < 2:
         line = Line(jump=lambda fraction: -0.7 * fraction)
-    found = follow(reach, line)
+    found = following(reach, line)
     np.testing.assert_allclose(line.asked, np.arange(1, steps + 1) / steps, atol=1e-12)
     assert line.asked[-1] == 1.0
     np.testing.assert_allclose(found, 0.3 if steps < 2 else 1.0)
@@ -52,7 +52,7 @@ def test_a_path_takes_steps_of_at_most_a_tenth(reach, steps):
 
 def test_a_step_that_fails_is_halved_and_the_ones_after_it_stay_so():
     line = Line(fails=lambda fraction, start: fraction - start > 0.3)
-    follow(0.2, line)
+    following(0.2, line)
     np.testing.assert_allclose(line.asked, [0.5, 0.25, 0.5, 0.75, 1.0])
 
 
@@ -63,7 +63,7 @@ def test_a_correction_of_half_a_radian_may_have_changed_the_branch(jump, halved)
         jump=lambda fraction: jump if 0.4 < fraction < 0.6 and 0.5 in line.asked[-1:] and len(line.asked) < 3 else 0.0
     )
     try:
-        follow(0.4, line)
+        following(0.4, line)
     except LoopNotClosed:
         pytest.fail("ended")
     assert (0.375 in line.asked) == halved
@@ -78,14 +78,14 @@ def test_corrections_of_slides_count_in_characteristic_lengths(length, share):
         asked.append(target)
         return guess + (share * state.topology.length if len(asked) == 1 else 0.0)
 
-    _follow(state, np.zeros(3), 0.0, correct)
+    follow(state, np.zeros(3), 0.0, correct)
     assert asked[:2] == ([1.0] if share < 0.5 else [1.0, 0.5])
 
 
 def test_a_path_ends_after_twelve_halvings():
     line = Line(fails=lambda fraction, start: True)
     with pytest.raises(LoopNotClosed):
-        follow(0.2, line)
+        following(0.2, line)
     np.testing.assert_allclose(line.asked, 0.5 * 0.5 ** np.arange(13))
 
 

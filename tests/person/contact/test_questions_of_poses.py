@@ -26,14 +26,14 @@ FREE = ep.ContactOptions(cone=None)
 @pytest.fixture
 def asked(monkeypatch):
     """The poses as the choice of the activations gets them."""
-    monkeypatch.setattr(query, "_solved", query._solved.__wrapped__)
+    monkeypatch.setattr(query, "_solve_pose", query._solve_pose.__wrapped__)
     found, original = [], query.least_effort
     monkeypatch.setattr(query, "least_effort", lambda pose: (found.append(pose), original(pose))[1])
     return found
 
 
 def test_the_same_arm_is_solved_once_whatever_the_device(monkeypatch):
-    query._solved.cache_clear()
+    query._solve_pose.cache_clear()
     solved, original = [], query.least_effort
     monkeypatch.setattr(query, "least_effort", lambda pose: (solved.append(pose), original(pose))[1])
     lifts = np.array([[0.0, 0.0, each, 0.0, -0.1 * each, 0.0] for each in (5.0, 10.0)])
@@ -195,7 +195,7 @@ def test_what_becomes_of_a_pose_without_a_balance(monkeypatch, rim, missing, sta
         return np.array([0.0, 0.0, 0.0, -moment, 0.0]), proved
 
     monkeypatch.setattr(query, "least_missing", least_missing)
-    z, told, kkt, gap, moment = query._solve_pose(weak(rim))
+    z, told, kkt, gap, moment = query._solve_pose.__wrapped__(weak(rim))
     assert (z, told) == (None, status)
     assert sockets == [False, True][: len(missing)]
     assert np.isnan([kkt, gap]).all()

@@ -52,7 +52,7 @@ def moving_loops(
     return worst, scaled, opening, speed, regular, finite
 
 
-@kernel(fills=True)
+@kernel
 def _scaled(gap: Any, row_scale: Any) -> float:
     """The largest residual, scaled."""
     largest = 0.0
@@ -61,14 +61,14 @@ def _scaled(gap: Any, row_scale: Any) -> float:
     return largest
 
 
-@kernel(fills=True)
+@kernel
 def copy_numbers(given: Any, out: Any) -> None:
     """Copy one row of numbers into another that does not overlap it, which Numba would have to find out."""
     for k in range(len(given)):
         out[k] = given[k]
 
 
-@kernel(fills=True)
+@kernel
 def _size(v: Any, column: Any) -> float:
     """The largest number of a velocity or acceleration, scaled; NaN if one is."""
     size = 0.0
@@ -79,7 +79,7 @@ def _size(v: Any, column: Any) -> float:
     return size
 
 
-@kernel(fills=True)
+@kernel
 def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> Any:
     """Error J a + drift of an acceleration in the closures' rows.
 
@@ -109,7 +109,7 @@ def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> An
     return largest, scaled, size, math.isfinite(total)
 
 
-@kernel(fills=True)
+@kernel
 def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
     """Express joints' wrenches in world axes about the world's origin.
 

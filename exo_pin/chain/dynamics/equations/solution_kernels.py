@@ -266,7 +266,7 @@ def _solve_block(
     return rank, 1.0 / math.sqrt(total) if rank else math.inf
 
 
-@kernel(fills=True)
+@kernel
 def largest_of_loops(sizes: Any, columns: Any, starts: Any) -> None:
     """Give all coordinates of each block the largest of their sizes, shape (nv,): errors of one are in all."""
     for b in range(len(starts) - 1):

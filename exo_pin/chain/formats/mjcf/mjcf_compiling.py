@@ -18,9 +18,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ....core.errors import FileFormatError, InvalidInput, MissingExtra
+from ....core.errors import FileFormatError, InvalidInput
 from ....core.errors.base import shown, warn
 from ....core.files.atomic import read_file
+from ....core.optional_packages import optional
 from ....core.records import OneProcess
 from ..digits import geometry_words
 from ..xml_elements import parse_xml
@@ -32,8 +33,6 @@ _COPIED = ("replicate", "composite", "flexcomp")
 _CELLS = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
 
 
-#: Versions of MuJoCo whose compiled model is read: from the first up to, but not including, the second.
-_VERSIONS = (3, 10), (5, 0)
 #: MuJoCo has one handler of warnings in a process.
 _HANDLER = threading.Lock()
 
@@ -167,12 +166,7 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     InvalidInput
         If the source is neither a path nor text.
     """
-    try:
-        import mujoco
-    except ImportError as error:
-        raise MissingExtra("robots", "mujoco") from error
-    if not _VERSIONS[0] <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) < _VERSIONS[1]:
-        raise MissingExtra("robots", f"mujoco 3.10 to 4 (version {mujoco.__version__} is installed)")
+    mujoco = optional("robots", "mujoco")
     if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the path of an MJCF file, or the XML itself, got {source!r}")
     if isinstance(source, str):

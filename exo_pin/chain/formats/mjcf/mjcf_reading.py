@@ -2,8 +2,8 @@
 
 Read are: bodies, also several on the world; hinges, slides, balls and free joints, several on one body too; inertias,
 armature, gravity; position limits; springs, damping and dry friction of joints; limits of effort; sites, as frames;
-the equalities connect, weld and joint. Friction, springs and damping of the file count with MuJoCo's flags:
-a flag that is disabled takes its forces away.
+the equalities connect, weld and joint; tendons over sites, as cables and springs of a device. Friction, springs and
+damping of the file count with MuJoCo's flags: a flag that is disabled takes its forces away.
 
 **Contact is not read**: geoms give bodies their masses, as in MuJoCo, and are carried along as shapes. The softness of
 MuJoCo's constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force
@@ -55,15 +55,15 @@ from scipy.spatial.transform import Rotation
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
 from ...structure.closures import COEFFICIENTS, Closure
-from ...structure.description import Closures, Roles, Root
-from ...structure.frames import placement_of
+from ...structure.description import Cable, Closures, Roles, Root
+from ...structure.frames import Placement, placement_of
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from ..bodies import free_name
 from ..digits import Redrawn, rounding_of, with_digits
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled, compile_mjcf, mujoco_warnings
-from .mjcf_settling import drives, ranges, settle
+from .mjcf_settling import cables, distance, drives, effort_range, settle
 from .mjcf_shapes import mjcf_shapes
 from .mjcf_tree import MjcfTree, addresses, build_tree, pose
 
@@ -213,8 +213,9 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
         without a name, or called "qpos0", is "key_0" and so on.
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
-        point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
-        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``. Of tree and closures
+        point only and is spherical. A joint equality is a coupling: its first joint is joint b. A tendon equality of
+        two sites is a distance. Springs are in ``joints``, tendons that pull in ``cables``. Joints with an actuator are
+        actuated. What was left out is in ``left_out``. Of tree and closures
         ``ClosedChain.from_mjcf`` makes the chain.
 
     Warns
@@ -239,10 +240,10 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
     array([9.81])
     """
     source = compile_mjcf(path)
-    left = LeftOut(leave_out, source.error)
+    left, tendons = LeftOut(leave_out, source.error), cables(source)
     settle(source, left)
     try:
-        model, closures = _built(source, left)
+        model, closures = _built(source, left, tendons.values())
     except FileFormatError:
         raise
     except InvalidInput as error:
@@ -251,7 +252,7 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
     return model, closures
 
 
-def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
+def _built(source: Compiled, left: LeftOut, tendons: Iterable[Cable]) -> tuple[pin.Model, Closures]:
     """The tree and its closures, compared with MuJoCo."""
     tree = build_tree(source)
     actuated = _limit_efforts(source, tree)
@@ -260,7 +261,12 @@ def _built(source: Compiled, left: LeftOut) -> tuple[pin.Model, Closures]:
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
     shapes = tuple(mjcf_shapes(source, tree.frames, left))
-    described = Closures(tree.model.name, root, closures, roles, tree.properties, left.report, shapes=shapes)
+    routed = tuple(
+        replace(own, points=tuple((tree.frames[int(body)], at) for body, at in own.points)) for own in tendons
+    )
+    described = Closures(
+        tree.model.name, root, closures, roles, tree.properties, left.report, shapes=shapes, cables=routed
+    )
 
     def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
         other = replace(source, model=redrawn(source.model, digits, rounding_of(source.words)))
@@ -281,8 +287,10 @@ def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure,
         if not name or name in joints:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
         if source.model.eq_active0[index]:
-            couples = source.kind("mjtEq", source.model.eq_type[index]) == "joint"
-            closure = (_coupling if couples else _closure)(source, tree, index, name)
+            read = {"joint": _coupling, "tendon": _distance}.get(
+                source.kind("mjtEq", source.model.eq_type[index]), _closure
+            )
+            closure = read(source, tree, index, name)
             if closure is None:
                 left.say("rigid", f"equality {name!r} joins two frames of one rigid body")
             else:
@@ -302,6 +310,19 @@ def _coupling(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closur
     (joint_a, r_a), (joint_b, r_b) = end(int(theirs.eq_obj2id[index])), end(int(theirs.eq_obj1id[index]))
     powers = tuple(theirs.eq_data[index, : 1 if joint_a == "universe" else COEFFICIENTS].tolist())
     return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
+
+
+def _distance(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
+    """The constant length of a tendon between two sites."""
+    found = distance(source, index)
+    assert found is not None
+    ends = []
+    for site in found[:2]:
+        body = int(source.model.site_bodyid[site])
+        at = Placement(tuple(source.model.site_pos[site].tolist()))
+        ends.append((tree.frames[body], at))
+    (a, at_a), (b, at_b) = ends
+    return Closure(name, "distance", a, b, at_a, at_b, distance=found[2])
 
 
 def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure | None:
@@ -338,7 +359,7 @@ def _limit_efforts(source: Compiled, tree: MjcfTree) -> list[int]:
     lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)
     efforts: dict[int, FloatArray] = {}
     for index, joint in drives(source).items():
-        efforts[joint] = efforts.get(joint, np.zeros(2)) + _effort_range(source, index)
+        efforts[joint] = efforts.get(joint, np.zeros(2)) + effort_range(source, index)
     for joint, own in enumerate(tree.joints):
         limits = efforts.get(joint, np.array([-np.inf, np.inf]))
         if theirs.jnt_actfrclimited[joint]:
@@ -346,21 +367,3 @@ def _limit_efforts(source: Compiled, tree: MjcfTree) -> list[int]:
         lower[model.idx_vs[own]], upper[model.idx_vs[own]] = limits
     model.lowerEffortLimit, model.upperEffortLimit = lower, upper
     return [tree.joints[joint] for joint in efforts]
-
-
-def _effort_range(source: Compiled, index: int) -> FloatArray:
-    """Range of an actuator's effort on its joint, shape (2,), N or N m.
-
-    A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
-    actuator with dynamics and a constant gain; a force range limits every one.
-    """
-    theirs, found = source.model, ranges(source, index)
-    limits = np.array([-np.inf, np.inf])
-    constant = source.kind("mjtGain", theirs.actuator_gaintype[index]) == "fixed"
-    dynamic = source.kind("mjtDyn", theirs.actuator_dyntype[index]) != "none"
-    driven = found.get("actrange" if dynamic else "ctrlrange")
-    if constant and driven is not None:
-        limits = theirs.actuator_gainprm[index, 0] * driven
-    if "forcerange" in found:
-        limits = np.clip(np.sort(limits), *found["forcerange"])
-    return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])

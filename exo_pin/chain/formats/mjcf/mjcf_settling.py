@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....core.validation import FloatArray
+from ...structure.description import Cable
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled
 
@@ -22,6 +23,16 @@ READ = (
     *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
     *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
     *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
+    *(
+        "ntendon",
+        "tendon_adr",
+        "tendon_num",
+        "tendon_stiffness",
+        "tendon_length0",
+        "tendon_lengthspring",
+        "wrap_type",
+        "wrap_objid",
+    ),
     *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
     *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
     *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
@@ -46,7 +57,7 @@ def settle(source: Compiled, left: LeftOut) -> None:
     FileFormatError
         For the first thing that a chain cannot hold and the caller does not leave out.
     """
-    for part in (_finite, _whole_model, _bodies, _joints, _tendons, _equalities, _actuators):
+    for part in (_finite, _whole_model, _bodies, _joints, _actuators, _tendons, _equalities):
         part(source, left)
     if left.has("free_joint_rotors", "actuator_rotors"):
         # Of a body alone in the world MuJoCo computed the mass matrix beforehand.
@@ -129,17 +140,68 @@ def _joints(source: Compiled, left: LeftOut) -> None:
     plastic[:] = 0
 
 
+def cables(source: Compiled) -> dict[int, Cable]:
+    """Tendons over sites alone that an actuator can pull or that are springs, by number; their links by MuJoCo's.
+
+    An actuator's force acts along the growing length; of one that can push as well the pull is read. A spring has one
+    length at which it is slack, or is slack up to a length, as a cord.
+    """
+    model, found = source.model, dict[int, Cable]()
+    for tendon in range(model.ntendon):
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        wraps = slice(first, first + count)
+        if count < 2 or any(source.kind("mjtWrap", kind) != "site" for kind in model.wrap_type[wraps]):
+            continue
+        sites = model.wrap_objid[wraps].tolist()
+        points = tuple((str(model.site_bodyid[site]), tuple(model.site_pos[site].tolist())) for site in sites)
+        low, high = model.tendon_lengthspring[tendon].tolist()
+        stiffness = 0.0 if source.disabled("SPRING") else float(model.tendon_stiffness[tendon])
+        if stiffness and low not in (high, 0.0):
+            continue
+        pulls = [effort_range(source, k) for k in range(model.nactuator) if _tendon_of(source, k) == tendon]
+        force = np.sum(pulls, axis=0) if pulls else np.zeros(2)
+        tension = (max(0.0, -float(force[1])), -float(force[0])) if force[0] < 0.0 else None
+        if stiffness or tension is not None:
+            name = source.name("TENDON", tendon) or f"tendon_{tendon}"
+            spring = (stiffness, high, low != high) if stiffness else (0.0, 0.0, False)
+            found[tendon] = Cable(name, points, tension, *spring)
+    return found
+
+
+def _tendon_of(source: Compiled, index: int) -> int:
+    """The tendon that an actuator acts on, -1 for none."""
+    acts = source.kind("mjtTrn", source.model.actuator_trntype[index]) == "tendon"
+    return int(source.model.actuator_trnid[index, 0]) if acts else -1
+
+
 def _tendons(source: Compiled, left: LeftOut) -> None:
     """A tendon without any of these is a length that is measured."""
-    model = source.model
+    model, read = source.model, cables(source)
+    if read:
+        left.say("cables", ", ".join(repr(own.name) for own in read.values()))
     acting = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature", "limited")
     for tendon in range(model.ntendon):
         found = [name for name in acting if np.any(getattr(model, f"tendon_{name}")[tendon])]
+        if tendon in read and "stiffness" in found:
+            found.remove("stiffness")
         if found:
             what = f"tendon {source.called('TENDON', tendon)} has {', '.join(found)}"
             left.named("tendons", what, "forces of tendons are not read; remove it")
     for name in acting:
         getattr(model, f"tendon_{name}")[:] = 0
+
+
+def distance(source: Compiled, index: int) -> tuple[int, int, float] | None:
+    """Two sites and their distance, m, of an equality of a tendon's length; None if it holds anything else."""
+    model = source.model
+    tendon, other = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    kinds = {source.kind("mjtWrap", kind) for kind in model.wrap_type[first : first + count]}
+    length = float(model.tendon_length0[tendon] + model.eq_data[index, 0])
+    if other >= 0 or count != 2 or kinds != {"site"} or length <= 0.0:
+        return None
+    one, two = model.wrap_objid[first : first + 2].tolist()
+    return one, two, length
 
 
 def _equalities(source: Compiled, left: LeftOut) -> None:
@@ -150,21 +212,23 @@ def _equalities(source: Compiled, left: LeftOut) -> None:
         if ignored or not model.eq_active0[index]:
             left.say("inactive", f"equality {called}, which is not active")
             model.eq_active0[index] = 0
-        elif kind == "tendon":
+        elif kind == "tendon" and distance(source, index) is None:
             what = f"equality {called} is a {kind} coupling"
-            left.named("tendons", what, "only connect, weld and joint are read; remove it")
+            left.named("tendons", what, "of tendons only a constant length between two sites is read; remove it")
             model.eq_active0[index] = 0
-        elif kind not in ("connect", "weld", "joint"):
+        elif kind not in ("connect", "weld", "joint", "tendon"):
             raise source.error(f"equality {called} is a {kind} coupling: only connect, weld and joint are read")
 
 
 def _actuators(source: Compiled, left: LeftOut) -> None:
     """How a control becomes a force is not read: the efforts of a chain are given as forces."""
     model, driving = source.model, drives(source)
+    pulled = [tendon for tendon, own in cables(source).items() if own.tension is not None]
     for index in range(model.nactuator):
         called = f"actuator {source.called('ACTUATOR', index)}"
         if index not in driving:
-            left.say("actuators", f"{called} {_why_not(source, index)}")
+            if _tendon_of(source, index) not in pulled:
+                left.say("actuators", f"{called} {_why_not(source, index)}")
             if source.kind("mjtTrn", model.actuator_trntype[index]) not in ("joint", "jointinparent") or _several(
                 source, index
             ):
@@ -175,7 +239,8 @@ def _actuators(source: Compiled, left: LeftOut) -> None:
         elif _is_servo(source, index):
             left.say("control_laws", f"{called} exerts a force without control in MuJoCo")
         for field, limits in ranges(source, index).items():
-            if not _has_zero(limits):
+            # Of a cable it is the least tension.
+            if not _has_zero(limits) and _tendon_of(source, index) not in pulled:
                 what = f"{called} exerts a force without control: its {field} is {limits[0]:g} to {limits[1]:g}"
                 left.named("idle_forces", what, "let the range have 0 in it")
                 getattr(model, _LIMITED[field])[_at(source, index, field)] = 0
@@ -237,6 +302,24 @@ _LIMITED = {
 
 def _at(source: Compiled, index: int, field: str) -> int:
     return int(source.model.actuator_ctrladr[index]) if field == "ctrlrange" else index
+
+
+def effort_range(source: Compiled, index: int) -> FloatArray:
+    """Range of an actuator's effort on its joint or tendon, shape (2,), N or N m.
+
+    A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
+    actuator with dynamics and a constant gain; a force range limits every one.
+    """
+    theirs, found = source.model, ranges(source, index)
+    limits = np.array([-np.inf, np.inf])
+    constant = source.kind("mjtGain", theirs.actuator_gaintype[index]) == "fixed"
+    dynamic = source.kind("mjtDyn", theirs.actuator_dyntype[index]) != "none"
+    driven = found.get("actrange" if dynamic else "ctrlrange")
+    if constant and driven is not None:
+        limits = theirs.actuator_gainprm[index, 0] * driven
+    if "forcerange" in found:
+        limits = np.clip(np.sort(limits), *found["forcerange"])
+    return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])
 
 
 def ranges(source: Compiled, index: int) -> dict[str, FloatArray]:

@@ -36,6 +36,7 @@ from ....core.validation import FloatArray
 from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
+from ...structure.description import Cable
 from ...structure.projection import LINEAR
 from ..bodies import (
     LINKS_AND_SITES,
@@ -119,11 +120,13 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     for c, closure in enumerate(chain.closures):
         writer.add_closure(c, closure)
     actuators = ET.Element("actuator")
-    if chain.roles.limbs:
-        actuators.append(ET.Comment(" Controls of the limbs' motors are tensions, N: positive pulls. "))
+    if chain.roles.limbs or chain.description.cables:
+        actuators.append(ET.Comment(" Controls of limbs' and cables' motors are tensions, N: positive pulls. "))
     tensions = {body.joint: _tension(body.data.effort[0]) for body in bodies if body.is_limb}
     for name in chain.roles.actuated:
         ET.SubElement(actuators, "motor", {"name": name, "joint": name, **tensions.get(name, {})})
+    for cable in chain.description.cables:
+        writer.add_cable(cable, actuators)
     root.extend(part for part in (writer.shapes.meshes, writer.tendons, writer.equalities, actuators) if len(part))
     key = ET.SubElement(root, "keyframe")
     ET.SubElement(key, "key", name="closed", qpos=as_numbers(writer.qpos))
@@ -287,6 +290,26 @@ class _Writer:
         name = self._free_name(closure, "ab"[end] + more)
         ET.SubElement(element, "site", {"name": name, **pose_of(place if off is None else place * off)})
         return name
+
+    def add_cable(self, cable: Cable, actuators: ET.Element) -> None:
+        """Add a cable as a tendon over sites, with its spring, and a motor whose control is the tension."""
+        name = free_name(cable.name, self._taken)
+        tendon = ET.SubElement(self.tendons, "spatial", name=name)
+        if cable.stiffness:
+            low = 0.0 if cable.only_pulls else cable.slack
+            tendon.set("stiffness", as_numbers(cable.stiffness))
+            tendon.set("springlength", as_numbers([low, cable.slack]))
+        for k, (link, point) in enumerate(cable.points):
+            frame, site = self._chain.model.frames[self._chain.frame_index(link)], free_name(f"{name}_{k}", self._taken)
+            at = as_numbers(frame.placement.act(np.array(point)))
+            ET.SubElement(self._elements[int(frame.parentJoint)], "site", name=site, pos=at)
+            ET.SubElement(tendon, "site", site=site)
+        if cable.tension is not None:
+            given = {"name": name, "tendon": name, "gear": "-1"}
+            low, high = np.clip(cable.tension, 0.0, NO_LIMIT)
+            if low < high:
+                given["ctrlrange"] = as_numbers([low, high])
+            ET.SubElement(actuators, "motor", given)
 
 
 def _allowed(name: str, taken: set[str]) -> str:

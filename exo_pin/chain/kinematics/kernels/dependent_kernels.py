@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.small_linear import pivoted_qr, reflect, solve_triangle
+from ....numerics.small_linear import pivoted_qr, reflect, solve_transposed, solve_triangle
 from ..rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 from .closure_kernels import residual_jacobian
 
@@ -175,7 +175,7 @@ def fill_ascending(indices: Any, out: Any) -> None:
         out[k] = indices[i]
 
 
-@kernel(fills=True)
+@kernel
 def fill_reduced(order: Any, rank: int, x: Any, error: Any, independent: Any, G: Any) -> float:
     """Fill the reduced Jacobian, shape (nv, d) of zeros, from what :func:`dependent_on` returns; its largest error.
 
@@ -248,11 +248,7 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
         y[:] = 0.0
         for i in range(rank):
             y[i] = row_scale[own[order[i]]] * right[own[order[i]]]
-            for k in range(i):
-                y[i] -= W[i, k] * y[k]
-            y[i] /= diagonal[i]
-        for k in range(rank - 1, -1, -1):
-            reflect(W, half, k, y)
+        solve_transposed(W, diagonal, half, rank, y)
         for k in range(m):
             moved[mine[k]] = True
             x[mine[k]] = column[mine[k]] * y[k]

@@ -24,7 +24,7 @@ from ..structure.projection import (
 )
 
 
-@kernel
+@kernel(inline=True)
 def _add_turning(twists: Any, j: int, motions: Any, k: int, out: Any, row: int) -> None:
     """Add to a row the change V × m of motion k, which turns with twist j; all are rows of arrays, shape (..., 6)."""
     u, v, w, x, y, z = twists[j, 0], twists[j, 1], twists[j, 2], twists[j, 3], twists[j, 4], twists[j, 5]
@@ -47,7 +47,7 @@ def _own_motions(J: Any, owners: Any, u: Any, out: Any) -> None:
 
 
 @kernel
-def twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
+def _twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
     """Fill the twists of all joints along u, shape (joints, 6), and what each joint adds to its parent's."""
     parents, owners = axes
     _own_motions(J, owners, u, own)
@@ -58,13 +58,13 @@ def twists_along(J: Any, axes: Any, u: Any, own: Any, out: Any) -> None:
 
 
 @kernel
-def rate_along(
+def _rate_along(
     poses: Any, J: Any, u: Any, axes: Any, loops: Any, q: Any, memory: Any, twists: Any, out: Any, drift: Any
 ) -> None:
     """Fill ∂J along u, shape (rows, nv), its product with u, and the twists along u."""
     owners = axes[1]
     own, _, _, _, _, dJ, scratch = memory
-    twists_along(J, axes, u, own, twists)
+    _twists_along(J, axes, u, own, twists)
     dJ[:] = 0.0
     for k in range(len(u)):
         _add_turning(twists, owners[k], J, k, dJ, k)
@@ -168,14 +168,14 @@ def drift_change(
     couple_rate_change(q, v, u, w, coupled, polynomials, out)
 
 
-@kernel
+@kernel(inline=True)
 def _turn(omega: Any, twist: Any, out: Any) -> None:
     """Subtract ω × of both parts of a twist."""
     add_cross(omega, twist, -1.0, out)
     add_cross(omega, twist[3:], -1.0, out[3:])
 
 
-@kernel
+@kernel(inline=True)
 def _add_product(P: Any, twist: Any, out: Any) -> None:
     for i in range(len(out)):
         for j in range(6):
@@ -216,11 +216,11 @@ def motion_changes(
     dq, dv, da = moved[0, 0], moved[1], moved[2]
     drift, first, second = vectors[0, :height], vectors[1, :height], vectors[2, :height]
     direction, speed = vectors[3, :nv], vectors[4, :nv]
-    twists_along(J, axes, v, own[0], V)
+    _twists_along(J, axes, v, own[0], V)
     for k in range(d):
         for i in range(nv):
             direction[i] = dv[1, i, k] = da[2, i, k] = dq[i, k]
-        rate_along(poses, J, direction, axes, loops, q, own, U, along[k], drift)
+        _rate_along(poses, J, direction, axes, loops, q, own, U, along[k], drift)
         for r in range(height):
             first[r] = second[r] = 0.0
             for i in range(nv):
@@ -228,8 +228,8 @@ def motion_changes(
                 second[r] -= rate[r, i] * direction[i]
             second[r] += first[r]
         # a by v: J̇ of v along the column, and the other way round.
-        follow(order, rank, factors, scales, first, dv[0], k)
-        follow(order, rank, factors, scales, second, da[1], k)
+        _follow(order, rank, factors, scales, first, dv[0], k)
+        _follow(order, rank, factors, scales, second, da[1], k)
         for i in range(nv):
             speed[i] = dv[0, i, k]
         drift_change(poses, J, v, direction, speed, axes, loops, q, own, V, U, drift)
@@ -237,11 +237,11 @@ def motion_changes(
             drift[r] = -drift[r]
             for i in range(nv):
                 drift[r] -= along[k, r, i] * a[i]
-        follow(order, rank, factors, scales, drift, da[0], k)
+        _follow(order, rank, factors, scales, drift, da[0], k)
 
 
 @kernel
-def follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
+def _follow(order: Any, rank: int, factors: Any, scales: Any, right: Any, out: Any, k: int) -> None:
     """Fill the dependent coordinates of column k of x with J x = right, which is used up."""
     row_scale, column, _ = scales
     W, diagonal, half = factors

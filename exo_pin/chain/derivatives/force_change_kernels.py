@@ -105,7 +105,7 @@ def force_changes(
 
 
 @kernel
-def _open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
+def open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
     """Fill the changes of the efforts with constant multipliers; those of q with v and a, and of v with a, are zero."""
     by_q, by_v, lower = trees
     (d, height, nv), dq, dv, da, tau = along.shape, moved[0, 0], moved[1], moved[2], moved[3]
@@ -209,7 +209,7 @@ def derivatives_of_motion(
         new_change_memory(len(axes[0]), nv, height),
     )  # fmt: skip
     multipliers = room[1][2]
-    _open_changes(trees, along, multipliers, moved)
+    open_changes(trees, along, multipliers, moved)
     if count > 0:
         force_changes(moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
     return block, moved, change, is_certain(block, tolerance) and block[COUNT - 1] < ORDINARY

@@ -25,15 +25,16 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ...numerics.small_linear import solve_transposed
 from ..dynamics.equations.equation_kernels import clear_motion
-from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, open_tree, wrenches_on
+from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, wrenches_on
 from ..dynamics.forward_dynamics import ClosedMotion, efforts_of, forward_dynamics
 from ..kinematics.kernels.closure_kernels import new_scratch
 from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
 from ..kinematics.reduced_kinematics import refuse_choice
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.memory.chain_buffers import unpacked_constants
-from .change_kernels import drift_change, follow, new_change_memory, rate_along, twists_along
+from .change_kernels import motion_changes, new_change_memory
 from .dynamics_derivatives import NONE_GIVEN, tree_derivatives
+from .force_change_kernels import open_changes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -153,7 +154,7 @@ def forward_dynamics_derivatives(
     efforts, work = efforts_of(state, tau), state.buffers
     given = NONE_GIVEN if independent is None else frozen(state.velocity_indices(independent))
     work.q[:], work.v[:] = q, v
-    a = _certain_acceleration(state, q, v, efforts, external)
+    a = None if external else _certain_acceleration(state, q, v, efforts)
     # What is in doubt is solved or refused there.
     work.a[:] = forward_dynamics(state, q, v, efforts, external=external).a if a is None else a
     work.v[:] = v
@@ -170,24 +171,16 @@ def forward_dynamics_derivatives(
     )
 
 
-def _certain_acceleration(
-    state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray, external: Mapping[str, ArrayLike] | None
-) -> FloatArray | None:
-    """The acceleration where it is certain that nothing has to be refused; else None."""
-    work, idle = state.buffers, external is None and state.passive.is_idle
-    if state.passive.rubs or state.tolerance or not state.has_unit_turns(q):
+def _certain_acceleration(state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray) -> FloatArray | None:
+    """The acceleration of a chain without springs where it is certain that nothing has to be refused; else None."""
+    work = state.buffers
+    if not state.passive.is_idle or state.tolerance or not state.has_unit_turns(q):
         return None
-    if idle:
-        # One call of Pinocchio in place of three.
-        pin.computeRNEADerivatives(state.model, work.data, q, v, work.still)
-        lower, forces = work.trees[2], efforts - work.tau
-    else:
-        work.jacobian_rates(q, v)
-        forces = efforts - open_tree(state, q, v, work.still, external)
-        lower = np.reshape(pin.crba(state.model, work.data, q), (state.nv, state.nv)).T
+    # One call of Pinocchio in place of the three of forward dynamics.
+    pin.computeRNEADerivatives(state.model, work.data, q, v, work.still)
     certain, a = certain_motion.run(
         work.poses, work.J, work.dJ, work.for_derivatives[3], work.constants, work.gap, work.jacobian,
-        work.jacobian_rate, lower, forces,
+        work.jacobian_rate, work.trees[2], efforts - work.tau,
     )  # fmt: skip
     return a if certain else None
 
@@ -237,7 +230,7 @@ def acceleration_changes(
     loops, scales, _, axes = unpacked_constants(constants[0], constants[1])
     (height, nv), nq = rate.shape, len(motion) - 2 * len(left)
     q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
-    by_q, by_v, lower = trees
+    lower = trees[2]
     row_scale, column, _ = scales
     allowed, order, own = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv, dtype=np.int64)
     for k in given:
@@ -264,53 +257,41 @@ def acceleration_changes(
     solve_transposed(factors[0], factors[1], factors[2], rank, multipliers)
     for r in range(height):
         multipliers[r] *= row_scale[r]
-    found, moved, pushed = np.zeros((3, nv, nv)), np.zeros((nv, nv)), np.empty((2, nv, nv))
-    joints, turned, _ = new_change_memory(len(poses), nv, height)
-    memory = joints[0], joints[1], joints[2], joints[3], joints[4], turned, new_scratch()
-    V, U, change = joints[5], joints[6], np.empty((height, nv))
-    (unit, still), (first, second, drift) = np.zeros((2, nv)), np.empty((3, height))
-    twists_along(J, axes, v, memory[0], V)
+    # Along each coordinate by itself, with the velocities that follow it; these are taken off again.
+    moved, along = np.zeros((4, 3, nv, nv)), np.empty((nv, height, nv))
     for k in range(nv):
-        unit[k] = 1.0
-        rate_along(poses, J, unit, axes, loops, q, memory, U, change, drift)
-        drift_change(poses, J, v, unit, still, axes, loops, q, memory, V, U, drift)
-        unit[k] = 0.0
-        for r in range(height):
-            first[r], drift[r] = 0.0, -drift[r]
-            for i in range(nv):
-                first[r] -= change[r, i] * v[i]
-                drift[r] -= change[r, i] * a[i]
-            second[r] = first[r] - rate[r, k]
-        for i in range(nv):
-            pushed[0, i, k], pushed[1, i, k] = -by_q[i, k], -by_v[i, k]
-            for r in range(height):
-                pushed[0, i, k] += change[r, i] * multipliers[r]
-        follow(order, rank, factors, scales, drift, found[0], k)
-        follow(order, rank, factors, scales, second, found[1], k)
-        follow(order, rank, factors, scales, first, moved, k)
-    response, along = _response(lower, Z), np.empty(nv)
+        moved[0, 0, k, k] = 1.0
+    motion_changes(
+        poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along, new_scratch(),
+        new_change_memory(len(poses), nv, height),
+    )  # fmt: skip
+    open_changes(trees, along, multipliers, moved)
+    following, found, change = moved[1, 0], moved[2], np.empty(nv)
+    for part in (moved[2], moved[3]):
+        _add_product(part[1], following, -1.0, part[0])
+    response = _response(lower, Z)
     for n in range(2):
-        for i in range(nv):
-            for j in range(rank):
-                inertia = lower[max(i, order[j]), min(i, order[j])]
-                if inertia != 0.0:
-                    for k in range(nv):
-                        pushed[n, i, k] -= inertia * found[n, order[j], k]
         for s in range(d):
-            along[:] = 0.0
+            change[:] = 0.0
             for i in range(nv):
-                if response[s, i] != 0.0:
-                    for k in range(nv):
-                        along[k] += response[s, i] * pushed[n, i, k]
-            _add_outer(response[s], along, found[n])
+                for k in range(nv):
+                    change[k] -= response[s, i] * moved[3, n, i, k]
+            _add_outer(response[s], change, found[n])
+    found[2] = 0.0
     for s in range(d):
         _add_outer(response[s], response[s], found[2])
-    for j in range(nv):
-        for k in range(d):
-            if Z[j, k] != 0.0:
-                for i in range(nv):
-                    v_q[i, k] += moved[i, j] * Z[j, k]
+    _add_product(following, Z, 1.0, v_q)
     return found, reduced, own, (rank, most, cut)
+
+
+@kernel
+def _add_product(A: Any, B: Any, factor: float, out: Any) -> None:
+    """Add a multiple of A B."""
+    for j in range(len(B)):
+        for i in range(len(A)):
+            if A[i, j] != 0.0:
+                for k in range(B.shape[1]):
+                    out[i, k] += factor * A[i, j] * B[j, k]
 
 
 @kernel

@@ -15,8 +15,8 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain, Roles
+from ...chain.formats.chain_writing import written_chain
 from ...chain.formats.joint_data import joint_data
-from ...chain.formats.restating.restated_writing import written_chain
 from ...chain.structure.description import Cable
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.files import as_file_stem, require_ending, write_text

@@ -11,7 +11,6 @@ words for them; what they say is in the device's own names::
     [in_file]                        # how the robot's file says it
     helpers = ["loop_helper_0"]      # joints of bodies that only stand for a closure
     closing = ["loop"]               # joints that are closures here
-    leave_out = ["tendons"]          # what there is for other programs alone, as for ClosedChain.from_mjcf
     [in_file.frames]                 # links and sites that are called otherwise there
     arm = "arm_link"
     [[in_file.joints]]
@@ -41,7 +40,7 @@ import numpy as np
 from ...chain import ClosedChain, Roles
 from ...chain.formats.closures_file import closure_values, joint_values, read_closure, read_joint, read_roles
 from ...chain.formats.mjcf.mjcf_reading import read_mjcf
-from ...chain.formats.restating.restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, restored
+from ...chain.formats.restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, restored
 from ...chain.formats.sdf.sdf_reading import read_sdf
 from ...chain.structure.description import Closures
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
@@ -99,7 +98,6 @@ def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str]
         tolerance=tolerance,
     )
     rest = {str(item.text("name")): _numbers(item, "coordinates") for item in table.tables("rest")}
-    leave_out = (*((leave_out,) if isinstance(leave_out, str) else leave_out), *restated.leave_out)
     if ending == ".xml":
         model, read = read_mjcf(robot, leave_out)
     elif ending == ".sdf":
@@ -142,7 +140,7 @@ def robot_tables(chain: ClosedChain, restated: Restated, ending: str, rest: dict
         content["roles"] = _roles(own.roles)
     content["rest"] = [{"name": name, "coordinates": q.tolist()} for name, q in rest.items()]
     if ending != ".urdf" or not restated.is_empty:
-        in_file: dict[str, Any] = {key: list(getattr(restated, key)) for key in ("helpers", "closing", "leave_out")}
+        in_file: dict[str, Any] = {key: list(getattr(restated, key)) for key in ("helpers", "closing")}
         in_file |= {"frames": dict(restated.frames), "joints": [_joint(*item) for item in restated.joints.items()]}
         content["in_file"] = {key: value for key, value in in_file.items() if value}
     return {key: value for key, value in content.items() if value not in ([], "")}
@@ -180,9 +178,8 @@ def _restated(table: TomlTable) -> Restated:
         item.finish()
         body = None if inertia is None else tuple(inertia.tolist())
         joints[name] = JointRestated(called, zero, body, data)
-    found = Restated(
-        joints, table.mapping("frames"), table.texts("helpers"), table.texts("closing"), table.texts("leave_out")
-    )
+    table.skip("leave_out")  # of files that were written before tendons were read
+    found = Restated(joints, table.mapping("frames"), table.texts("helpers"), table.texts("closing"))
     table.finish()
     return found
 

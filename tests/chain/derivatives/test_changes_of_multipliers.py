@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin.chain.derivatives.force_change_kernels import _open_changes, force_changes
+from exo_pin.chain.derivatives.force_change_kernels import force_changes, open_changes
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -90,7 +90,7 @@ def test_changes_of_the_open_tree_are_products_of_its_derivatives():
     moved[:3] = rng.normal(size=(3, 3, nv, d))
     given = moved.copy()
     # Of the mass matrix the lower half alone is read.
-    _open_changes((by_q, by_v, np.tril(M)), along, multipliers, moved)
+    open_changes((by_q, by_v, np.tril(M)), along, multipliers, moved)
     dq, dv, da = given[0, 0], given[1], given[2]
     loops = np.einsum("kri,r->ik", along, multipliers)
     np.testing.assert_allclose(moved[3, 0], by_q @ dq + by_v @ dv[0] + M @ da[0] - loops)

@@ -56,14 +56,14 @@ from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Cable, Closures, Roles, Root
-from ...structure.frames import placement_of
+from ...structure.frames import Placement, placement_of
 from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from ..bodies import free_name
 from ..digits import Redrawn, rounding_of, with_digits
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled, compile_mjcf, mujoco_warnings
-from .mjcf_settling import cables, drives, effort_range, settle
+from .mjcf_settling import cables, distance, drives, effort_range, settle
 from .mjcf_shapes import mjcf_shapes
 from .mjcf_tree import MjcfTree, addresses, build_tree, pose
 
@@ -213,8 +213,9 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
         without a name, or called "qpos0", is "key_0" and so on.
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
-        point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
-        ``joints``. Joints with an actuator are actuated. What was left out is in ``left_out``. Of tree and closures
+        point only and is spherical. A joint equality is a coupling: its first joint is joint b. A tendon equality of
+        two sites is a distance. Springs are in ``joints``, tendons that pull in ``cables``. Joints with an actuator are
+        actuated. What was left out is in ``left_out``. Of tree and closures
         ``ClosedChain.from_mjcf`` makes the chain.
 
     Warns
@@ -286,8 +287,10 @@ def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure,
         if not name or name in joints:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
         if source.model.eq_active0[index]:
-            couples = source.kind("mjtEq", source.model.eq_type[index]) == "joint"
-            closure = (_coupling if couples else _closure)(source, tree, index, name)
+            read = {"joint": _coupling, "tendon": _distance}.get(
+                source.kind("mjtEq", source.model.eq_type[index]), _closure
+            )
+            closure = read(source, tree, index, name)
             if closure is None:
                 left.say("rigid", f"equality {name!r} joins two frames of one rigid body")
             else:
@@ -307,6 +310,19 @@ def _coupling(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closur
     (joint_a, r_a), (joint_b, r_b) = end(int(theirs.eq_obj2id[index])), end(int(theirs.eq_obj1id[index]))
     powers = tuple(theirs.eq_data[index, : 1 if joint_a == "universe" else COEFFICIENTS].tolist())
     return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
+
+
+def _distance(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
+    """The constant length of a tendon between two sites."""
+    found = distance(source, index)
+    assert found is not None
+    ends = []
+    for site in found[:2]:
+        body = int(source.model.site_bodyid[site])
+        at = Placement(tuple(source.model.site_pos[site].tolist()))
+        ends.append((tree.frames[body], at))
+    (a, at_a), (b, at_b) = ends
+    return Closure(name, "distance", a, b, at_a, at_b, distance=found[2])
 
 
 def _closure(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure | None:

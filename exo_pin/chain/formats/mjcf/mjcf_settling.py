@@ -23,7 +23,16 @@ READ = (
     *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
     *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
     *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
-    *("ntendon", "tendon_adr", "tendon_num", "tendon_stiffness", "tendon_lengthspring", "wrap_type", "wrap_objid"),
+    *(
+        "ntendon",
+        "tendon_adr",
+        "tendon_num",
+        "tendon_stiffness",
+        "tendon_length0",
+        "tendon_lengthspring",
+        "wrap_type",
+        "wrap_objid",
+    ),
     *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
     *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
     *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
@@ -182,6 +191,19 @@ def _tendons(source: Compiled, left: LeftOut) -> None:
         getattr(model, f"tendon_{name}")[:] = 0
 
 
+def distance(source: Compiled, index: int) -> tuple[int, int, float] | None:
+    """Two sites and their distance, m, of an equality of a tendon's length; None if it holds anything else."""
+    model = source.model
+    tendon, other = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    kinds = {source.kind("mjtWrap", kind) for kind in model.wrap_type[first : first + count]}
+    length = float(model.tendon_length0[tendon] + model.eq_data[index, 0])
+    if other >= 0 or count != 2 or kinds != {"site"} or length <= 0.0:
+        return None
+    one, two = model.wrap_objid[first : first + 2].tolist()
+    return one, two, length
+
+
 def _equalities(source: Compiled, left: LeftOut) -> None:
     model = source.model
     ignored = source.disabled("EQUALITY") or source.disabled("CONSTRAINT")
@@ -190,11 +212,11 @@ def _equalities(source: Compiled, left: LeftOut) -> None:
         if ignored or not model.eq_active0[index]:
             left.say("inactive", f"equality {called}, which is not active")
             model.eq_active0[index] = 0
-        elif kind == "tendon":
+        elif kind == "tendon" and distance(source, index) is None:
             what = f"equality {called} is a {kind} coupling"
-            left.named("tendons", what, "only connect, weld and joint are read; remove it")
+            left.named("tendons", what, "of tendons only a constant length between two sites is read; remove it")
             model.eq_active0[index] = 0
-        elif kind not in ("connect", "weld", "joint"):
+        elif kind not in ("connect", "weld", "joint", "tendon"):
             raise source.error(f"equality {called} is a {kind} coupling: only connect, weld and joint are read")
 
 

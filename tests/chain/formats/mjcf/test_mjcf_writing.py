@@ -233,3 +233,14 @@ def test_a_root_link_called_world_has_another_name_in_mjcf(tmp_path):
         assert "world_link" in {frame.name for frame in again.model.frames}
         q = chain.neutral()
         np.testing.assert_allclose(tree_forces(again, q).tau, tree_forces(chain, q).tau, atol=1e-12)
+
+
+def test_a_distance_is_read_again_as_one(tmp_path):
+    for name in ("delta", "loop-distance"):
+        chain, q = CHAINS[name]
+        again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path, q))
+        for one, other in zip(chain.closures, again.closures, strict=True):
+            assert (one.type, one.name) == (other.type, other.name)
+            if one.type == "distance":
+                assert other.distance == pytest.approx(one.distance, rel=1e-12)
+        assert np.abs(again.residual(again.reference_configuration("closed"))).max() < 1e-12

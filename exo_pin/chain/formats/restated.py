@@ -14,12 +14,12 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 import pinocchio as pin
 
-from ....core.validation import FloatArray, as_choice
-from ...structure.chain_state import ChainState
-from ...structure.closures import Closure
-from ...structure.description import Closures
-from ...structure.motion_axes import q_slice, v_slice
-from ..bodies import COPIED, LINKS_AND_SITES, rebuilt
+from ...core.validation import FloatArray, as_choice
+from ..structure.chain_state import ChainState
+from ..structure.closures import Closure
+from ..structure.description import Closures
+from ..structure.motion_axes import q_slice, v_slice
+from .bodies import COPIED, LINKS_AND_SITES, rebuilt
 
 #: Data of joints, by the coordinates of v, and of q (positions), as Pinocchio's model calls them.
 BY_VELOCITY = {
@@ -67,15 +67,12 @@ class Restated:
         Joints of the file whose bodies only stand for closures.
     closing : tuple of str
         Joints of the file that close loops.
-    leave_out : tuple of str
-        What a reader of the file has to leave out.
     """
 
     joints: Mapping[str, JointRestated] = field(default_factory=dict)
     frames: Mapping[str, str] = field(default_factory=dict)
     helpers: tuple[str, ...] = ()
     closing: tuple[str, ...] = ()
-    leave_out: tuple[str, ...] = ()
 
     @property
     def is_empty(self) -> bool:

@@ -28,8 +28,7 @@ from .formats import chain_writing, parallel_robots
 from .formats.mjcf import mjcf_reading
 from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
-from .kinematics import assemblies as all_assemblies
-from .kinematics import closing, loops, paths, reduced_kinematics
+from .kinematics import branches, closing, loops, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
@@ -275,15 +274,15 @@ class ClosedChain:
 
     reference_configuration = _method_of_state(closing.reference_configuration)
     close = _method_of_state(closing.close)
-    assemblies = _method_of_state(all_assemblies.assemblies)
+    assemblies = _method_of_state(branches.assemblies)
     beyond_limits = _method_of_state(closing.beyond_limits)
     residual = _method_of_state(loops.residual)
     constraint_jacobian = _method_of_state(loops.constraint_jacobian)
     constraint_drift = _method_of_state(loops.constraint_drift)
     placement = _method_of_state(loops.placement)
     placements = _method_of_state(loops.placements)
-    forward_kinematics = _method_of_state(paths.forward_kinematics)
-    inverse_kinematics = _method_of_state(paths.inverse_kinematics)
+    forward_kinematics = _method_of_state(branches.forward_kinematics)
+    inverse_kinematics = _method_of_state(branches.inverse_kinematics)
 
     # Velocities, accelerations and mobility
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
@@ -114,7 +115,7 @@ def least_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, 
     return x, motions[:, :filled].copy()
 
 
-def digits_caution(geometry: float, values: FloatArray, tolerance: float) -> tuple[str, ...]:
+def digits_caution(geometry: float, values: NDArray[Any], tolerance: float) -> tuple[str, ...]:
     """What the digits of a geometry leave uncertain of the forces, in words, from one percent on.
 
     Parameters

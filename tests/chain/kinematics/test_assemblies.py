@@ -124,7 +124,7 @@ def test_a_spherical_3rrr_has_eight():
     assert len(found) == len(roots) == 8
 
 
-@pytest.mark.parametrize("name", ["prototype", "three-linear-actuators", "scenario-one"])
+@pytest.mark.parametrize("name", ["three-linear-actuators", "scenario-one"])
 def test_three_limbs_and_a_ball_have_the_orientations_of_the_closed_form(name):
     """Double roots among them: in the neutral pose of scenario one two modes meet."""
     exo = ep.load(name)

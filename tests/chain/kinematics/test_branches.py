@@ -53,15 +53,15 @@ def _near(found, wanted):
 def test_a_held_crank_stays_on_the_branch_of_the_configuration(cut, side):
     chain = crank_rocker(cut)
     start = chain.close(assembled(FIRST, side, cut))
-    rows = np.tile(start, (71, 1))
-    rows[:, 0] += np.deg2rad(5.0) * np.arange(1, 72)
+    rows = np.tile(start, (17, 1))
+    rows[:, 0] += np.deg2rad(21.0) * np.arange(1, 18)
     for row in rows:
         wanted = assembled(row[0], side, cut)
         assert _near(chain.close(row, hold=["crank"]), wanted), np.rad2deg(row[0])
         assert _near(chain.forward_kinematics(row[:1], start, ["crank"]), wanted)
     # A stack is closed as its samples are.
-    found = chain.close(rows[::10], hold=["crank"])
-    assert all(_near(one, assembled(row[0], side, cut)) for one, row in zip(found, rows[::10], strict=True))
+    found = chain.close(rows[::4], hold=["crank"])
+    assert all(_near(one, assembled(row[0], side, cut)) for one, row in zip(found, rows[::4], strict=True))
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -91,7 +91,7 @@ def test_where_the_branch_ends_another_one_is_named():
     np.testing.assert_array_equal(found[[0, 2]], moved[[0, 2]])
 
 
-@pytest.mark.parametrize("angle", [60, 120, 180, 240, 300])
+@pytest.mark.parametrize("angle", [120, 240, 300])
 def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     """The torque of the crank that holds the bars' weight, and its angles in all closed configurations."""
     bars = _bar("crank", 0.0, CRANK, _bar("coupler", CRANK, COUPLER)) + _bar("rocker", GROUND, ROCKER)

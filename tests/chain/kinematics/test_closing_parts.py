@@ -10,10 +10,10 @@ from mechanisms import five_bar, four_bar, parallelogram
 from exo_pin import BeyondLimits, LoopNotClosed
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import residual_of_rank
 from exo_pin.chain.kinematics import closing
+from exo_pin.chain.kinematics.branches import forward_kinematics
 from exo_pin.chain.kinematics.closing import NOTHING_HELD, close, nearest_closed
 from exo_pin.chain.kinematics.closing_steps import CLOSED_THERE, GOING, STUCK, Attempt, advance, attempt
 from exo_pin.chain.kinematics.loops import closed_configuration, scaled_jacobian
-from exo_pin.chain.kinematics.paths import forward_kinematics
 from exo_pin.chain.kinematics.rank import ROUNDING, rank_tolerance
 from exo_pin.chain.structure.motion_axes import limits_of
 

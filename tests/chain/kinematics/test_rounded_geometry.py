@@ -61,7 +61,9 @@ def test_many_rounded_mechanisms_move_as_the_exact_ones(name):
             _compare(name, digits, seed)
 
 
-@pytest.mark.parametrize("digits", [4, 5, 6])
+@pytest.mark.parametrize(
+    "digits", [4, pytest.param(5, marks=pytest.mark.full), pytest.param(6, marks=pytest.mark.full)]
+)
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_loops_are_closed_as_well_as_the_digits_allow(name, digits):
     """Driven far from the drawn pose, from a start that is off, the joints are those of the exact mechanism."""
@@ -165,7 +167,7 @@ def test_digits_change_no_verdict(name):
     drawing, singular = (POSES | REGULAR)[name], name in POSES
     exact = _verdict(drawing.chain())
     assert exact.verdict == ("singular" if singular else "regular")
-    for digits in (8, 6, 5, 4):
+    for digits in (7, 4):
         found = _verdict(drawing.chain(digits, seed=digits))
         assert found.verdict in (exact.verdict, "undetermined within the digits" if singular else "regular"), digits
         for one, other in ((found, exact), (found.locked, exact.locked)):
@@ -177,22 +179,24 @@ def test_digits_change_no_verdict(name):
 def test_random_roundings_count_the_same_freedoms(name):
     drawing = (POSES | REGULAR)[name]
     exact = _verdict(drawing.chain())
-    for seed in range(8):
-        for digits in (8, 7, 6, 5, 4):
+    for seed in range(2):
+        for digits in (8, 6, 5, 4):
             found = _verdict(drawing.chain(digits, seed))
             assert found.degrees_of_freedom == exact.degrees_of_freedom
             assert found.locked.degrees_of_freedom == exact.locked.degrees_of_freedom
             assert (found.verdict == "regular") == (name in REGULAR)
 
 
-@pytest.mark.parametrize("digits", [8, 6, 4])
+@pytest.mark.parametrize("digits", [8, 4])
 def test_a_file_that_draws_a_singular_pose_is_read_as_known_to_its_digits(digits, tmp_path):
     """A 3-UPU at home: five freedoms, two with its slides locked, in Python, in checks and on the command line."""
     chain = rounded_urdf(POSES["3-UPU at home"].chain(seed=1), digits, tmp_path)
     found = chain.mobility(chain.close(chain.reference_configuration()))
     assert (found.degrees_of_freedom, found.locked.degrees_of_freedom, found.verdict) == (5, 2, "singular")
     assert "the drawn configuration is singular within them" in chain.description.left_out[-1]
-    (said,) = (finding for finding in check_chain(chain).findings if finding.name == "mobility")
+    checked = check_chain(chain).findings
+    assert "fail" not in [finding.outcome for finding in checked]
+    (said,) = (finding for finding in checked if finding.name == "mobility")
     assert said.outcome == "note"
     assert "the first configuration is singular: constraint, output" in said.detail
     # Elsewhere the digits make no difference to the loops, and count in ranks.

@@ -1,4 +1,6 @@
-"""All closed configurations of a chain with some joints held, by closing from random starts until none is left unseen.
+"""Assembly branches: forward and inverse kinematics along paths that stay on one, and all that there are.
+
+All closed configurations of a chain with some joints held, by closing from random starts until none is left unseen.
 
 How often each is found tells how many were not. By Good and Turing the probability that the next start finds a new one
 is about the share of the starts whose configuration was found once; by Chao at least f1 (f1 - 1) / (2 (f2 + 1)) are
@@ -10,22 +12,24 @@ that hardly any start leads to may be missing.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import UndeterminedMotion
+from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
 from ...core.progress import track
 from ...core.records import Record
-from ...core.validation import FloatArray, as_count, frozen
+from ...core.validation import FloatArray, as_choice, as_count, as_finite, frozen, require_type
 from ..structure.chain_state import ChainState
+from ..structure.closures import Closure
+from ..structure.frames import placement_of
 from ..structure.memory.chain_buffers import forest_of
 from ..structure.motion_axes import joint_names, limits_of
-from .closing import mobilities, reference_configuration
+from .closing import CLOSED_TO, STEPS, close, follow, followed, mobilities, nearest_closed, reference_configuration
 from .closing_steps import BLOCK, closed_stack
-from .loops import scaled_jacobian
+from .loops import closed_configuration, placement, scaled_jacobian
 from .reduced_kinematics import still_moving
 
 #: Configurations whose bodies are no farther apart, characteristic lengths and entries of rotations, are one: where two
@@ -56,10 +60,6 @@ class Assemblies(Record):
         configurations meet, such as at a double root.
     starts : int
         Random starts, those whose loops did not close among them.
-    unseen : float
-        About how many more there are, at least, by Chao's estimate; 0 where each was found three times.
-    is_complete : bool
-        Whether each was found three times.
 
     Examples
     --------
@@ -73,11 +73,20 @@ class Assemblies(Record):
     hits: NDArray[np.int64]
     margins: FloatArray
     starts: int
-    unseen: float
-    is_complete: bool
 
     def __len__(self) -> int:
         return len(self.hits)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether each was found three times."""
+        return bool(len(self) and self.hits.min() >= _OFTEN)
+
+    @property
+    def unseen(self) -> float:
+        """About how many more there are, at least, by Chao's estimate; 0 where each was found three times."""
+        once, twice = (int((self.hits == count).sum()) for count in (1, 2))
+        return once * (once - 1) / (2 * (twice + 1))
 
     @property
     def meeting(self) -> NDArray[np.bool_]:
@@ -173,11 +182,7 @@ def assemblies(
     order = np.argsort(-hits, kind="stable")
     free = np.flatnonzero(weight)
     margins = [_margin(scaled_jacobian(state, row)[0][:, free]) for row in found[order]]
-    once, twice = int((hits == 1).sum()), int((hits == 2).sum())
-    unseen = once * (once - 1) / (2 * (twice + 1))
-    complete = bool(len(hits) and hits.min() >= _OFTEN)
-    arrays = (frozen(array) for array in (found[order], hits[order], np.array(margins)))
-    return Assemblies(*arrays, done + count, float(unseen), complete)
+    return Assemblies(frozen(found[order]), frozen(hits[order]), frozen(np.array(margins)), done + count)
 
 
 def _starts(state: ChainState, q: FloatArray, weight: FloatArray, rng: np.random.Generator, count: int) -> FloatArray:
@@ -204,3 +209,132 @@ def _margin(J: FloatArray) -> float:
     """The smallest singular value over the largest, of a matrix that has no more columns than rows."""
     values = np.linalg.svd(J, compute_uv=False)
     return float(values[-1] / values[0]) if len(values) else 0.0
+
+
+def forward_kinematics(
+    state: ChainState, positions: ArrayLike, near: ArrayLike, joints: Iterable[str] | None = None
+) -> FloatArray:
+    """The configuration at given positions of some joints, on the branch of a known one.
+
+    The joints move along a straight line, in steps that the loops follow, so the result is on the same assembly
+    branch as ``near``. Freedoms that the joints do not determine move least. :meth:`ClosedChain.placement` of the
+    result gives the pose of any frame.
+
+    Parameters
+    ----------
+    positions : array_like
+        Coordinates in q of ``joints``, in their order.
+    near : array_like
+        Shape (nq,), a closed configuration.
+    joints : iterable of str, optional
+        The actuated joints of the roles if left out.
+
+    Returns
+    -------
+    ndarray
+        Shape (nq,), closed.
+
+    Raises
+    ------
+    LoopNotClosed
+        If the branch ends before the goal: a limb is stretched or folded, or the path meets a singularity.
+    InvalidInput
+        If no joints are given and the roles name none.
+
+    Examples
+    --------
+    >>> exo = ep.load("three-linear-actuators")
+    >>> chain, near = exo.chain, exo.chain.close(exo.chain.neutral())
+    >>> slides = [chain.configuration_slice(slide).start for slide in chain.roles.actuated]
+    >>> q = chain.forward_kinematics(near[slides] + [0.01, 0.0, 0.0], near)  # one slide is pushed by 10 mm
+    >>> round(float(np.rad2deg(2.0 * np.arccos(q[3]))), 1)  # degrees by which that turns the arm
+    5.9
+    """
+    names = list(state.roles.actuated if joints is None else joint_names(joints))
+    if not names:
+        raise InvalidInput(
+            "expected joints=, the names of the joints that positions are of: the roles name no actuated joints"
+        )
+    start = closed_configuration(state, near)
+    goal = start.copy()
+    index = np.concatenate([np.arange(state.nq)[state.configuration_slice(name)] for name in names])
+    goal[index] = as_finite("positions", positions, (len(index),))
+    return followed(state, start, state.configuration(goal), names)
+
+
+def inverse_kinematics(
+    state: ChainState,
+    frame: str,
+    target: pin.SE3,
+    near: ArrayLike | None = None,
+    part: str = "pose",
+    hold: Iterable[str] = (),
+    respect_limits: bool = True,
+) -> FloatArray:
+    """The configuration with a frame at a pose, on closed loops: the target is one more loop, see :func:`close`.
+
+    From a closed configuration the frame goes to the target along a straight line, so that the branch stays. Where that
+    does not lead there, the nearest configuration is taken, on whatever branch.
+
+    Parameters
+    ----------
+    frame : str
+        Frame of the tree.
+    target : pinocchio.SE3
+        Its pose in the world.
+    near : array_like, optional
+        Shape (nq,), where to start; :meth:`ClosedChain.reference_configuration` if left out.
+    part : {"pose", "position"}
+        What has to be reached.
+    hold, respect_limits
+        As for :meth:`ClosedChain.close`.
+
+    Returns
+    -------
+    ndarray
+        Shape (nq,).
+
+    Raises
+    ------
+    LoopNotClosed
+        If the target is not reached from there; it has the nearest configuration.
+    BeyondLimits
+        If it is reached beyond the limits only.
+
+    Examples
+    --------
+    >>> import pinocchio as pin
+    >>> chain = ep.load("three-linear-actuators").chain
+    >>> raised = chain.placement(chain.close(chain.neutral()), "arm") * pin.exp6(np.array([0, 0, 0, 0, -0.5, 0]))
+    >>> chain.placement(chain.inverse_kinematics("arm", raised), "arm").isApprox(raised)
+    True
+    """
+    require_type("target", target, pin.SE3)
+    kind = "rigid" if as_choice("part of the pose", part, ("pose", "position")) == "pose" else "spherical"
+    name = max((own.name for own in state.closures), key=len, default="") + " target"
+
+    def reaching(pose: pin.SE3) -> ChainState:
+        goal = Closure(name, kind, frame, "universe", placement_b=placement_of(pose))
+        return ChainState(state.model, replace(state.description, closures=(*state.closures, goal)))
+
+    start = reference_configuration(state) if near is None else state.configuration(near)
+    whole, first = reaching(target), placement(state, start, frame)
+    held = state.velocity_indices(hold)
+    way, limits = pin.log6(first.actInv(target)), limits_of(state.model)
+    reach = max(float(np.linalg.norm(way.linear)) / state.topology.length, float(np.linalg.norm(way.angular)))
+
+    def correct(fraction: float, q: FloatArray) -> FloatArray:
+        there = whole if fraction == 1.0 else reaching(first * pin.exp6(fraction * way))
+        return nearest_closed(there, q, held, CLOSED_TO, STEPS)[0]
+
+    try:
+        if state.buffers.residual(start) <= state.closed:
+            q = follow(state, start, reach, correct)
+            if not respect_limits or limits.holds(q):
+                return q
+    except LoopNotClosed:
+        pass
+    try:
+        return close(whole, start, hold, respect_limits=respect_limits)
+    except LoopNotClosed as error:
+        raise LoopNotClosed(error.q, error.residual, error.iterations, frame) from None

@@ -17,7 +17,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain import read_closures
-from exo_pin.cli.muscle.muscle_commands import read_columns
+from exo_pin.cli.muscle_commands import read_columns
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.design import read_mechanism

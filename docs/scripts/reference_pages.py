@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import inspect
 import re
 from collections.abc import Iterable
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 
+from cyclopts import App
 from public_names import HIDDEN, ROOMS, public_names
 
 from exo_pin.chain.structure.closures import TYPES
-from exo_pin.cli import COMMANDS, _parser
+from exo_pin.cli import GROUPS
+from exo_pin.cli.command import command, examples, notes, shown_default
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.design.io.mechanism_reading import _KEYS
 
@@ -65,43 +66,27 @@ def _entry(path: str, item: object) -> str:
 
 
 def command_line() -> str:
-    """Every command with its examples and options, from the tables of the command line."""
+    """Every command with its examples and options, from the parser of the command line."""
     lines = []
-    for name, command in COMMANDS.items():
-        lines += [
-            f"## exo-pin {name}",
-            "",
-            f"{command.description.strip()}",
-            "",
-            "```bash",
-            *command.examples,
-            "```",
-            "",
-        ]
-        parser = _inner(_parser([name]))[name]
-        inner = _inner(parser)
-        for word, each in (inner or {"": parser}).items():
-            if word:
-                lines += [f"### exo-pin {name} {word}", ""]
-            lines += ["| option | meaning |", "| --- | --- |", *_options(each), ""]
-        if command.notes:
-            lines += ["```text", command.notes.strip("\n"), "```", ""]
+    for title, commands in GROUPS.items():
+        lines += [f"## {title}", ""]
+        for name in commands:
+            app = command(name)
+            lines += [f"### exo-pin {name}", "", app.help or "", "", "```bash", *examples(name), "```", ""]
+            lines += ["| option | meaning |", "| --- | --- |", *_options(app), ""]
+            lines += ["```text", notes(name).strip("\n"), "```", ""] if notes(name) else []
     return "\n".join(lines)
 
 
-def _inner(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
-    """The commands of a parser."""
-    actions = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
-    return dict(actions[0].choices) if actions else {}
-
-
-def _options(parser: argparse.ArgumentParser) -> Iterable[str]:
-    for action in parser._actions:
-        if action.help and action.help != argparse.SUPPRESS and action.dest != "help":
-            called = ", ".join(action.option_strings)
-            value = action.metavar or ("{" + ",".join(map(str, action.choices)) + "}" if action.choices else "")
-            value = " ".join(value) if isinstance(value, tuple) else value
-            yield f"| `{_cell(f'{called} {value}'.strip())}` | {_cell(action.help.replace('%%', '%'))} |"
+def _options(app: App) -> Iterable[str]:
+    for each in app.assemble_argument_collection(parse_docstring=True):
+        if each.parse and not each.children:
+            choices = "{" + ",".join(each.get_choices()) + "}" if each.get_choices() else None
+            value = "" if each.hint is bool else choices or each.parameter.metavar or ""
+            called = ", ".join(each.names) if each.name.startswith("--") else each.name
+            default, said = shown_default(each.field_info.default), each.parameter.help or ""
+            said += f" Default {default}." if default and not each.required and "default" not in said else ""
+            yield f"| `{_cell(f'{called} {value}'.strip())}` | {_cell(said)} |"
 
 
 def _cell(text: str) -> str:

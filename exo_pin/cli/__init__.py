@@ -1,58 +1,111 @@
-"""The command ``exo-pin``: parse, call, print. One module a group of commands, with a function ``run_...`` for each.
+"""The command ``exo-pin``: parse, call, print. A command is a function with types and a docstring, which make its help.
 
-They stand in ``commands.toml`` and their options in ``options.toml``. A command's module is imported when it is called,
-so that help comes at once: ``exo-pin --help`` and ``--version`` need neither physics nor the package's reader of TOML.
+This file names the commands, in groups, and has what needs neither physics nor parser, so that ``exo-pin --help`` and
+``--version`` come at once. A command's module is imported when it is called.
 """
 
 from __future__ import annotations
 
-import argparse
+import codecs
 import contextlib
+import io
 import os
 import re
+import shutil
 import signal
 import sys
 import textwrap
-import tomllib
+import unicodedata
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Sequence
 from importlib import import_module
-from pathlib import Path
-from pkgutil import resolve_name
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 from .. import __version__
-from .terminal import make_output_printable
 
+#: Control characters but for tab and the ends of lines: a name in a file may hold them.
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+#: Signs of this package's texts whose parts are no ASCII.
+_ASCII = (
+    {"°": " deg", "±": "+-", "×": "x", "·": "*", "→": "->", "≤": "<=", "≥": ">=", "−": "-", "–": "-", "—": "-"}
+    | {"∞": "inf", "≈": "~", "√": "sqrt", "∂": "d", "Δ": "Delta", "θ": "theta", "φ": "phi", "Φ": "Phi", "α": "alpha"}
+    | {"β": "beta", "λ": "lambda", "τ": "tau", "ω": "omega", "σ": "sigma", "µ": "u", "μ": "u", "⊥": "perpendicular"}
+)
+_HANDLER = "exo_pin.plain_signs"
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
-#: Columns of a description in a help text.
-_WIDTH = 79
-PICTURES = (".png", ".svg", ".pdf")
-#: Keys of an option that say which kind of value it has, and how it is called in the help.
-_KINDS = {"number": float, "count": int, "path": Path, "text": str}
-#: Keys that argparse has, too.
-_AS_THEY_ARE = ("dest", "nargs", "const", "required", "choices", "default")
-#: Options that name a file to write.
-_FILES = ("out", "plot")
+_HELP = {"-h", "--help"}
+_QUESTION = "What force does a parallel shoulder exoskeleton put on the shoulder joint?"
+_BEGIN = """\
+Begin with: exo-pin reaction four-cables --flexion 60
+Each command has examples: exo-pin COMMAND --help"""
+#: What ``exo-pin`` alone prints.
+_START = f"""\
+{_QUESTION}
 
-
-def _read(name: str) -> dict[str, Any]:
-    return tomllib.loads((Path(__file__).parent / "options" / name).read_text(encoding="utf-8"))
+  exo-pin reaction four-cables --flexion 60       the forces of a device in a pose
+  exo-pin person four-cables --flexion 60         the force in the joint with the wearer's own muscles
+  exo-pin view four-cables --flexion 60 --open    the same as a picture
+  exo-pin presets                                 designs to try; a file of your own stands in the same place
+  exo-pin --help                                  all commands"""
+#: Most columns of a help text.
+_WIDEST = 120
 
 
 class Command(NamedTuple):
-    """A command: its module in :mod:`exo_pin.cli`, and the texts of its help."""
+    """A command: the module of :mod:`exo_pin.cli` that has its function, and its line in the list of commands."""
 
     module: str
     help: str
-    description: str
-    examples: list[str]
-    notes: str = ""
+
+    def load(self, name: str) -> Any:
+        """The function of the command."""
+        module = import_module(f".{self.module}", __name__)
+        return getattr(module, name.replace(" ", "_").replace("-", "_"))
 
 
-COMMANDS = {name: Command(**entry) for name, entry in _read("commands.toml").items()}
+#: The commands by group, in the order of the help.
+GROUPS = {
+    "Ask what a device does": {
+        "reaction": Command("reaction_command", "forces on shoulder, limbs, cuff and torso in a pose or movement"),
+        "person": Command("person_command", "force in the shoulder joint with the wearer's own muscles"),
+        "kinematics": Command(
+            "kinematics_commands", "lengths and joint angles in a pose, or poses that fit measured ones"
+        ),
+        "singularity": Command(
+            "kinematics_commands", "distance of a pose from singular ones, and the poses beyond them"
+        ),
+        "view": Command("view_command", "the design on a person, with its forces, in three dimensions"),
+    },
+    "Judge a design": {
+        "workspace": Command("search_commands", "which poses a design reaches, holds and keeps safe"),
+        "tasks": Command("search_commands", "share of daily tasks that a design reaches"),
+        "compare": Command("design_commands", "designs of any kind over the same poses, ranked by what they hold"),
+        "uncertainty": Command("reaction_command", "how tolerances, fit, pose and masses change the shoulder force"),
+    },
+    "Design": {
+        "presets": Command("design_commands", "designs that come with the package, and their files"),
+        "sweep": Command("design_commands", "vary parameters of a design, and rank the results"),
+        "optimise": Command("search_commands", "search for a design that reaches and holds as many poses as it can"),
+        "calibrate": Command("design_commands", "joint centres and offsets from measured poses and limb lengths"),
+        "export": Command("design_commands", "write a design as URDF with its closures file, as MJCF or as SDF"),
+    },
+    "Any robot with closed loops": {
+        "check": Command("design_commands", "kinematic consistency of a design or a robot"),
+        "mobility": Command("robot_commands", "freedoms, redundant closures and singular kinds"),
+        "forces": Command("robot_commands", "efforts and joint reactions at rest, and which are determined"),
+    },
+    "Thesis and motion": {
+        "track": Command("motion_commands", "the built machine in motion: experiments of the thesis, or your movement"),
+        "muscle force": Command("muscle_commands", "force of a pneumatic muscle at a contraction and a pressure"),
+        "muscle pressure": Command("muscle_commands", "pressure that makes a muscle pull a force at a contraction"),
+        "muscle identify": Command("muscle_commands", "parameters of a muscle from measurements"),
+        "muscle step": Command("muscle_commands", "response of a hung mass to a step of pressure"),
+        "thesis": Command("motion_commands", "numbers of the thesis beside computed ones"),
+        "warm-up": Command("motion_commands", "compile the kernels ahead of time (once, about a minute)"),
+    },
+}
+COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,11 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         make_output_printable()
     try:
         try:
-            given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
-            options = _parser(given).parse_args(given)
-            if any(getattr(options, name, None) is not None for name in (*_FILES, "folder")) or _extras(options):
-                import_module(".options.query_options", __name__).check_outputs(options, _extras(options))
-            return int(options.run(options))
+            return _run(sys.argv[1:] if arguments is None else list(arguments))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
             if sys.stdout is not None:
@@ -102,10 +151,48 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
-def _extras(options: argparse.Namespace) -> list[str]:
-    """Extras that a command needs with these options."""
-    given = getattr(options, "extras", {})
-    return [extra for name, extra in given.items() if name == "always" or getattr(options, name, None)]
+def _run(given: list[str]) -> int:
+    """Answer a command, or a question about the commands, and return the exit status."""
+    if given[:1] == ["help"]:
+        given = [*given[1:], "--help"]
+    if given == ["--version"]:
+        print(__version__)
+    elif not given:
+        print(_START)
+    elif given[0] in _HELP:
+        print(overview())
+    elif (family := _family(given[0])) and set(given[1:2]) <= _HELP:
+        print("\n".join(_lines(family)))
+    else:
+        count = 2 if family else 1
+        return int(import_module(".command", __name__).answer(" ".join(given[:count]), given[count:]))
+    return 0
+
+
+def _family(word: str) -> dict[str, Command]:
+    """The commands of two words that begin with one."""
+    return {name: command for name, command in COMMANDS.items() if name.startswith(f"{word} ")}
+
+
+def width() -> int:
+    """Columns of a text for people: those of the terminal."""
+    return min(shutil.get_terminal_size().columns, _WIDEST)
+
+
+def overview() -> str:
+    """The help of ``exo-pin``: the commands by group."""
+    parts = ["usage: exo-pin COMMAND [DESIGN] [options]", textwrap.fill(_QUESTION, width())]
+    parts += ["\n".join([f"{title}:", *_lines(commands)]) for title, commands in GROUPS.items()]
+    return "\n\n".join([*parts, _BEGIN])
+
+
+def _lines(commands: dict[str, Command]) -> list[str]:
+    wide = max(map(len, COMMANDS)) + 4
+    indent = " " * wide
+    return [
+        textwrap.fill(f"  {name:{wide - 2}}{one.help}", width(), subsequent_indent=indent)
+        for name, one in commands.items()
+    ]
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -125,181 +212,31 @@ def _drop_output() -> None:
         os.close(nowhere)
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that answers a wrong command with one line, and takes values such as -5 and -10,20 after an option."""
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        # argparse takes a word that begins with a minus for an option unless this matches it.
-        self._negative_number_matcher = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
-
-    def error(self, message: str) -> NoReturn:
-        from ..core.errors.base import shown  # here: help needs no errors
-
-        self.exit(2, f"exo-pin: {shown(message)} (see {self.prog} --help)\n")
+class _Printable(io.TextIOWrapper):
+    def write(self, text: str) -> int:
+        return super().write(_CONTROL.sub(lambda sign: repr(sign[0])[1:-1], text))
 
 
-def _help_first(arguments: list[str]) -> list[str]:
-    """A command with --help anywhere prints help, also as the value of an option that still lacks one."""
-    if not {"-h", "--help"} & set(arguments):
-        return arguments
-    words = [*arguments, "--help"]
-    return [*words[: next(k for k, word in enumerate(words) if word.startswith("-"))], "--help"]
+def make_output_printable() -> None:
+    """Replace standard output by one that shows control characters as escapes and other signs as the terminal can."""
+    out = sys.stdout
+    if not isinstance(out, io.TextIOWrapper):
+        return
+    codecs.register_error(_HANDLER, _plain_signs)
+    with contextlib.suppress(OSError):
+        out.flush()
+    sys.stdout = _Printable(out.buffer, out.encoding, _HANDLER, line_buffering=out.line_buffering)
 
 
-def _describe(parser: argparse.ArgumentParser, command: Command) -> None:
-    """Add what a command answers, and examples, to its help."""
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.description = textwrap.fill(command.description, _WIDTH)
-    examples = "".join(f"  {line}\n" for line in command.examples)
-    parser.epilog = f"examples:\n{examples}" + (f"\n{command.notes}" if command.notes else "")
+def _plain_signs(error: UnicodeError) -> tuple[str, int]:
+    """The handler of signs that an encoding lacks: in ASCII words, or as escapes."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(map(_plain_sign, error.object[error.start : error.end])), error.end
 
 
-def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser, with the options of the command that is called and only the names of the others."""
-    parser = _Parser(
-        prog="exo-pin",
-        description="What force does a parallel shoulder exoskeleton put on the shoulder joint?",
-        epilog="Begin with: exo-pin reaction four-cables --flexion 60. "
-        "Each command has examples: exo-pin COMMAND --help.",
-    )
-    parser.add_argument("--version", action="version", version=__version__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    name = next((argument for argument in arguments if not argument.startswith("-")), "")
-    called = COMMANDS.get(name)
-    if called is not None:
-        module = import_module(f".{called.module}", __name__)
-        own = commands.add_parser(name, help=called.help)
-        _describe(own, called)
-        parsers = {name: own}
-        if inner := _subcommands(name):
-            add = own.add_subparsers(required=True, metavar="COMMAND").add_parser
-            parsers = {word: add(word.removeprefix(f"{name}-"), help=text) for word, text in inner.items()}
-        for word, each in parsers.items():
-            _add_options(each, word)
-            each.set_defaults(run=getattr(module, f"run_{word.replace('-', '_')}"))
-        parser.prog = own.prog  # an option that the command lacks is reported by the parser above it
-    for other, command in COMMANDS.items():
-        if other != name:
-            commands.add_parser(other, help=command.help)
-    return parser
-
-
-@cache
-def _table() -> dict[str, Any]:
-    return _read("options.toml")
-
-
-def _subcommands(name: str) -> dict[str, str]:
-    """Commands within a command, such as ``muscle-force``, and their lines of help."""
-    return {each: entry["help"] for each, entry in _table().items() if each.startswith(f"{name}-") and "help" in entry}
-
-
-def _add_options(parser: argparse.ArgumentParser, name: str) -> None:
-    """Give the parser of a command its options."""
-    table = _table()
-    own = table.get(name, {})
-    options: dict[str, Any] = {}
-    for group in own.get("shared", ()):
-        options |= table["shared"][group]
-    either = own.get("one_of", ())
-    group = parser.add_mutually_exclusive_group(required=True) if either else None
-    for option, entry in (options | own.get("options", {})).items():
-        to = group if group is not None and option in either else parser
-        _add(to, option, {key: _resolved(value) for key, value in entry.items()})
-    _add_outputs(parser, tuple(own.get("out", ())), own.get("plot", ""), own.get("pages", ""))
-    if "pictures" in own:
-        parser.set_defaults(endings={"plot": own["pictures"]})
-    if "needs" in own:
-        parser.set_defaults(extras=own["needs"])
-
-
-def _resolved(value: Any) -> Any:
-    """A value, or what it names in the package: words, or a function that returns them."""
-    if isinstance(value, dict):
-        return {key: _resolved(each) for key, each in value.items()}
-    if not isinstance(value, str) or not value.startswith("@"):
-        return value
-    found = resolve_name(f"exo_pin.{value[1:]}")
-    return found() if callable(found) else found
-
-
-def _add(parser: argparse._ActionsContainer, name: str, entry: dict[str, Any]) -> None:
-    """Add one option."""
-    how = {key: entry[key] for key in _AS_THEY_ARE if key in entry}
-    for key, kind in _KINDS.items():
-        if key in entry:
-            called = entry[key]
-            how |= {"type": kind, "metavar": tuple(called) if isinstance(called, list) else called}
-    if "choices" in how:
-        how["choices"] = tuple(how["choices"])
-    if isinstance(how.get("default"), tuple):
-        how["default"] = _joined(how["default"], ",")
-    if "yes_or_no" in entry:
-        how["action"] = argparse.BooleanOptionalAction
-    elif "repeated" in entry:
-        how |= {"action": "append", "default": []}
-    elif not {"type", "choices"} & set(how):
-        how["action"] = "store_true"
-    said = entry["help"].format_map({key: _joined(value, ", ") for key, value in entry.get("names", {}).items()})
-    if "default" in entry and "default" not in said:
-        said += f" (default {_joined(how['default'], ',')})"
-    parser.add_argument(name, **how, help=said)
-
-
-def _joined(value: Any, between: str) -> str:
-    """A word, a number, or several with something between them."""
-    several = (value,) if isinstance(value, str | float | int) else value
-    return between.join(f"{each:g}" if isinstance(each, float) else str(each) for each in several)
-
-
-def _add_outputs(parser: argparse.ArgumentParser, endings: tuple[str, ...], plot: str, pages: str) -> None:
-    """Add ``--out`` for files with these endings, ``--json`` where one is .json, and ``--plot``."""
-    if ".json" in endings:
-        parser.add_argument("--json", action="store_true", help="print JSON instead of text")
-    if endings:
-        parser.add_argument("--out", type=Path, metavar="FILE", help=f"also write the data: {', '.join(endings)}")
-    if plot:
-        shown = f"{plot}: {', '.join(PICTURES)}" + (f"; {pages}: .html" if pages else "")
-        parser.add_argument("--plot", type=Path, metavar="FILE", help=f"also draw a picture to this file, {shown}")
-    if endings or plot:
-        parser.set_defaults(
-            endings={"out": endings} | ({"plot": (*PICTURES, ".html") if pages else PICTURES} if plot else {})
-        )
-
-
-def deliver(
-    options: argparse.Namespace,
-    text: object,
-    *,
-    json: Callable[[], str] | None = None,
-    columns: Callable[[], Mapping[str, Any]] | None = None,
-    save: Callable[[Path], Any] | None = None,
-    figure: Callable[[], Any] | None = None,
-    page: Callable[[], Any] | None = None,
-) -> None:
-    """Print an answer and write the files that were asked for.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        Of the command.
-    text : object
-        What a person reads.
-    json, columns : callable, optional
-        Make what ``--json`` prints and a .json file holds, and what a .csv or .npz file holds.
-    save : callable, optional
-        Writes a file of another ending, or of all where there are no ``columns``.
-    figure, page : callable, optional
-        Make the picture, and the page.
-    """
-    plain = getattr(options, "json", False)
-    files = [path for name in _FILES if (path := getattr(options, name, None)) is not None]
-    try:
-        print(json() if plain and json is not None else text, flush=True)
-    finally:
-        # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
-        if files:
-            import_module(".options.query_options", __name__).write_outputs(options, json, columns, save, figure, page)
-    for path in files if not plain else ():
-        print(path)
+def _plain_sign(sign: str) -> str:
+    if sign in _ASCII:
+        return _ASCII[sign]
+    parts = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode()
+    return parts or sign.encode("ascii", "backslashreplace").decode()

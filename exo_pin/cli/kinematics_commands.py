@@ -1,48 +1,36 @@
-"""``exo-pin kinematics`` and ``exo-pin singularity``: poses from measurements, and singular poses.
-
-``exo-pin mobility`` and ``exo-pin forces`` are for any robot: its freedoms, and the forces in actuators and joints.
-"""
+"""``exo-pin kinematics`` and ``singularity``: poses from measurements, and singular poses."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ..chain import PULL, ClosedChain
+from ..chain import ClosedChain
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
+from ..design import DEFAULT_PRESET
+from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.singularities.singular_surface import side_of_rest
-from . import deliver, main
-from .options.query_options import (
-    configuration,
-    design,
-    joined_json,
-    joint_value,
-    named_numbers,
-    numbers,
-    pose,
-    pose_words,
-    refuse,
-)
+from . import options
+from .command import deliver, draws, joined_json, writes
+from .robot_commands import configuration, joint_value
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
 
 
-def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
+def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
     """Joints of the device in a pose, in the assembly modes that were found."""
-    refuse(options, "poses from measured lengths or angles are of wrists", "lengths", "theta_x", "theta_y")
-    poses, idle = pose(options, exo), exo.chain_device.structure.idle
+    poses, idle = pose.of(exo), exo.chain_device.structure.idle
     from_rest = exo.configurations(poses)
     is_reached = bool(np.isfinite(from_rest).all())
     if idle:
@@ -54,32 +42,29 @@ def device_kinematics(exo: Any, options: argparse.Namespace) -> int:
         modes = exo.assembly_modes(poses)
         found = f"{len(modes) or 'no'} assembly mode{'' if len(modes) == 1 else 's'} found"
         found += ", mode 1 continues from rest" if is_reached else ""
-    head = filled(f"{pose_words(options, exo)}: {found if is_reached else f'not reached from rest; {found}'}")
-    parts, rows = (
-        [f"{exo.device.title or exo.name}\n{head}"],
-        joint_rows(exo.chain, exo.chain_device.arm_index, modes[:_MOST_MODES]),
-    )
+    head = filled(f"{pose.words(exo)}: {found if is_reached else f'not reached from rest; {found}'}")
+    parts = [f"{exo.device.title or exo.name}\n{head}"]
+    rows = joint_rows(exo.chain, exo.chain_device.arm_index, modes[:_MOST_MODES])
     if not rows:
         parts.append("It has no joints: springs and cables from torso to arm alone.")
     elif len(modes):
         header = ["joint", *(f"mode {k}" for k in range(1, 1 + min(len(modes), _MOST_MODES)))]
         parts.append("\n".join(aligned([header, *rows])))
-    deliver(options, "\n\n".join(parts), json=lambda: joined_json(exo, modes=modes))
-    return 0
+    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes), **files)
 
 
-def robot_kinematics(exo: Any, options: argparse.Namespace) -> int:
+def _robot_kinematics(
+    exo: Any, pose: options.Pose, joints: options.Texts, frame: str | None, files: dict[str, Any]
+) -> None:
     """All closed configurations of a robot without an arm, with joints set, or else its actuated ones as drawn."""
-    refuse(options, "poses from measured lengths or angles are of wrists", "lengths", "theta_x", "theta_y")
     chain = exo.chain
-    held = tuple(joint_value(text)[0] for text in options.set) or chain.roles.actuated
-    found = chain.assemblies(held, configuration(options, exo), options.frame)
+    held = tuple(joint_value(text)[0] for text in joints) or chain.roles.actuated
+    found = chain.assemblies(held, configuration(exo, pose, joints), frame)
     count = min(len(found), _MOST_MODES)
     head = filled(f"{', '.join(held) or 'no joint'} held: {str(found).splitlines()[0]}")
     header = ["joint", *(f"{hits} hits" for hits in found.hits[:count])]
     table = "\n".join(aligned([header, *joint_rows(chain, 0, found.configurations[:count])])) if count else ""
-    deliver(options, f"{exo.name}\n{head}\n\n{table}".rstrip(), json=lambda: joined_json(exo, assemblies=found))
-    return 0
+    deliver(f"{exo.name}\n{head}\n\n{table}".rstrip(), as_json=lambda: joined_json(exo, assemblies=found), **files)
 
 
 def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str]]:
@@ -93,22 +78,22 @@ def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str
             cells = [", ".join(f"{value:.3f}" for value in row) for row in values]
         else:
             # A hinge without ends has cosine and sine.
-            numbers = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
+            turns = values[:, 0] if values.shape[1] == 1 else np.arctan2(values[:, 1], values[:, 0])
             if chain.metres[model.idx_vs[index]]:
-                cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in numbers]
+                cells = [f"{np.round(1e3 * value, 2) + 0.0:.2f} mm" for value in turns]
             else:
                 # Whole turns do not count.
-                turned = 180.0 - (180.0 - np.degrees(numbers)) % 360.0
+                turned = 180.0 - (180.0 - np.degrees(turns)) % 360.0
                 cells = [f"{np.round(value, 2) + 0.0:.2f} °" for value in turned]
         rows.append([str(model.names[index]), *cells])
     return rows
 
 
-def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -> int:
+def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
     """Singularities of a device that is not a wrist."""
-    refuse(options, "the singular surface is of wrists with three limbs", "plot")
-    state: Any = exo.singularity(poses)
-    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    options.refuse("the singular surface is of wrists with three limbs", plot=files["plot"])
+    state: Any = exo.singularity(pose.of(exo))
+    head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = [
         f"margin of the drives, from 0 (singular) to 1 (all moments alike)   {float(state.margin):5.4f}",
         f"turn of the arm about its worst axis over the joints' motion   {float(state.freedom):8.4f}",
@@ -116,8 +101,7 @@ def device_singularity(exo: Any, poses: Rotation, options: argparse.Namespace) -
     ]
     axis = describe_axis(state.lost_direction)
     text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}."])
-    deliver(options, text, json=state.to_json)
-    return 0
+    deliver(text, as_json=state.to_json, **files)
 
 
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -126,9 +110,6 @@ _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("θ_yA of the base joints", ("base_theta_y",)),
     ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
 )
-#: Options of ``exo-pin forces`` that say a pose, and those that ask for something of the chain.
-_POSE = ("flexion", "abduction", "internal_rotation")
-_OF_CHAIN = ("joint", "actuated", "external", "pull", "least", "set", "leave_out")
 #: Limb lengths, mm, below which all of them are likely to be metres.
 _SHORT = 3.0
 
@@ -136,44 +117,83 @@ _SHORT = 3.0
 def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
     if text is None:
         return None
-    return np.array(numbers(text, f"--{name} as {count} numbers with commas between", count))
+    return np.array(options.numbers(text, f"--{name} as {count} numbers with commas between", count))
 
 
-def run_kinematics(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin kinematics`` and return its exit status."""
-    exo = design(options)
+def kinematics(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    set: options.Joints = (),
+    leave_out: options.LeaveOut = (),
+    frame: Annotated[str | None, options.called("NAME")] = None,
+    lengths: Annotated[str | None, options.called("MM,...")] = None,
+    theta_x: Annotated[str | None, options.called("DEG,...")] = None,
+    theta_y: Annotated[str | None, options.called("DEG,...")] = None,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+) -> None:
+    """Compute limb lengths and joint angles in a pose, or the poses that fit measured lengths or angles.
+
+    Without measurements: lengths and angles in the pose, and every other pose with the same lengths. With measurements:
+    every pose that fits them, and which is closest to the pose (default: rest). Of a device that is no wrist: its
+    joints in the pose, in every assembly mode that is found. Of a robot without an arm: every closed configuration that
+    is found with the joints of --set, or its actuated ones, held.
+
+    Parameters
+    ----------
+    frame : str, optional
+        Of a robot without an arm: count configurations with this body at one pose as one (default: all bodies).
+    lengths : str, optional
+        Measured limb lengths between joint centres, mm, one for each limb.
+    theta_x : str, optional
+        Measured angles θ_xA of the base joints, degrees.
+    theta_y : str, optional
+        Measured angles θ_yA of the base joints, degrees.
+
+    Examples
+    --------
+    exo-pin kinematics --flexion 30
+    exo-pin kinematics prototype --lengths 262.96,330.50,384.21
+    """
+    exo = load(design, side=side, leave_out=leave_out)
+    files: dict[str, Any] = {"json": json, "out": out}
     if exo.wrist is None:
-        return device_kinematics(exo, options) if exo.has_arm else robot_kinematics(exo, options)
+        measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
+        options.refuse("poses from measured lengths or angles are of wrists", **measured)
+        if exo.has_arm:
+            _device_kinematics(exo, pose, files)
+        else:
+            _robot_kinematics(exo, pose, set, frame, files)
+        return
     n = exo.geometry.limb_count
-    lengths = _numbers("lengths", options.lengths, n)
-    theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))
-    if lengths is not None and 0.0 < np.abs(lengths).max() < _SHORT:
-        raise InvalidInput(f"expected --lengths in mm, got {options.lengths} (metres?)")
-    measured_angles = theta_x is not None or theta_y is not None
-    if lengths is not None and measured_angles:
+    given = _numbers("lengths", lengths, n)
+    x, y = (_numbers(name, text, n) for name, text in (("theta-x", theta_x), ("theta-y", theta_y)))
+    if given is not None and 0.0 < np.abs(given).max() < _SHORT:
+        raise InvalidInput(f"expected --lengths in mm, got {lengths} (metres?)")
+    is_angles = x is not None or y is not None
+    if given is not None and is_angles:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
-    near = pose(options, exo)
-    if measured_angles:
-        x, y = (None if angles is None else np.radians(angles) for angles in (theta_x, theta_y))
+    near = pose.of(exo)
+    limbs: Any = exo.inverse_kinematics(near) if given is None and not is_angles else None
+    if is_angles:
+        x, y = (None if angles is None else np.radians(angles) for angles in (x, y))
         modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
         unit, scale = "°", np.degrees(1.0)
     else:
-        known = exo.inverse_kinematics(near).lengths if lengths is None else lengths * 1e-3
-        modes = exo.forward_kinematics(known, near=near)
+        modes = exo.forward_kinematics(limbs.lengths if given is None else given * 1e-3, near=near)
         unit, scale = "mm", 1e3
-    given = None if lengths is not None or measured_angles else near
-    parts = [] if given is None else [f"{pose_words(options, exo)}\n{_limb_table(exo, given)}"]
+    parts = [] if limbs is None else [f"{pose.words(exo)}\n{_limb_table(limbs)}"]
     text = "\n\n".join([exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
-    limbs = None if given is None else exo.inverse_kinematics(given)
-    deliver(options, text, json=lambda: joined_json(exo, modes=modes, limbs=limbs))
-    return 0
+    deliver(text, as_json=lambda: joined_json(exo, modes=modes, limbs=limbs), **files)
 
 
-def _limb_table(exo: ShoulderExo, poses: Rotation) -> str:
-    state = exo.inverse_kinematics(poses)
+def _limb_table(state: Any) -> str:
     lines = [f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}"]
     columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
-    for i in range(exo.geometry.limb_count):
+    for i in range(len(state.lengths)):
         joint_angles = " ".join(f"{np.degrees(column[i]):9.3f}" for column in columns)
         lines.append(f"{i + 1:>4} {state.lengths[i] * 1e3:11.3f} {joint_angles}")
     return "\n".join(lines)
@@ -203,19 +223,38 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     return "\n".join(lines)
 
 
-def run_singularity(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin singularity`` and return its exit status."""
-    exo = design(options)
-    poses = pose(options, exo)
+def singularity(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".json")] = None,
+    plot: Annotated[Path | None, draws("det X over flexion and abduction")] = None,
+) -> None:
+    """Show how far a pose is from a singular one, in which the limbs cannot resist a moment about some axis.
+
+    It also shows how much of daily life lies beyond the singular poses.
+
+    Examples
+    --------
+    exo-pin singularity prototype --abduction 60
+    exo-pin singularity prototype --abduction 90 --plot map.png
+    """
+    exo = load(design, side=side)
+    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
     if exo.wrist is None:
-        return device_singularity(exo, poses, options)
+        _device_singularity(exo, pose, files)
+        return
+    poses = pose.of(exo)
     state = exo.singularity(poses)
     # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
     nearest = exo.nearest_singularity(poses) if exo.geometry.limb_count == 3 else None
     crossings = []
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    head = f"{exo.device.title or exo.name}\n{pose_words(options, exo)}: {state.kind}"
+    head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = ["turn of the arm per unit of sensor error, worst"]
     sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
     for label, sensor in sensors.items():
@@ -226,38 +265,35 @@ def run_singularity(options: argparse.Namespace) -> int:
     def figure() -> Any:
         from ..view.plots.angle_maps import determinant_map
 
-        return determinant_map(exo, internal_rotation=float(options.internal_rotation)).figure
+        return determinant_map(exo, internal_rotation=pose.internal_rotation).figure
 
     deliver(
-        options,
         "\n\n".join(parts),
-        json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
+        as_json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
         figure=figure,
+        **files,
     )
-    return 0
 
 
 def _singularity_table(exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None) -> str:
     # Rounded first, so that no -0.0 is printed.
     x, y, z = np.round(state.lost_direction, 3) + 0.0
-    rows = {
-        "det X": f"{state.determinant:+.5f}{_side(exo, state)}",
-        "reach h_i": f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm",
-        "nearest singular pose": "",
-        "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
-        "axis that the limbs resist least": f"({x:.3f}, {y:.3f}, {z:.3f})",
-        "centre shift without ball joint": _bounded(float(state.centre_shift), "mm per mm of play in each limb"),
-        "condition of the limbs": _bounded(float(state.condition), ""),
-    }
-    if nearest is None:
-        for name in ("det X", "nearest singular pose", "centre shift without ball joint"):
-            del rows[name]
-    else:
+    rows = {} if nearest is None else {"det X": f"{state.determinant:+.5f}{_side(exo, state)}"}
+    rows["reach h_i"] = f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm"
+    if nearest is not None:
         there = np.round(shoulder_angles(nearest.pose, exo.side, degrees=True), 1) + 0.0
         rows["nearest singular pose"] = (
             f"{nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, abduction {there[1]:.1f}°, "
             f"internal rotation {there[2]:.1f}°"
         )
+    rows |= {
+        "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
+        "axis that the limbs resist least": f"({x:.3f}, {y:.3f}, {z:.3f})",
+    }
+    if nearest is not None:
+        shift = _bounded(float(state.centre_shift), "mm per mm of play in each limb")
+        rows["centre shift without ball joint"] = shift
+    rows["condition of the limbs"] = _bounded(float(state.condition), "")
     return "\n".join(f"{name:31} {value}" for name, value in rows.items())
 
 
@@ -287,94 +323,3 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
 def _bounded(value: float, unit: str, digits: int = 1) -> str:
     """A number with its unit; in words where it has no bound."""
     return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"
-
-
-def run_mobility(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin mobility`` and return its exit status."""
-    exo = design(options)
-    chain, q = exo.chain, configuration(options, exo)
-    answer = chain.mobility(q, frame=options.frame, part=options.part or "pose")
-    print(f"{exo.name}\n{answer}")
-    beyond = chain.beyond_limits(q)
-    if beyond:
-        print(f"beyond their limits  {', '.join(beyond)}")
-    for text in chain.description.left_out:
-        print(f"left out             {text}")
-    return 0
-
-
-def run_forces(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin forces`` and return its exit status.
-
-    In a pose of a device whose drives are no limbs it is what ``exo-pin reaction`` answers, with springs and cables,
-    unless an option asks for something of the chain.
-    """
-    exo = design(options)
-    chain = exo.chain
-    if any(getattr(options, name) for name in _POSE) and not chain.roles.limbs and exo.has_arm:
-        if not any(getattr(options, name) for name in _OF_CHAIN):
-            return main(_as_reaction(options))
-        device = exo.chain_device
-        parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
-        if parts:
-            raise InvalidInput(
-                f"joints of the chain do not feel {', '.join(part.name for part in parts)}: ask for the forces in the "
-                f"pose without options of the chain, or exo-pin reaction {options.design}"
-            )
-    actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))
-    forces = chain.inverse_dynamics(
-        configuration(options, exo),
-        external=_wrenches(options.external),
-        actuated=actuated,
-        effort_bounds=dict.fromkeys(actuated, PULL) if options.pull else None,
-        objective=None if options.least is None else {options.least: [1.0] * 3 + [0.0] * 3},
-    )
-    names = options.joint or _default_joints(chain)
-    reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
-    lines = [exo.name, *(f"Caution: {text}" for text in forces.cautions)]
-    lines += [f"Left out: {text}" for text in chain.description.left_out]
-    slides = False
-    for joint in actuated:
-        own = chain.velocity_slice(joint)
-        rows = zip(forces.effort(joint), forces.effort_is_unique[own], forces.effort_interval(joint), strict=True)
-        for (value, alone, (low, high)), slide in zip(rows, chain.metres[own], strict=True):
-            slides |= bool(slide)
-            reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
-            range_text = "unique" if alone else f"undetermined, {reach}"
-            lines.append(f"effort of {joint:24} {value + 0.0:14.6f} {'N' if slide else 'N m':4} {range_text}")
-    if slides:
-        lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
-    text = "\n".join([*lines, *(f"\n{reaction}" for reaction in reactions)])
-    efforts = {joint: {"value": forces.effort(joint), "interval": forces.effort_interval(joint)} for joint in actuated}
-    joints = {each.name: each for each in reactions}
-    deliver(
-        options,
-        text,
-        json=lambda: joined_json(exo, forces=forces, efforts=efforts, reactions=joints, cautions=forces.cautions),
-    )
-    return 0
-
-
-def _as_reaction(options: argparse.Namespace) -> list[str]:
-    """The words of ``exo-pin reaction`` with the same options."""
-    names = (*_POSE, "side", "person", "elbow_flexion", "payload", "out")
-    given = {name: value for name in names if (value := getattr(options, name)) is not None}
-    plain = ["--json"] if options.json else []
-    return ["reaction", options.design, *(f"--{key.replace('_', '-')}={value}" for key, value in given.items()), *plain]
-
-
-def _default_joints(chain: ClosedChain) -> list[str]:
-    """The shoulder where there is one, else the closures that transmit a wrench."""
-    if chain.roles.shoulder is not None:
-        return [chain.roles.shoulder]
-    return [closure.name for closure in chain.closures if not closure.kind.is_coupling]
-
-
-def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
-    """Wrenches by frame; several on one frame add up."""
-    total: dict[str, np.ndarray] = {}
-    for text in texts:
-        expected = "--external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind"
-        frame, values = named_numbers(text, expected, 3, 6, finite=True)
-        total[frame] = total.get(frame, np.zeros(6)) + np.append(values, np.zeros(6 - len(values)))
-    return total

@@ -1,68 +1,153 @@
-"""``exo-pin reaction``: forces in a pose, over poses on a way, or along a movement."""
+"""``exo-pin reaction`` and ``uncertainty``: forces in a pose, over poses on a way, or along a movement."""
 
 from __future__ import annotations
 
-import argparse
-import json
+import json as texts
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
 from ..core.optional_packages import require_extra
 from ..core.tables import filled, under_verdict
 from ..core.validation import as_choice
-from ..design import LimbGuide, Shoulder
+from ..design import DEFAULT_PRESET, LimbGuide, Shoulder
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
-from . import deliver
-from .options.query_options import (
-    caution,
-    design,
-    limits,
-    movement,
-    numbers,
-    offset,
-    pose,
-    pose_angles,
-    pose_words,
-    posture,
-    refuse,
-    way_angles,
-    wearer,
-)
-
-#: Options that are for a single pose.
-_OF_ONE_POSE = ("compare", "muscles", "table", "over_postures")
+from . import options
+from .command import deliver, draws, writes
 
 
-def run_reaction(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin reaction`` and return its exit status."""
-    exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
-    if options.trajectory is not None:
-        answers = [_movement(exo, bounds, options)]
-    elif options.to is not None:
-        answers = [_way(exo, bounds, options)]
+def reaction(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    way: options.Way = options.Way(),
+    worn: options.Worn = options.Worn(),
+    offset: options.Offset = None,
+    limits: options.LimitsText = "design",
+    recording: options.Recording = options.Recording(),
+    posture: options.Posture = (),
+    over_postures: bool = False,
+    side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
+    split: options.Split | None = None,
+    compare: Annotated[list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1))] = None,
+    shoulder_stiffness: Annotated[float | None, options.called("N_PER_M")] = None,
+    guide: Annotated[tuple[float, float] | None, options.called("EI GJ")] = None,
+    require_hold: bool = False,
+    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    table: bool = False,
+    progress: options.Progress = False,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("the pose, the poses of --to, or the movement")] = None,
+) -> int:
+    """Compute the force on the shoulder and the forces in the limbs, in one pose of the arm or along a movement.
+
+    The first lines say whether the device can hold the pose.
+
+    Parameters
+    ----------
+    over_postures : bool
+        Also print the range of |F_s| over all postures of such joints.
+    side_force_limit : str, optional
+        For --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force.
+    compare : list of str, optional
+        A table with a column for each of these assumptions (default: all that need no stiffness).
+    shoulder_stiffness : float, optional
+        For --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says).
+    guide : tuple of float, optional
+        For --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed).
+    require_hold : bool
+        End with exit status 1 unless the device is known to hold the pose.
+    muscles : bool, optional
+        With --person: also print the joint load with the wearer's own muscles (default: for a single pose, if the extra
+        'person' is installed).
+    table : bool
+        Print all forces of the pose, on limbs, shoulder, cuff and harness, as a table.
+
+    Examples
+    --------
+    exo-pin reaction four-cables --flexion 60 --abduction 30 --plot forces.png
+    exo-pin reaction prototype --person 1.75,75,male --payload 2 --flexion 45
+    exo-pin reaction examples/device.toml --flexion 60 --compare
+    exo-pin reaction four-cables --to 90,0,0 --out forces.csv
+    exo-pin reaction four-cables --trajectory examples/lift.csv --out forces.csv --plot forces.png
+
+    Notes
+    -----
+    columns of --trajectory FILE, a CSV file with one header line:
+      time_s                                              seconds, rising
+      and one of
+      flexion_deg, abduction_deg, internal_rotation_deg   clinical angles on the design's side (or ..._rad)
+      theta_x_deg, theta_y_deg, theta_z_deg               angles of (4-7) in the thesis (or ..._rad)
+      qx, qy, qz, qw                                      unit quaternion, arm to base frame
+      such as
+      time_s,flexion_deg,abduction_deg,internal_rotation_deg
+      0.00,0.0,0.0,0.0
+      0.02,0.3,0.0,0.0
+    """
+    exo = _fitted(worn.load(design, side), shoulder_stiffness, guide)
+    query = {
+        "split": split or Assumptions.split,
+        "constraint_bounds": _bounds(side_force_limit),
+        "centre_offset": options.metres(offset),
+        "limits": options.limits_of(limits),
+        "posture": options.posture_of(posture),
+    }
+    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
+    of_one_pose = {"compare": compare, "muscles": muscles, "table": table, "over_postures": over_postures}
+    if recording:
+        options.refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
+        options.refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)
+        answers = [_movement(exo, query, recording, progress, files)]
+    elif way.to is not None:
+        options.refuse("--to asks for a table of poses", **of_one_pose)
+        answers = [_way(exo, query, way.angles(pose), files)]
     else:
-        answers = _pose(exo, bounds, options)
+        answers = _answers(exo, pose.of(exo), query, compare, split is not None)
+        wearer = _wearer(worn, muscles, json or table or compare is not None)
+        report = report_on_pose(exo, answers[0], wearer, muscles is True)
+        head = [exo.device.title or exo.name, f"{pose.words(exo)}; {moving_mass(exo.device)}"]
+        if offset is not None:
+            head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset)}) mm")
+        parts = ["\n".join(head)]
+        if compare is None and not table:
+            parts.append(str(report))
+        else:
+            parts += [reaction_table(answers), *([] if report.contact is None else [with_muscles(report.contact)])]
+        if over_postures:
+            options.refuse("--over-postures prints a line", json=json)
+            parts.append(filled(f"|F_s| {posture_range(exo, answers[0].case, answers[0].assumptions)}."))
+        deliver(
+            "\n\n".join(parts),
+            as_json=lambda: _pose_json(exo, answers, report, pose, offset),
+            columns=lambda: _columns(answers),
+            figure=lambda: _overview(exo, answers[0]),
+            **files,
+        )
     # 1 with --require-hold where the device is not known to hold the pose or movement.
-    return int(options.require_hold and not all(answer.can_hold.all() for answer in answers))
+    return int(require_hold and not all(answer.can_hold.all() for answer in answers))
 
 
-def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
+def _fitted(exo: ShoulderExo, stiffness: Any, rigidity: tuple[float, float] | None) -> ShoulderExo:
     """The design with the stiffnesses that the options give."""
-    if options.shoulder_stiffness is not None:
+    if stiffness is not None:
         own = exo.device.shoulder
-        exo = exo.replace(shoulder=Shoulder(own.abduction_centre, own.half_diagonal, options.shoulder_stiffness))
-    if options.guide is not None:
-        guide = LimbGuide(*options.guide)
+        exo = exo.replace(shoulder=Shoulder(own.abduction_centre, own.half_diagonal, stiffness))
+    if rigidity is not None:
+        guide = LimbGuide(*rigidity)
         exo = exo.replace(limbs=tuple(replace(limb, guide=guide) for limb in exo.limbs))
     return exo
 
@@ -70,41 +155,26 @@ def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
-    (newtons,) = numbers(limit, '--side-force-limit in N, or "actuator"', 1)
+    (newtons,) = options.numbers(limit, '--side-force-limit in N, or "actuator"', 1)
     return (-newtons, newtons)
 
 
-def _query(bounds: ConstraintBounds, options: argparse.Namespace) -> dict[str, Any]:
-    """The question besides the poses, with one split."""
-    split = options.split or Assumptions.split
-    query: dict[str, Any] = {"split": split, "constraint_bounds": bounds, "centre_offset": offset(options)}
-    return query | {"limits": limits(options), "posture": posture(options)}
-
-
-def _movement(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
-    refuse(options, "for the muscles along a movement use exo-pin person --trajectory", "muscles")
-    refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation", "to", *_OF_ONE_POSE)
-    query = _query(bounds, options)
+def _movement(
+    exo: ShoulderExo, query: dict[str, Any], recording: options.Recording, progress: bool, files: dict[str, Any]
+) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
         warnings.simplefilter("ignore", NoisyMovement)
-        answer = exo.follow(movement(options, exo.side), static=options.static, progress=options.progress, **query)
+        answer = exo.follow(recording.movement(exo.side), static=recording.static, progress=progress, **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
-    deliver(
-        options,
-        f"{head}{moving_mass(exo.device)}\n\n{answer}",
-        json=answer.to_json,
-        columns=answer.columns,
-        figure=lambda: answer.plot(side=exo.side),
-    )
+    text = f"{head}{moving_mass(exo.device)}\n\n{answer}"
+    deliver(text, answer, figure=lambda: answer.plot(side=exo.side), **files)
     return answer.reaction
 
 
-def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:
+def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, Any]) -> Reaction:
     """Forces in poses on the way from one pose to another."""
-    refuse(options, "--to asks for a table of poses", *_OF_ONE_POSE)
-    angles = way_angles(options)
-    answer = exo.reaction(exo.pose(*angles.T), **_query(bounds, options))
+    answer = exo.reaction(exo.pose(*angles.T), **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.device)}"
     parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
@@ -113,45 +183,14 @@ def _way(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace
     most = int(np.ptp(angles, axis=0).argmax())
     along = f"{CLINICAL_ANGLES[most].removesuffix('_deg').replace('_', ' ')}, °"
     deliver(
-        options,
         "\n\n".join([*parts, filled(str(answer.certificate))]),
-        json=answer.to_json,
+        answer,
         columns=lambda: dict(zip(CLINICAL_ANGLES, angles.T, strict=True)) | answer.columns(),
         # A way that goes nowhere is drawn pose by pose.
         figure=lambda: answer.plot(angles[:, most], along) if np.ptp(angles[:, most]) > 0.0 else answer.plot(),
+        **files,
     )
     return answer
-
-
-def _pose(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> list[Reaction]:
-    plain = options.json or options.table or options.compare is not None
-    orientation = pose(options, exo)
-    answers = _answers(exo, orientation, bounds, options)
-    report = report_on_pose(exo, answers[0], _wearer(options, plain), options.muscles is True)
-    contact = report.contact
-    head = [exo.device.title or exo.name, f"{pose_words(options, exo)}; {moving_mass(exo.device)}"]
-    if options.offset is not None:
-        head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
-    parts = ["\n".join(head)]
-    if options.compare is None and not options.table:
-        parts.append(str(report))
-    else:
-        parts += [reaction_table(answers), *([] if contact is None else [with_muscles(contact)])]
-    if options.over_postures:
-        refuse(options, "--over-postures prints a line", "json")
-        first = answers[0]
-        parts.append(filled(f"|F_s| {posture_range(exo, first.case, first.assumptions)}."))
-    deliver(
-        options,
-        "\n\n".join(parts),
-        json=lambda: _pose_json(exo, answers, report, options),
-        columns=lambda: (
-            {"split": [answer.split for answer in answers]}
-            | {name: np.array([answer.columns()[name] for answer in answers]) for name in answers[0].columns()}
-        ),
-        figure=lambda: _overview(exo, answers[0]),
-    )
-    return answers
 
 
 def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
@@ -160,34 +199,33 @@ def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
     return overview(exo, answer.case.poses, answer)
 
 
-def _wearer(options: argparse.Namespace, plain: bool) -> Any:
+def _wearer(worn: options.Worn, muscles: bool | None, plain: bool) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
-    if options.muscles and options.person is None:
+    if muscles and worn.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
-    if options.person is None or options.muscles is False or (plain and not options.muscles):
+    if worn.person is None or muscles is False or (plain and not muscles):
         return None
     try:
         require_extra("person")
-        return wearer(options)
+        return worn.muscles()
     except (InvalidInput, MissingExtra) as error:
-        if options.muscles:
+        if muscles:
             raise
-        caution(f"the wearer's own muscles are not counted: {error}")
+        options.caution(f"the wearer's own muscles are not counted: {error}")
         return None
 
 
 def _answers(
-    exo: ShoulderExo, orientation: Any, bounds: ConstraintBounds, options: argparse.Namespace
+    exo: ShoulderExo, orientation: Any, query: dict[str, Any], compare: list[str] | None, named: bool
 ) -> list[Reaction]:
     """One answer a split, in the order given."""
-    if options.compare is not None and options.split is not None:
+    if compare is not None and named:
         raise InvalidInput("expected either --split or --compare, got both")
-    query = _query(bounds, options)
     splits = [query["split"]]
-    if options.compare is not None:
-        named = [as_choice("split", name.strip(), SPLITS) for name in options.compare.split(",") if name]
-        splits = list(dict.fromkeys(named)) or comparable_splits(exo.device)
-    bounded = [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
+    if compare is not None:
+        asked = [as_choice("split", name.strip(), SPLITS) for name in ",".join(compare).split(",") if name]
+        splits = list(dict.fromkeys(asked)) or comparable_splits(exo.device)
+    bounds, bounded = query["constraint_bounds"], [k for k, law in SPLITS.items() if "constraint_bounds" in law.options]
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
     return [
@@ -196,32 +234,72 @@ def _answers(
     ]
 
 
-def _pose_json(exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, options: argparse.Namespace) -> str:
+def _columns(answers: Sequence[Reaction]) -> dict[str, Any]:
+    """A row a split."""
+    rows = [answer.columns() for answer in answers]
+    return {"split": [a.split for a in answers]} | {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _pose_json(
+    exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, pose: options.Pose, offset: options.Offset
+) -> str:
     """The answers by split, below the pose as it was given."""
-    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
-    head["pose"] = dict(zip(CLINICAL_ANGLES, pose_angles(options), strict=True))
-    if options.offset is not None:
-        head["centre_offset_mm"] = list(options.offset)
-    body: dict[str, Any] = {answer.split: json.loads(answer.to_json()) for answer in answers}
-    body["report"] = json.loads(report.to_json())
+    body: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
+    body["pose"] = dict(zip(CLINICAL_ANGLES, pose.angles, strict=True))
+    if offset is not None:
+        body["centre_offset_mm"] = list(offset)
+    body |= {answer.split: texts.loads(answer.to_json()) for answer in answers}
+    body["report"] = texts.loads(report.to_json())
     if report.contact is not None:
-        body["with_muscles"] = json.loads(report.contact.to_json())
-    return json.dumps({**head, **body}, indent=2)
+        body["with_muscles"] = texts.loads(report.contact.to_json())
+    return texts.dumps(body, indent=2)
 
 
-def run_uncertainty(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin uncertainty`` and return its exit status."""
-    exo, motion = design(options), None
-    if options.trajectory is None:
-        poses = pose(options, exo)
-    else:
-        refuse(options, "a movement has poses of its own", "flexion", "abduction", "internal_rotation")
-        moved = movement(options, exo.side)
-        poses, motion = moved.poses, None if options.static else moved.motion
-    stated = {name: numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(options.uncertain).items()}
-    answer = exo.uncertainty(
-        poses, motion, split=options.split, centre_offset=offset(options), limits=limits(options), uncertainties=stated
-    )
-    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {options.split}"
-    deliver(options, f"{head}\n\n{answer}", json=answer.to_json, columns=answer.columns, figure=answer.plot)
-    return 0
+def uncertainty(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    recording: options.Recording = options.Recording(),
+    worn: options.Worn = options.Worn(),
+    limits: options.LimitsText = "design",
+    offset: options.Offset = None,
+    split: options.Split = str(Assumptions.split),
+    uncertain: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    plot: Annotated[Path | None, draws("shoulder force with each quantity at its ends")] = None,
+) -> None:
+    """Change one uncertain quantity of device, fit, pose and masses at a time, and show how the shoulder force changes.
+
+    In a pose or at the peak of a movement. Search the worst offset of the device's centre from the shoulder's.
+
+    Parameters
+    ----------
+    uncertain : tuple of str
+        How uncertain a quantity is, to both sides, such as offset_mm=20, A[1]_mm=5 or cuff_height_mm=10, 0 for certain;
+        repeat it for others (default: assumed values).
+
+    Examples
+    --------
+    exo-pin uncertainty four-cables --flexion 60 --abduction 30 --plot uncertainty.png
+    exo-pin uncertainty --trajectory examples/lift.csv --uncertain offset_mm=20 --uncertain cuff_height_mm=10
+
+    Notes
+    -----
+    quantities: offset_mm, pose_deg, A[i]_mm and B[i]_mm (A_mm, B_mm for all), mass_percent, centre_of_mass_mm,
+      load_percent, with --split elastic shoulder_stiffness_percent and guides_percent, and dimensions of a design as
+      sweep names them
+    """
+    exo = worn.load(design, side)
+    poses, motion = recording.asked(exo, pose)
+    stated = {name: options.numbers(text, f"{name}=SIZE", 1)[0] for name, text in assigned(uncertain).items()}
+    query: dict[str, Any] = {
+        "split": split,
+        "centre_offset": options.metres(offset),
+        "limits": options.limits_of(limits),
+    }
+    answer = exo.uncertainty(poses, motion, **query, uncertainties=stated)
+    head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {split}"
+    deliver(f"{head}\n\n{answer}", answer, json=json, out=out, plot=plot)

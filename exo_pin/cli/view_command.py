@@ -2,133 +2,162 @@
 
 from __future__ import annotations
 
-import argparse
 import threading
 import webbrowser
 from contextlib import closing, suppress
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, MissingExtra
 from ..core.optional_packages import require_extra
 from ..core.validation import FloatArray, as_positive
-from ..exo.shoulder_exo import ShoulderExo
-from .options.query_options import caution, design, duration, joint_value, pose, refuse, triple, wearer
+from ..design import DEFAULT_PRESET
+from ..view import LIMB_STYLES, ChainScene, Scene
+from ..view.page.browser import find_browser
+from . import options
+from .command import check_file
+from .robot_commands import joint_value
 
 if TYPE_CHECKING:
-    from ..person import Person
-    from ..view import ChainScene, Scene
-
     #: Poses of a motion, and their times.
     _Path = tuple[Any, FloatArray]
     #: Width and height of the page, and pixels of the picture for each of its.
     _Size = tuple[tuple[int, int], float]
 
 _FRAMES_A_SECOND = 30
+#: What --plot writes.
+_FILES = (".html", ".png")
 
 
-def run_view(options: argparse.Namespace) -> int:
-    """Answer ``exo-pin view`` and return its exit status."""
-    exo = design(options)
-    if exo.has_arm or exo.wrist is not None:
-        if not options.set:
-            return _view_device(exo, options)
+def view(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    pose: options.Pose = options.Pose(),
+    to: Annotated[str | None, options.called("F,A,I")] = None,
+    seconds: options.Seconds = 3.0,
+    set: options.Joints = (),
+    worn: options.Worn = options.Worn(),
+    limbs: Annotated[str, Parameter(choices=tuple(LIMB_STYLES))] = "rods",
+    mannequin: bool = False,
+    bare: bool = False,
+    no_human: bool = False,
+    scale: options.Newtons | None = None,
+    size: Annotated[str, options.called("WxH")] = "1280x800",
+    port: Annotated[int | None, options.called("N")] = None,
+    open: bool = False,
+    plot: Annotated[
+        Path | None, Parameter(metavar="FILE", validator=partial(check_file, "--plot", _FILES, False))
+    ] = None,
+) -> None:
+    """Show the design on a person with its forces, in three dimensions.
+
+    Without --plot a live page is served on this machine until Ctrl-C is pressed. A robot without an arm, and a
+    configuration of any that --set names, is drawn with its links and closures.
+
+    Parameters
+    ----------
+    to : str, optional
+        Move from the pose to these angles: flexion, abduction and internal rotation, degrees; forces are those at rest
+        in every pose.
+    seconds : float
+        Duration of the motion of --to, s.
+    limbs : str
+        How limbs are drawn.
+    mannequin : bool
+        With --person: draw a human figure instead of bones and muscles (those need the extra 'person').
+    bare : bool
+        With --person: bones and muscles without the device (needs the extra 'person').
+    no_human : bool
+        Draw no person.
+    scale : float, optional
+        Force shown by an arrow of 10 cm, N (default: chosen from the largest force).
+    size : str
+        Size of the picture of --plot, pixels; 1280x800@2 draws the same with twice as many each way.
+    port : int, optional
+        First port to try for the live page (default 7000).
+    open : bool
+        Open the live page in a browser.
+    plot : Path, optional
+        Write a page that opens without a network (.html), or a still picture (.png; needs a headless browser).
+
+    Examples
+    --------
+    exo-pin view four-cables --person 1.75,75,male --flexion 60 --open
+    exo-pin view four-cables --to 90,0,0 --plot lift.html
+    """
+    exo, pixels = worn.load(design, side), _size(size)
+    scene: Scene | ChainScene
+    path: _Path | None = None
+    if set or not (exo.has_arm or exo.wrist is not None):
         if exo.wrist is not None:
             raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
-    return _view_chain(exo, options)
-
-
-def _view_device(exo: ShoulderExo, options: argparse.Namespace) -> int:
-    """A device on a person, in a pose or a motion, with its forces."""
-    from ..view import Scene
-    from ..view.page.browser import find_browser
-
-    start = pose(options, exo)
-    size = _size(options.size)
-    if options.plot is not None and options.plot.suffix.lower() == ".png":
-        find_browser()  # a missing one is told before anything is drawn
-    scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
-    human = False if options.no_human else None
-    looks: dict[str, Any] = {}
-    drawn = not options.mannequin and not options.no_human
-    if options.bare and (options.person is None or not drawn):
-        raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
-    if options.person is not None:
-        person = _wearer(options) if drawn else None
-        if person is not None:
-            looks = {"person": person, "device": not options.bare}
-    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
-    answer = scene.show(start)
-    path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
-    verdict = "" if answer is None else answer.verdict
-    said = [*(text for text in scene.messages if text not in verdict), *([verdict] if verdict else [])]
-    return _deliver(scene, options, size, path, said)
-
-
-def _wearer(options: argparse.Namespace) -> Person | None:
-    """The person with muscles, where the extra is installed."""
-    try:
-        require_extra("person")
-    except MissingExtra as error:
-        if options.bare:
-            raise
-        caution(f"bones and muscles are not drawn: {error}")
-        return None
-    return wearer(options)
-
-
-def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
-    """A robot without an arm, or a configuration of any: its links and closures."""
-    from ..view import ChainScene
-
-    scene = ChainScene(exo.chain, exo.urdf)
-    why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
-    refuse(options, why, "flexion", "abduction", "internal_rotation", "scale", "to", "person")
-    if options.set:
-        scene.move(dict(joint_value(text) for text in options.set))
-    said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
-    return _deliver(scene, options, _size(options.size), None, said)
-
-
-def _deliver(
-    scene: Scene | ChainScene, options: argparse.Namespace, size: _Size, path: _Path | None, said: list[str]
-) -> int:
-    """Write the requested file, or serve the page; print what is said of the scene."""
-    if options.plot is None:
-        return _serve(scene, options, path, said)
-    if options.plot.suffix.lower() == ".png":
-        page, ratio = size
-        scene.save_png(options.plot, page, pixel_ratio=ratio)
-    elif path is None:
-        scene.save_html(options.plot)
+        why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
+        options.refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
+        scene = ChainScene(exo.chain, exo.urdf)
+        scene.move(dict(map(joint_value, set)))
+        said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
     else:
-        scene.record(*path).save(options.plot)
-    print(*said, options.plot, sep="\n")
-    return 0
+        if plot is not None and plot.suffix.lower() == ".png":
+            find_browser()  # a missing one is told before anything is drawn
+        drawn = worn.person is not None and not mannequin and not no_human
+        if bare and not drawn:
+            raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
+        looks: dict[str, Any] = {}
+        if drawn:
+            try:
+                require_extra("person")
+                looks = {"person": worn.muscles(), "device": not bare}
+            except MissingExtra as error:
+                if bare:
+                    raise
+                options.caution(f"bones and muscles are not drawn: {error}")
+        arrow = None if scale is None else 0.1 / as_positive("--scale", scale)
+        scene = Scene(exo, human=False if no_human else None, limbs=limbs, metres_per_newton=arrow, **looks)
+        start = pose.of(exo)
+        answer = scene.show(start)
+        path = None if to is None else _path(start, _angles("--to", to, exo.side), seconds)
+        verdict = "" if answer is None else answer.verdict
+        said = [*(text for text in scene.messages if text not in verdict), *([verdict] if verdict else [])]
+    if plot is None:
+        _serve(scene, path, said, port, open)
+        return
+    if plot.suffix.lower() == ".png":
+        page, ratio = pixels
+        scene.save_png(plot, page, pixel_ratio=ratio)
+    elif path is None:
+        scene.save_html(plot)
+    else:
+        scene.record(*path).save(plot)
+    print(*said, plot, sep="\n")
 
 
-def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path | None, said: list[str]) -> int:
+def _serve(scene: Scene | ChainScene, path: _Path | None, said: list[str], port: int | None, opened: bool) -> None:
+    """A live page, until Ctrl-C is pressed."""
     with closing(scene), suppress(KeyboardInterrupt):
-        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", *said, sep="\n", flush=True)
-        if options.open:
+        print(f"{scene.serve(port)} (Ctrl-C ends it)", *said, sep="\n", flush=True)
+        if opened:
             webbrowser.open(scene.url)
         if path is not None:
             scene.play(*path)
         threading.Event().wait()
-    return 0
 
 
 def _angles(option: str, text: str, side: str) -> Rotation:
-    flexion, abduction, internal = triple(option, text)
+    flexion, abduction, internal = options.triple(option, text)
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 
 def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     """The shortest turn from one pose to another, at an even pace."""
-    end_time = duration("--seconds", seconds)
+    end_time = options.duration("--seconds", seconds)
     times = np.linspace(0.0, end_time, max(round(end_time * _FRAMES_A_SECOND), 1) + 1)
     return Slerp([0.0, end_time], Rotation.concatenate([start, end]))(times), times
 

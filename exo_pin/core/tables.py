@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -54,6 +55,12 @@ def aligned(rows: Sequence[Sequence[str]], words: int = 0) -> list[str]:
     sides = [str.ljust] * words + [str.rjust] * (len(widths) - words)
     cells = ([side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True)] for row in rows)
     return ["  ".join(row).rstrip() for row in cells]
+
+
+def three_digits(value: float) -> str:
+    """A number with three significant digits, and six decimals at most; whole from 100 on."""
+    size = abs(value)
+    return "0" if size < 5e-7 else f"{value:.{min(6, max(0, 2 - math.floor(math.log10(size))))}f}"
 
 
 def in_blocks(rows: Sequence[Sequence[str]], width: int, repeated: int = 1) -> list[list[list[str]]]:

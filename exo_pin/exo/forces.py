@@ -71,7 +71,7 @@ def reaction(
         could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
         the least is zero wherever det X is not, and the answer says that it is trivial.
         "elastic": by stiffness of the limbs' guides, their joints, the shoulder and what sits on the person, at the
-        geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and
+        geometry to which all of it gives way (:mod:`exo_pin.reaction.elastic`); the pose is held, and
         actuator forces adapt. "elastic_locked": the same with the lengths of the limbs, or the coordinates of a
         device's drives and brakes, locked, so that the arm moves and turns.
         "standalone": F_s = 0, the wrist without a shoulder; (D-25).

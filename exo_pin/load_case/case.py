@@ -124,17 +124,23 @@ class Case(Record):
         >>> case.turned(np.array([1]), case.poses[:1].as_matrix()).matrices.shape
         (1, 3, 3)
         """
-
-        def own(array: Any) -> FloatArray:
-            return np.asarray(np.broadcast_to(array, (*self.poses.shape, 3)).reshape(-1, 3)[rows])
-
-        motion, load = self.motion, self.load
         matrices = as_finite("matrices", matrices, (3, 3), stack=True)
+        return as_query(Rotation.from_matrix(matrices, assume_valid=True), *self._of_rows(rows))
+
+    def _own(self, array: Any, rows: Any, *last: int) -> Any:
+        """Rows of the flat stack of an array that broadcasts to its shape."""
+        return np.broadcast_to(array, (*self.poses.shape, *last)).reshape(-1, *last)[rows]
+
+    def _of_rows(self, rows: Any) -> tuple[Motion | None, Load | None]:
+        """Motion and load of some rows, or of one."""
+        motion, load = self.motion, self.load
         if motion is not None:
-            motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
+            motion = Motion(
+                *(self._own(each, rows, 3) for each in (motion.angular_velocity, motion.angular_acceleration))
+            )
         if load is not None:
-            load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
-        return as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
+            load = Load(*(self._own(each, rows, 3) for each in (load.force, load.moment, load.at)), load.frame)
+        return motion, load
 
     def row(self, k: int) -> Case:
         """One pose of the stack, with what of the case is its own.
@@ -154,23 +160,14 @@ class Case(Record):
         >>> case.row(1).load.force
         array([  0.,   0., -20.])
         """
-        shape = self.poses.shape
-
-        def own(array: Any, *last: int) -> Any:
-            return np.broadcast_to(array, (*shape, *last)).reshape(-1, *last)[k]
-
-        motion, load, offset, posture = self.motion, self.load, self.offset, self.posture
-        if motion is not None:
-            motion = Motion(own(motion.angular_velocity, 3), own(motion.angular_acceleration, 3))
-        if load is not None:
-            load = Load(own(load.force, 3), own(load.moment, 3), own(load.at, 3), load.frame)
+        offset, posture = self.offset, self.posture
         if offset is not None:
-            offset = CentreOffset(own(offset.base, 3), own(offset.cuff, 3))
+            offset = CentreOffset(self._own(offset.base, k, 3), self._own(offset.cuff, k, 3))
         if isinstance(posture, Mapping):
-            posture = {name: own(value) for name, value in posture.items()}
+            posture = {name: self._own(value, k) for name, value in posture.items()}
         elif posture is not None:
-            posture = own(posture, np.shape(posture)[-1])
-        poses = Rotation.from_quat(own(self.poses.as_quat(), 4))
+            posture = self._own(posture, k, np.shape(posture)[-1])
+        poses, (motion, load) = Rotation.from_quat(self._own(self.poses.as_quat(), k, 4)), self._of_rows(k)
         return replace(self, poses=poses, motion=motion, load=load, centre_offset=offset, posture=posture)
 
     @property

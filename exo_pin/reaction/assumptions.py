@@ -21,7 +21,7 @@ from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.case import Posture
 from .constraints.given_limits import ConstraintBounds, Limits
 from .constraints.glenoid_cone import GlenoidCone, known_orientation
-from .splits.elastic import Elastic
+from .elastic import Elastic
 from .splits.split import Minimal, Spherical, Split, Standalone
 
 

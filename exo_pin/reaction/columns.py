@@ -141,10 +141,18 @@ def columns(self: Reaction) -> dict[str, Any]:
     """
     return (
         force_columns(self)
-        | self.cuff_columns()
+        | _cuff_columns(self)
         | {"det_X": self.determinant, "status": self.status.astype(object)}
         | ({"reason": self.reasons.astype(object)} if self.reasons.any() else {})
     )
+
+
+def _cuff_columns(self: Reaction) -> dict[str, FloatArray]:
+    """Pull, slip and mean force over area of the cuff, of the stack's shape; what is not known is left out."""
+    columns = {"cuff_pull_N": self.cuff_pull} if self.is_worn else {}
+    if (slip := self.cuff_slip) is not None:
+        columns["cuff_slip_m"] = np.linalg.norm(slip[..., :3], axis=-1)
+    return columns | ({} if self.cuff_pressure is None else {"cuff_pressure_Pa": self.cuff_pressure})
 
 
 def plot(

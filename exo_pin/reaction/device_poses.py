@@ -27,7 +27,7 @@ from .answer import QUERY_STATUS, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.given_limits import UNBOUNDED, SideForceBounds, are_actuators, as_limb_limits
-from .splits.elastic import DeviceElastic
+from .elastic import DeviceElastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import UNFELT, EffortSharing, PoseStack, sharing_of
 from .splits.split import shortest_tensions
@@ -175,11 +175,10 @@ def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> B
     count, _, p = state.moment_of_f.shape
     held = p if sharing.wearer is None else int((~sharing.wearer).sum())
     scales = 1.0 if sharing.scales is None else sharing.scales[:held]
-    own = state.moment_of_f[..., :held], state.moment, rank, sharing.wearer is not None, scales
-    f, stress, values = least_efforts(*own)
+    rows, rest = state.moment_of_f[..., :held], (rank, sharing.wearer is not None, scales)
+    f, stress, values = least_efforts(rows, state.moment, *rest)
     f_of_g = np.zeros((count, p, p))
     if state.moment_of_g.any():
-        rows, _, *rest = own
         f_of_g[:] = least_efforts(rows[:, None], -state.moment_of_g.mT, *rest).f.mT
     return BalancedTensions(
         f,

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.conventions import along_arm
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..device.wrist_device import as_device
 from ..load_case.case import Case
 from . import columns as shown
-from . import cuff_load
 from .columns import reaction_html, reaction_table
 from .evidence import AnswerSource, Certificate, ClosestForces, Infeasibility, Optimum, certificate_of, closest_forces
 from .holding.force_range import ForceRange, force_range
@@ -307,12 +307,85 @@ class Reaction(Result, ReadOnly):
     columns = shown.columns
     plot = shown.plot
     as_dict = shown.as_dict
-    is_worn = property(cuff_load.is_worn)
-    cuff_pull = property(cuff_load.cuff_pull)
-    cuff_slip = property(cuff_load.cuff_slip)
-    cuff_pressure = property(cuff_load.cuff_pressure)
-    cuff_text = cuff_load.cuff_text
-    cuff_columns = cuff_load.cuff_columns
+
+    @property
+    def is_worn(self) -> bool:
+        """Whether the arm is a person's, so that a cuff is on it."""
+        arm = self.source.poses.mechanism.arm
+        return arm is not None and arm.person is not None
+
+    @property
+    def cuff_pull(self) -> FloatArray:
+        """Force of the cuff on the arm along the arm, shape (...), N: positive towards the hand."""
+        return along_arm(self.cuff_wrench[..., :3], self._matrices)
+
+    @property
+    def cuff_slip(self) -> FloatArray | None:
+        """Displacement and rotation vector of the cuff against the arm, shape (..., 6), m and rad, arm frame {O_B}.
+
+        Of a split that takes the cuff as rigid, to first order, from the wrench on it. None where the design does not
+        say how stiff its cuff is.
+        """
+        if self.interface_displacements is not None:
+            return np.asarray(self.interface_displacements[..., 1, :])
+        cuff = self.source.poses.mechanism.interfaces.cuff
+        return None if cuff is None else cuff.slip(self.cuff_wrench, self._matrices)
+
+    @property
+    def cuff_pressure(self) -> FloatArray | None:
+        """Mean force over area of the cuff on the skin, shape (...), Pa; None where the area is not known.
+
+        The force across the arm over :attr:`exo_pin.Interfaces.cuff_area`: a mean, where the pressure under a cuff has
+        peaks. What the moment of the cuff adds on its two ends is not in it.
+        """
+        area = self.source.poses.mechanism.interfaces.cuff_area
+        if area is None:
+            return None
+        force = np.linalg.norm(self.cuff_wrench[..., :3], axis=-1)
+        return np.asarray(np.sqrt(np.maximum(force**2 - self.cuff_pull**2, 0.0)) / area)
+
+    def cuff_text(self, index: tuple[int, ...] = ()) -> str:
+        """Pull, slip and pressure of the cuff in words: in a pose of the stack, or the most of all held ones.
+
+        Empty where it is not on a person's arm, or no pose has an answer.
+
+        Parameters
+        ----------
+        index : tuple of int
+            Of the pose in the stack; empty for a single pose or for all.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables-worn")
+        >>> print(exo.reaction(exo.pose(45)).cuff_text().split(".")[0])
+        The cuff pulls along the arm with 57 N, towards the shoulder
+        """
+        pulls, chosen = self.cuff_pull, np.zeros(self.status.shape, dtype=bool)
+        chosen[index] = True
+        chosen &= np.isfinite(pulls) & (self.held | (chosen.sum() == 1))
+        if not self.is_worn or not chosen.any():
+            return ""
+        most = "up to " if chosen.sum() > 1 else ""
+        pull = float(max(pulls[chosen], key=abs))
+        text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N"
+        text += "" if abs(pull) < 0.5 else f", towards the {'shoulder' if pull < 0.0 else 'hand'}"
+        if (slip := self.cuff_slip) is not None:
+            moved, turned = (np.linalg.norm(part[chosen], axis=-1).max() for part in np.split(slip, 2, axis=-1))
+            text += f"; by its stiffness it slips {most}{1e3 * moved:.1f} mm and turns {most}{np.degrees(turned):.1f}°"
+        if (pressure := self.cuff_pressure) is not None:
+            area = 1e4 * (self.source.poses.mechanism.interfaces.cuff_area or np.nan)
+            mean = f"{most}{1e-3 * float(pressure[chosen].max()):.1f} kPa, on {area:.0f} cm²"
+            text += f". Across the arm, its mean force over area on the skin is {mean}"
+        return f"{text}."
+
+    @property
+    def _matrices(self) -> FloatArray:
+        """Orientations of the arm, shape (..., 3, 3)."""
+        return self.source.poses.matrices.reshape(*self.status.shape, 3, 3)
 
     def __str__(self) -> str:
         return reaction_table([self])

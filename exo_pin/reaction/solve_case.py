@@ -22,9 +22,8 @@ from .answer import answer, answered
 from .assumptions import Assumptions
 from .constraints.actuator_limits import LimbLimits, limits_motion
 from .constraints.given_limits import UNBOUNDED, SideForceBounds, are_actuators, as_limb_limits
-from .elastic_poses import ElasticPoses
+from .elastic import Elastic, ElasticPoses
 from .result import Reaction
-from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket
 from .splits.pose_stack import PoseStack, limb_lengths
 

@@ -18,8 +18,7 @@ from ..design import Arm, Wearer
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
-from .blank_figures import why_blank
-from .detailed_figures import detailed_figures, is_passive, within_reach
+from .detailed_figures import detailed_figures, is_passive, why_blank, within_reach
 from .study_table import StudyTable
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.errors import UnknownName
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
-from . import appendices, chapter_4, muscle_ledger, prototype
+from . import chapter_4, muscle_ledger, prototype
 from .rows import VERDICTS, Row
 
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:,\d{3})*(?:\.\d+)?(?:e-?\d+)?")
@@ -147,7 +147,7 @@ def ledger() -> list[Row]:
     >>> Counter(row.verdict for row in ledger())["reproduced"]
     233
     """
-    found = [row for part in (muscle_ledger, chapter_4, prototype, appendices) for row in part.rows()]
+    found = [row for part in (muscle_ledger, chapter_4, prototype) for row in part.rows()]
     entries = [entry for section in printed_index() for entry in section.entries]
     place = {id(row): k for k, entry in enumerate(entries) for row in entry.select(found)}
     return sorted(found, key=lambda row: place.get(id(row), len(entries)))

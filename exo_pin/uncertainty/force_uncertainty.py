@@ -20,7 +20,7 @@ from ..core.records import Record
 from ..core.results import Result, drawn
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..device.wrist_device import as_device
-from ..load_case import Case, CentreOffset, Load, Motion
+from ..load_case import Case, CentreOffset
 from ..reaction import Assumptions, Reaction, solve
 from .offset_search import WorstOffset, worst_offset
 from .quantities import OFFSET, quantities
@@ -233,25 +233,7 @@ def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
     if not rows.any():
         raise SolverFailed("uncertainty", np.inf, "no pose has an answer")
     row = int(np.where(rows, whole.magnitude, -np.inf).argmax())
-    at = np.unravel_index(row, shape)
-
-    def one(value: Any) -> FloatArray:
-        return np.asarray(np.broadcast_to(value, (*shape, 3))[at])
-
-    motion, load, offset = case.motion, case.load, case.offset
-    if motion is not None:
-        motion = Motion(one(motion.angular_velocity), one(motion.angular_acceleration))
-    if load is not None:
-        load = Load(one(load.force), one(load.moment), one(load.at), load.frame)
-    if offset is not None:
-        offset = CentreOffset(one(offset.base), one(offset.cuff))
-    pose, posture = Rotation.from_matrix(case.query.matrices[row], assume_valid=True), case.posture
-    if isinstance(posture, Mapping):
-        posture = {name: np.broadcast_to(value, shape)[at] for name, value in posture.items()}
-    elif posture is not None:
-        posture = np.broadcast_to(posture, (*shape, np.shape(posture)[-1]))[at]
-    single = replace(case, poses=pose, motion=motion, load=load, centre_offset=offset, posture=posture)
-    return single, tuple(int(i) for i in at)
+    return case.row(row), tuple(int(i) for i in np.unravel_index(row, shape))
 
 
 def _evaluated(answer: Reaction) -> Reaction:

@@ -9,7 +9,7 @@ from .optimisation.recheck import recheck as recheck
 from .optimisation.search_poses import lifting_poses as lifting_poses
 from .optimisation.starting_designs import free_joints as free_joints
 from .optimisation.starting_designs import starting_design as starting_design
+from .query import population as population
+from .query import task_reach as task_reach
 from .query import workspace as workspace
 from .result import Workspace as Workspace
-from .tasks import population as population
-from .tasks import task_reach as task_reach

@@ -1,13 +1,15 @@
 """Commands whose output cannot be written: one line at most, and a status that says so."""
 
+import functools
 import os
+import re
 import signal
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from command_line import options_of
 
 import exo_pin as ep
 from exo_pin import cli, control
@@ -49,7 +51,7 @@ def test_ctrl_c(monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("exo_pin.cli.design.design_commands.presets", stop)
+    monkeypatch.setattr("exo_pin.cli.design_commands.names_of_presets", stop)
     assert cli.main(["presets"]) == 128 + signal.SIGINT
 
 
@@ -79,58 +81,53 @@ def test_a_warning_is_one_line(tmp_path):
 
 
 def outputs():
-    """Every command with every file that it can write."""
+    """Every command with every file that it can write, and words for what it needs."""
     for name in COMMANDS:
-        commands = next(action for action in cli._parser([name])._actions if isinstance(action.choices, dict))
-        parser = commands.choices[name]
-        inner = [action.choices for action in parser._actions if isinstance(action.choices, dict)]
-        parsers = {(name, word): each for choices in inner for word, each in choices.items()} or {(name,): parser}
-        for words, each in parsers.items():
-            for option, endings in (each.get_default("endings") or {}).items():
-                yield from ((words, each, option, ending) for ending in endings)
+        options = {option.name: option for option in options_of(name)}
+        needed = [option for option in options.values() if option.required]
+        given = [word for option in needed for word in (*[option.name][: option.name.startswith("--")], "1")]
+        for option in {"--out", "--plot"} & set(options):
+            said = options[option].parameter.help or ""
+            yield from ((name.split() + given, option, ending) for ending in re.findall(r"\.[a-z]{3,}\b", said))
 
 
 def test_outputs_are_checked_before_any_work(monkeypatch, tmp_path, capsys):
     """No folder, a folder that takes no file, another ending: of every command and every file that it can write."""
     count = 0
-    for words, parser, option, ending in outputs():
-        needed = [action for action in parser._actions if action.required and not isinstance(action.choices, dict)]
-        given = [word for action in needed for word in (*action.option_strings[:1], "1")]
-        if words[0] == "muscle" and words[1] == "step":
-            given += ["--mass-kg", "1"]
-        monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
+    monkeypatch.setattr(cli.Command, "load", _without_work(cli.Command.load))
+    for words, option, ending in outputs():
         for path, said in (
             (tmp_path / "none" / f"file{ending}", "make its folder first"),
-            (tmp_path / "file.xyz", f"--{option} to end in"),
+            (tmp_path / "file.xyz", f"{option} to end in"),
             (f"/proc/file{ending}", "cannot write"),
         ):
-            assert cli.main([*words, *given, f"--{option}", str(path)]) == 2, (words, option)
+            assert cli.main([*words, option, str(path)]) == 2, (words, option)
             assert said in capsys.readouterr().err
             count += 1
-        monkeypatch.undo()
     assert count > 100
     assert list(tmp_path.iterdir()) == []
 
 
-def _without_work(found):
-    """Modules of commands as they are, but what they run raises."""
+def _without_work(load):
+    """Commands with their options, of which none begins its work."""
 
-    def module(name, package):
-        loaded = found(name, package)
-        runs = {each: _no_work for each in dir(loaded) if each.startswith("run_")}
-        return SimpleNamespace(**runs) if runs else loaded
+    def loaded(command, name):
+        found = load(command, name)
 
-    return module
+        @functools.wraps(found)
+        def without_work(*_, **__):
+            raise AssertionError("a command has begun its work")
 
+        return without_work
 
-def _no_work(options):
-    raise AssertionError("a command has begun its work")
+    return loaded
 
 
 def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
     for package in ("matplotlib", "myo_sim", "optuna"):
         monkeypatch.setitem(sys.modules, package, None)
-    monkeypatch.setattr(cli, "import_module", _without_work(cli.import_module))
+    monkeypatch.setattr("exo_pin.cli.person_command.load", _no_work)
+    monkeypatch.setattr("exo_pin.cli.options.load", _no_work)
     for arguments, extra in (
         (["reaction", "--plot", str(tmp_path / "a.png")], "plot"),
         (["person"], "person"),
@@ -139,3 +136,7 @@ def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
     ):
         assert cli.main(arguments) == 2
         assert f".[{extra}]" in capsys.readouterr().err
+
+
+def _no_work(*_, **__):
+    raise AssertionError("a command has begun its work")

@@ -11,7 +11,7 @@ from command_line import run
 
 import exo_pin as ep
 from exo_pin import MissingData
-from exo_pin.cli.search import optimise_command
+from exo_pin.cli import search_commands
 from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 
 
@@ -207,7 +207,7 @@ def searched(capsys, monkeypatch, *arguments):
         passed.update(options, exo=exo, variables=variables)
         raise MissingData(["a search"], "this test")
 
-    monkeypatch.setattr(optimise_command, "optimise", optimise)
+    monkeypatch.setattr(search_commands, "searched", optimise)
     assert run(capsys, "optimise", *arguments)[0] == 2
     return passed
 

@@ -163,7 +163,6 @@ def test_commands_answer_on_a_terminal_that_knows_ascii_alone():
 
 def test_what_a_command_prints_does_not_move_the_cursor():
     code = (
-        "from exo_pin.cli.terminal import make_output_printable; make_output_printable()\n"
-        "print('a\\x1b[2Jb\\tc\\u202ed\\udcff')"
+        "from exo_pin.cli import make_output_printable; make_output_printable()\nprint('a\\x1b[2Jb\\tc\\u202ed\\udcff')"
     )
     assert run(code, PYTHONIOENCODING="utf-8") == b"a\\x1b[2Jb\tc\\u202ed\\udcff\n"

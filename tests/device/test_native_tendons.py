@@ -105,6 +105,7 @@ def forces(exo, q, tensions):
     return found
 
 
+@pytest.mark.full
 def test_a_device_with_cables_and_springs_is_written_with_its_own_tendons(tmp_path):
     exo = roles(carex(tmp_path))
     written = exo.export(tmp_path / "out.xml")

@@ -1,9 +1,9 @@
 """The command line in this process."""
 
-import argparse
 import re
 
-from exo_pin.cli import COMMANDS, _parser, main
+from exo_pin.cli import _START, COMMANDS, main, overview
+from exo_pin.cli.command import command, examples
 
 POSE = ["--flexion", "60", "--abduction", "30"]
 
@@ -13,18 +13,23 @@ def run(capsys, *arguments):
     return status, *capsys.readouterr()
 
 
-def helps(parser):
-    """Help texts of a parser and of those within."""
-    yield parser.format_help()
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for inner in dict.fromkeys(action.choices.values()):
-                yield from helps(inner)
+def options_of(name):
+    """The options and arguments of a command, as its parser has them."""
+    return [
+        each
+        for each in command(name).assemble_argument_collection(parse_docstring=True)
+        if each.parse and not each.children
+    ]
 
 
 def shown():
     """Commands in all help texts, one a line."""
-    texts = [text for name in COMMANDS for text in helps(_parser([name]))] + [_parser([]).format_help()]
-    lines = [found.rstrip(". ") for text in texts for found in re.findall(r"^ {2}(exo-pin .*)$", text, re.M)]
-    lines += re.findall(r"Begin with: (exo-pin [^.]*)", " ".join(texts[-1].split()))
-    return list(dict.fromkeys(lines))
+    lines = [line for name in COMMANDS for line in examples(name)]
+    lines += [line.split("  ")[0] for line in re.findall(r"exo-pin [a-z][^\n]*", f"{_START}\n{overview()}")]
+    return [line for line in dict.fromkeys(lines) if not line.startswith("exo-pin COMMAND")]
+
+
+def called(line):
+    """The name of the command of a line, with its second word where it has one."""
+    words = line.split()[1:]
+    return next(name for name in (" ".join(words[:2]), words[0]) if name in COMMANDS)

@@ -23,9 +23,9 @@ from exo_pin.reaction.batch.limit_kernels import CompiledLimits
 from exo_pin.reaction.constraints.actuator_limits import pull_laws
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.thesis.all_rows import printed_index
-from exo_pin.thesis.appendices import OtherReading
 from exo_pin.thesis.chapter_4 import scenario_one_rows
 from exo_pin.thesis.muscle_ledger import fit_rows
+from exo_pin.thesis.prototype import OtherReading
 from exo_pin.workspace import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
 from exo_pin.wrist.kinematics.solutions import Solutions

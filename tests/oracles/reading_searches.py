@@ -29,9 +29,8 @@ from exo_pin.core.validation import FloatArray
 from exo_pin.design import preset
 from exo_pin.muscle import muscle_model, table
 from exo_pin.muscle.laws.static import BAR
-from exo_pin.thesis.appendices import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
 from exo_pin.thesis.chapter_4 import PRINTED
-from exo_pin.thesis.prototype import RIG_RADIUS, STATIC
+from exo_pin.thesis.prototype import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS, RIG_RADIUS, STATIC
 
 __all__ = ["searches"]
 

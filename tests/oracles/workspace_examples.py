@@ -8,10 +8,9 @@ import exo_pin as ep
 from exo_pin.load_case.pose_stacks import pose_matrices
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, recheck
 from exo_pin.workspace.evaluation import PoseOffsets, PoseValues
-from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.merit import Descent, Merit
 from exo_pin.workspace.optimisation.optimised import Candidate, FullGrid, Optimised
-from exo_pin.workspace.optimisation.search_poses import DesignVariables
+from exo_pin.workspace.optimisation.search_poses import ContactObjective, DesignVariables
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 from exo_pin.wrist import BodyShape
 

@@ -39,8 +39,8 @@ def test_pressure_is_the_force_across_over_the_area_and_slip_that_of_the_springs
     moment = R.T @ wrench[3:] - np.cross([0.0, 0.0, -0.2], force)
     np.testing.assert_allclose(np.abs(slip[3:]), np.abs(moment) / [10.0, 20.0, 5.0], rtol=1e-9, atol=1e-15)
     np.testing.assert_array_equal(np.sign(slip[:5]), np.sign([*force, *moment[:2]]))
-    columns = answer.cuff_columns()
-    assert list(columns) == ["cuff_pull_N", "cuff_slip_m", "cuff_pressure_Pa"]
+    columns = answer.columns()
+    assert [name for name in columns if "cuff" in name] == ["cuff_pull_N", "cuff_slip_m", "cuff_pressure_Pa"]
     assert columns["cuff_slip_m"] == pytest.approx(np.linalg.norm(slip[:3]))
     text = answer.cuff_text()
     way = "shoulder" if answer.cuff_pull < 0.0 else "hand"
@@ -70,4 +70,4 @@ def test_a_device_that_nobody_wears_has_no_cuff_on_an_arm():
     answer = exo.reaction(exo.pose(45), limits="none")
     assert not answer.is_worn
     assert answer.cuff_text() == ""
-    assert answer.cuff_columns() == {}
+    assert not any("cuff" in name for name in answer.columns())

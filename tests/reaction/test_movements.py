@@ -219,7 +219,7 @@ def test_the_cuff_is_in_balance_with_what_it_says(history):
     assert found.cuff_text() == f"{words}. Across the arm, its {pressure}"
     lost = int(np.flatnonzero(~held)[0])
     assert f"with {abs(along[lost]):.0f} N" in found.cuff_text((lost,))
-    assert list(found.cuff_columns()) == ["cuff_pull_N", "cuff_pressure_Pa"]
+    assert [name for name in found.columns() if "cuff" in name] == ["cuff_pull_N", "cuff_pressure_Pa"]
 
 
 def test_a_soft_cuff_slips_by_its_compliance():
@@ -236,8 +236,8 @@ def test_a_soft_cuff_slips_by_its_compliance():
     moved, turned = (np.linalg.norm(part, axis=1).max() for part in np.split(found.cuff_slip, 2, axis=1))
     assert f"slips up to {1e3 * moved:.1f} mm and turns up to {np.degrees(turned):.1f}°." in found.cuff_text()
     assert found.cuff_pressure is None
-    np.testing.assert_allclose(found.cuff_columns()["cuff_slip_m"], np.linalg.norm(found.cuff_slip[:, :3], axis=1))
+    np.testing.assert_allclose(found.columns()["cuff_slip_m"], np.linalg.norm(found.cuff_slip[:, :3], axis=1))
     alone = ep.ShoulderExo(bare.geometry, ep.Arm(3.0, [0.0, 0.0, -0.25], device=True), limbs=[ep.Limb("SPS")] * 4)
     unworn = alone.reaction(alone.pose(30, 30))
     assert unworn.cuff_text() == ""
-    assert unworn.cuff_columns() == {}
+    assert not any("cuff" in name for name in unworn.columns())

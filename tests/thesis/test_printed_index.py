@@ -123,7 +123,7 @@ def test_summary_counts_each_number_and_each_row_once(ledger_rows):
 
 @pytest.fixture
 def answer(capsys, monkeypatch, ledger_rows):
-    monkeypatch.setattr("exo_pin.cli.thesis_command.ledger", lambda: ledger_rows)
+    monkeypatch.setattr("exo_pin.thesis.ledger", lambda: ledger_rows)
 
     def run(*arguments):
         assert main(["thesis", *arguments]) == 0

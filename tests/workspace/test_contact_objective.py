@@ -6,8 +6,7 @@ from scipy.stats import spearmanr
 
 import exo_pin as ep
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, starting_design
-from exo_pin.workspace.optimisation.contact_objective import ContactObjective
-from exo_pin.workspace.optimisation.search_poses import DesignVariables
+from exo_pin.workspace.optimisation.search_poses import ContactObjective, DesignVariables
 from exo_pin.wrist import BodyShape
 
 pytest.importorskip("myo_sim")

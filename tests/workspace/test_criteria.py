@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput, UnknownName
-from exo_pin.workspace import CRITERIA, Criteria, task_reach, tasks
+from exo_pin.workspace import CRITERIA, Criteria, task_reach
+from exo_pin.workspace import query as tasks
 
 
 def toy(**limb):

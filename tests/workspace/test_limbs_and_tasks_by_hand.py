@@ -12,7 +12,8 @@ from exo_pin import InvalidInput
 from exo_pin.device import ChainDevice, Drive
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.study import StudyTable
-from exo_pin.workspace import CRITERIA, Criteria, Criterion, limb_loss, limb_sheet, limb_table, task_reach, tasks
+from exo_pin.workspace import CRITERIA, Criteria, Criterion, limb_loss, limb_sheet, limb_table, task_reach
+from exo_pin.workspace import query as tasks
 from exo_pin.wrist import clearances
 
 pytestmark = pytest.mark.usefixtures("plain")

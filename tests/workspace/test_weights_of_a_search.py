@@ -7,7 +7,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import CRITERIA, Criteria
-from exo_pin.workspace.optimisation import contact_objective, merit
+from exo_pin.workspace.optimisation import merit
+from exo_pin.workspace.optimisation import search_poses as contact_objective
 from exo_pin.workspace.optimisation.merit import Evaluation, Merit, check_objectives
 from exo_pin.workspace.optimisation.optimised import reported
 

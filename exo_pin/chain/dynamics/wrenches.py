@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.records import Record, reduced_tuple
+from ...core.tables import three_digits
 from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
 from ..structure.couplings import refuse_coupling
@@ -85,11 +86,8 @@ class JointReaction(Record):
             return self._table_of_stack()
         lines = [f"{self.name} on {self.on}"]
         for k, name in enumerate(_COMPONENTS):
-            low, high = self.interval[k]
-            reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
-            note = "unique" if self.unique[k] else f"undetermined, {reach}"
-            # Rounded first, so that no -0.000000 is printed.
-            lines.append(f"{name} {round(float(self.wrench[k]), 6) + 0.0:14.6f} {'N' if k < 3 else 'N m':4} {note}")
+            note = what_is_open(bool(self.unique[k]), self.interval[k])
+            lines.append(f"{name} {three_digits(float(self.wrench[k])):>10} {'N' if k < 3 else 'N m':4} {note}")
         return "\n".join(lines)
 
     def _table_of_stack(self) -> str:
@@ -305,3 +303,13 @@ def _certificates(columns: Any, length: float, sharpness: Any) -> Any:
                 for i in range(6):
                     basis[s, i, k] = U[i, k] if i < 3 else U[i, k] * length
     return unique, basis, counts
+
+
+def what_is_open(unique: bool, interval: ArrayLike) -> str:
+    """What equilibrium leaves open of a force within an interval, in words."""
+    if unique:
+        return "unique"
+    low, high = (float(bound) for bound in np.asarray(interval))
+    if np.isinf([low, high]).all():
+        return "here; undetermined, equilibrium alone allows any number"
+    return f"here; undetermined, from {three_digits(low)} to {three_digits(high)}"

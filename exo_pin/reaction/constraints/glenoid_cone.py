@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -109,30 +108,6 @@ class GlenoidCone(Record):
         as_choice("approximation", self.approximation, ("inner", "outer"))
         set_positive(self, "muscle_compression", zero=True)
         set_positive(self, "penalty", optional=True)
-
-    @classmethod
-    def circular(cls, ratio: float = 0.5, **details: Any) -> GlenoidCone:
-        """A circular cone.
-
-        Parameters
-        ----------
-        ratio : float
-            Greatest shear over compression, in every direction.
-        **details
-            Further attributes of the class.
-
-        Returns
-        -------
-        GlenoidCone
-
-        Examples
-        --------
-        >>> cone = ep.GlenoidCone.circular(0.5, orientation=ep.thesis_rotation(0, 0, 0))
-        >>> out, superior, _ = cone.axes()
-        >>> round(float(cone.utilisation(100.0 * out + 25.0 * superior)), 6)  # 0.25 of 0.5
-        0.5
-        """
-        return cls(superior=ratio, anterior=ratio, **details)
 
     @property
     def error(self) -> float:

@@ -220,12 +220,17 @@ def _along_directions(sets: _ForceSets) -> tuple[float, float]:
     return found * sets.scale, bound / cosine * sets.scale
 
 
+def spread_directions(count: int) -> FloatArray:
+    """Unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    z, azimuth = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    radius = np.sqrt(1.0 - z**2)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
+
+
 @cache
 def _sphere() -> tuple[FloatArray, float]:
     """Directions of Fibonacci's spiral on the sphere, and the cosine of the largest angle to the nearest of them."""
-    k = np.arange(_DIRECTIONS) + 0.5
-    z, turn = 1.0 - 2.0 * k / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * k
-    flat = np.sqrt(1.0 - z**2)
-    directions = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), z])
+    directions = spread_directions(_DIRECTIONS)
     cells = scipy.spatial.SphericalVoronoi(directions)
     return directions, float((cells.vertices @ directions.T).max(axis=1).min())

@@ -35,6 +35,7 @@ from ...load_case.case import Case
 from ..assumptions import Assumptions
 from ..evidence import Infeasibility
 from ..solve_case import solve
+from .force_range import spread_directions
 from .hold_check import HoldCheck
 from .verdict import angle_words
 
@@ -228,14 +229,6 @@ def _shorter(turn: FloatArray, step: float) -> FloatArray:
     return np.concatenate(tries)
 
 
-def spread_directions(count: int) -> FloatArray:
-    """Unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
-    k = np.arange(count) + 0.5
-    z, azimuth = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
-    radius = np.sqrt(1.0 - z**2)
-    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
-
-
 #: Halvings of the net's width in the search for an end.
 _HALVINGS = 8
 
@@ -310,8 +303,8 @@ def posture_range(exo: Any, case: Case, assumptions: Assumptions | None = None) 
     if not found:
         raise InvalidInput("expected poses for the range over postures, got an empty stack")
     *parts, rules = zip(*found, strict=True)
-    ends = (np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts)
-    return PostureRange(*ends, rules[0])
+    ends: Any = [np.array(part).reshape((*shape, *np.shape(part[0]))) for part in parts]
+    return PostureRange(*ends, rule=rules[0])
 
 
 def _single_range(exo: Any, case: Case, assumptions: Assumptions | None) -> tuple[Any, ...]:
@@ -319,8 +312,8 @@ def _single_range(exo: Any, case: Case, assumptions: Assumptions | None) -> tupl
     answer = solve(exo, case, assumptions)
     if answer.source.poses.placed is None:
         # Closed forms: spins of limbs about themselves change no force.
-        size, none = answer.magnitude, np.zeros(0)
-        return size, size, none, none, 1, int(answer.held), "one posture: no joint moves by itself"
+        only, none = float(answer.magnitude), np.zeros(0)
+        return only, only, none, none, 1, int(answer.held), "one posture: no joint moves by itself"
     # A device that gives way has the postures of the rigid one.
     rigid = answer
     if answer.source.split.moves:

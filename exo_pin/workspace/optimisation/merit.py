@@ -34,8 +34,7 @@ from ...reaction.splits.pose_stack import limb_lengths
 from ..criteria import Criteria
 from ..criterion import CRITERIA
 from ..device_values import mass_of, values_of
-from .contact_objective import ContactObjective
-from .search_poses import Centre, DesignVariables, SearchPoses, described
+from .search_poses import Centre, ContactObjective, DesignVariables, SearchPoses, described
 from .starting_designs import fitted_strokes, stroke_windows, window_margin
 
 #: Objectives, and whether the largest value is the best.

@@ -18,11 +18,10 @@ from ...core.validation import FloatArray, require_method
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
-from .contact_objective import ContactObjective
 from .merit import GENERATION, OBJECTIVES, WORST, Descent, Evaluation, Merit, check_objectives, study_description
 from .optimised import Candidate, FullGrid, Optimised, reported
 from .recheck import recheck
-from .search_poses import Centre, DesignVariables, SearchPoses, as_centres, lifting_poses
+from .search_poses import Centre, ContactObjective, DesignVariables, SearchPoses, as_centres, lifting_poses
 from .starting_designs import with_strokes
 from .stored_study import SearchRun, StoredStudy
 

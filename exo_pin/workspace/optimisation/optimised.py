@@ -17,10 +17,9 @@ from ...core.tables import filled
 from ..criteria import Criteria
 from ..device_values import mass_of, mass_words
 from ..query import workspace
-from .contact_objective import ContactObjective
 from .merit import OBJECTIVES, Evaluation, judged
 from .recheck import Recheck
-from .search_poses import Centre
+from .search_poses import Centre, ContactObjective
 from .stored_study import SearchRun
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What a search may choose of a device, and the poses and centre offsets with which it judges its designs.
+"""What a search may choose of a device, and the poses, centre offsets and contact forces that judge its designs.
 
 Dimensions are of a wrist those of joints and strokes, of another device its links. Their names are those of sweeps
 (:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`). A limb of a wrist whose ``nominal_length``
@@ -6,20 +6,31 @@ is no variable gets the stroke of its family that fits best.
 
 A frame on the torso has the shoulder's centre at its own only in some poses, and no donning is exact. A search may be
 given several offsets, each of them one for all poses or a centre path: then every pose counts once with each.
+
+The contact force of the wearer's shoulder is the least that the design can bring about: limb forces within the limits
+of the actuators and activations of the wearer's muscles are chosen together so that the contact force is least
+(:meth:`exo_pin.ShoulderExo.joint_contact`, ``forces="least_contact"``). That is a lower bound of what a wearer feels,
+and it counts what |F_s| leaves out: poses that the device holds only together with the muscles, and the muscles of the
+elbow, which press on the shoulder as well.
+
+One pose is a cone program of some milliseconds, as much as a whole design costs by the other objectives. So it is
+solved in a few poses, drawn evenly from the weights of the search, and only for the better designs of a generation;
+the others get a **surrogate**: the smaller one of |F_s| (which needs no muscle) and the contact force without the
+device, shifted by what it misses on average in the better designs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_rotation
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, MissingData
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, ReadOnly, as_finite, as_positive
@@ -29,8 +40,19 @@ from ...design.parameters.names import bounds_of
 from ...device.protocol import Device
 from ...device.wrist_device import as_device
 from ...load_case import CentreOffset, CentrePath
+from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
+from ...reaction.constraints.given_limits import Limits
+from ...reaction.holding.least_held_forces import tension_limits
+from ...reaction.splits.pose_stack import limb_lengths
+from ..criteria import Criteria
+from ..device_values import values_of
 from ..evaluation import PoseOffsets
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+    from ...person import Person
+
 
 #: By how much a design may miss a bound, m and rad: bounds are given in rounded figures.
 _ROUNDED = 1e-6
@@ -285,3 +307,78 @@ def lifting_lines(side: str, step: float = 5.0) -> tuple[Rotation, Rotation]:
         shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
         shoulder_rotation(0.0, angles, 0.0, side, degrees=True),
     )
+
+
+#: Poses in which the contact force is computed.
+_POSES = 12
+
+
+class ContactObjective(Record):
+    """Mean contact force of a wearer over some poses.
+
+    Parameters
+    ----------
+    person : Person
+        The wearer, on the side of the design.
+    poses : SearchPoses
+        Of the search; those that the person can take and hold without the device count.
+    kind : type of ShoulderExo
+        Class of design that is made of a device; it computes the contact force.
+    criteria : Criteria
+        Whose ``least_tension`` the limbs have.
+
+    Raises
+    ------
+    MissingData
+        If the person can hold none of the poses.
+    MissingExtra
+        If the extra ``person`` is not installed.
+    """
+
+    def __init__(self, person: Person, poses: SearchPoses, kind: type[ShoulderExo], criteria: Criteria) -> None:
+        self._person, self._kind = person, kind
+        self._criteria = criteria.replace(names=("forces",))
+        bare = np.full(len(poses.weights), np.nan)
+        allowed = np.flatnonzero(person.allows(poses.poses))
+        if allowed.size:
+            bare[allowed] = person.joint_contact(poses.poses[allowed]).magnitude
+        chosen = _evenly(np.where(np.isfinite(bare), poses.weights, 0.0))
+        if not chosen.size:
+            raise MissingData(["poses that the person can hold"], "the contact force of a search")
+        self.poses, self.bare = poses.poses[chosen], bare[chosen]
+        self._matrices = pose_matrices(self.poses)[1]
+        self._offsets = poses.offsets.rows(chosen)
+
+    def surrogate(self, mechanism: Any) -> float:
+        """Mean of the smaller one of |F_s| and the contact force without the device, N."""
+        values = values_of(mechanism, self._matrices, self._criteria, ("forces",), offsets=self._offsets)
+        return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
+
+    def exact(self, mechanism: Any) -> float:
+        """Mean of the least contact force, N; where no answer is found that without the device counts."""
+        design, wearer = self._kind.from_device(mechanism), self._person
+        bounds: Limits = "design"
+        offsets = self._offsets.spread(len(self._matrices))
+        record = design.device.accelerate("workspace")
+        if record is not None:
+            require_massless(record)
+            lengths = limb_lengths(record, self._matrices, offsets)
+            bounds = tension_limits(record, lengths, self._criteria.least_tension)
+        moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
+        found = design.joint_contact(
+            self.poses, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
+        ).magnitude
+        return float(np.where(np.isfinite(found), found, self.bare).mean())
+
+    def description(self) -> Any:
+        """What a stored study says of it."""
+        return {"person": repr(self._person), "poses": len(self.bare)}
+
+
+def _evenly(weights: FloatArray) -> np.ndarray:
+    """Indices of some poses, in proportion to their weights: at equal steps of the sum of the weights."""
+    total = weights.sum()
+    if not total > 0.0:
+        return np.empty(0, dtype=int)
+    marks = (np.arange(_POSES) + 0.5) / _POSES * total
+    return np.unique(np.searchsorted(np.cumsum(weights), marks))

@@ -112,10 +112,10 @@ def test_a_printed_reaction_says_what_is_unique():
     for k, name in enumerate(("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")):
         words = lines[1 + k].split()
         assert words[0] == name
-        assert float(words[1]) == pytest.approx(found.wrench[k], abs=1e-6)
+        assert float(words[1]) == pytest.approx(found.wrench[k], rel=5.1e-3, abs=1e-6)
         assert " ".join(words[2:]).startswith("N" if k < 3 else "N m")
         assert ("unique" in words) == bool(found.unique[k])
-        assert ("can be any number" in lines[1 + k]) == (not found.unique[k])
+        assert ("equilibrium alone allows any number" in lines[1 + k]) == (not found.unique[k])
     # Across its plane the four-bar is redundant.
     assert not found.unique[2]
     assert found.unique[:2].all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exo_pin import FileFormatError, InvalidInput
-from exo_pin.cli import _parser
+from exo_pin.cli.command import answer
 from exo_pin.muscle import (
     OutsideValidity,
     PressureStep,
@@ -22,8 +22,7 @@ from exo_pin.muscle import (
 @pytest.fixture
 def run(capsys):
     def call(*words):
-        args = _parser(["muscle"]).parse_args(["muscle", *map(str, words)])
-        assert args.run(args) == 0
+        assert answer(f"muscle {words[0]}", [str(word) for word in words[1:]]) == 0
         return capsys.readouterr().out
 
     return call
@@ -180,5 +179,5 @@ def test_bad_calls(run, tmp_path):
         run("identify", "--response", again, -5)
     with pytest.raises(FileFormatError, match="cannot be read"):
         run("identify", tmp_path / "none.csv", "--length-mm", 300)
-    with pytest.raises(SystemExit):
+    with pytest.raises(InvalidInput, match="one of --mass-kg and --weight-N"):
         run("step", "--to-bar", 3)

@@ -13,7 +13,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import FileFormatError, muscle
 from exo_pin.chain import read_closures, write_closures
-from exo_pin.cli.muscle.muscle_commands import read_columns
+from exo_pin.cli.muscle_commands import read_columns
 from exo_pin.core.files.csv_tables import read_csv
 from exo_pin.core.files.toml_tables import DEEPEST, read_toml
 from exo_pin.load_case import read_movement

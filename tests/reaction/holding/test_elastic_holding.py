@@ -8,7 +8,7 @@ from guided_limbs import guided
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import elastic_poses
+from exo_pin.reaction import elastic as elastic_poses
 
 LIFTED = ep.shoulder_rotation(60, 30, 0, degrees=True)
 OFFSET = [0.0, 0.006, 0.008]

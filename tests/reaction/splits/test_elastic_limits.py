@@ -9,7 +9,7 @@ from sockets import following
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import elastic_poses
+from exo_pin.reaction import elastic as elastic_poses
 
 #: Loads, limits and offsets so much smaller displace little: what is left is linear in them, to this error.
 FEATHER, LEFT = 1e-5, 2e-5

@@ -1,0 +1,209 @@
+"""From the words of a command to its files: parser and help, made by cyclopts from a function; printing and writing."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from json import dumps
+from pathlib import Path
+from typing import Any
+
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.help import DefaultFormatter, PanelSpec
+from docstring_parser import parse_from_object
+from docstring_parser.common import Docstring
+from rich import box
+from rich.console import Console
+
+from ..core.errors import ExoPinError, InvalidInput
+from ..core.errors.base import shown
+from ..core.files import is_stream, require_ending, require_writable, write_columns, write_figure, write_text
+from ..core.optional_packages import require_extra
+from ..core.results import plain
+from ..core.validation import as_choice
+from . import COMMANDS, width
+
+PICTURES = (".png", ".svg", ".pdf")
+#: Several numbers of which the first is negative: a value, and no option.
+_NEGATIVE = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
+
+
+def answer(name: str, words: list[str]) -> int:
+    """Run a command, or print its help, and return the exit status.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such command, or its words are not as its function declares.
+    """
+    app = command(as_choice("command", name, COMMANDS))
+    if {"-h", "--help"} & set(words):
+        print(help_text(name))
+        return 0
+    try:
+        function, bound, _ = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
+    except CycloptsError as error:
+        if isinstance(error.__cause__, ExoPinError):
+            raise error.__cause__ from None
+        text = str(error).replace("into float", "into a number").replace("into int", "into a whole number")
+        raise InvalidInput(f"{shown(' '.join(text.split()))} (see {app.name[0]} --help)") from None
+    return int(function(*bound.args, **bound.kwargs) or 0)
+
+
+def command(name: str) -> App:
+    """The parser of a command."""
+    function = COMMANDS[name].load(name)
+    app = App(
+        name=f"exo-pin {name}",
+        help="\n\n".join(_paragraphs(parse_from_object(function))),
+        help_format="markdown",
+        help_flags=(),
+        version_flags=(),
+        help_formatter=DefaultFormatter(panel_spec=PanelSpec(box=box.SIMPLE, padding=(0, 0))),
+        default_parameter=Parameter(
+            negative_bool=(), negative_iterable=(), allow_repeating=True, show_default=shown_default
+        ),
+    )
+    app.default(function)
+    return app
+
+
+def help_text(name: str) -> str:
+    """The help of a command: what it answers, its options, and the examples and notes of its docstring."""
+    written = io.StringIO()
+    console = Console(file=written, width=width())
+    command(name).help_print([], console=console)
+    lines = [line.rstrip() for line in written.getvalue().rstrip().splitlines()]
+    text = "\n".join([*lines, "", "examples:", *(f"  {line}" for line in examples(name))])
+    return "\n\n".join([text, *([notes(name)] if notes(name) else [])])
+
+
+def examples(name: str) -> list[str]:
+    """The commands under Examples in the docstring of a command."""
+    said = parse_from_object(COMMANDS[name].load(name))
+    return [line for each in said.examples for line in (each.description or "").splitlines() if line]
+
+
+def notes(name: str) -> str:
+    """What else a docstring says, as it stands."""
+    said = parse_from_object(COMMANDS[name].load(name))
+    return "\n".join(each.description or "" for each in said.meta if each.args[:1] == ["notes"])
+
+
+def _paragraphs(said: Docstring) -> Iterable[str]:
+    """Summary and description, each paragraph as one line, which the terminal breaks."""
+    for text in (said.short_description, said.long_description):
+        yield from (" ".join(part.split()) for part in (text or "").split("\n\n"))
+
+
+def _joined(words: list[str]) -> list[str]:
+    """``--limits -10,20`` as ``--limits=-10,20``, because what begins with a minus and is no number is an option."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1].startswith("--") and _NEGATIVE.match(word) and not _is_number(word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def shown_default(value: Any) -> str | None:
+    """A default in the help; what is left out or empty has none."""
+    if value is None or value is False or value == ():
+        return None
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def writes(*endings: str, picture: bool = True) -> Parameter:
+    """``--out`` of files with these endings; ``picture`` tells that the command has ``--plot``, too."""
+    check = partial(check_file, "--out", endings, picture)
+    return Parameter(metavar="FILE", help=f"Also write the data: {', '.join(endings)}.", validator=check)
+
+
+def draws(what: str, *more: str) -> Parameter:
+    """``--plot`` of a picture, and of what the endings ``more`` name."""
+    endings = (*PICTURES, *more)
+    said = f"Also draw a picture to this file, {what}: {', '.join(endings)}."
+    return Parameter(metavar="FILE", help=said, validator=partial(check_file, "--plot", endings, False))
+
+
+def check_file(option: str, endings: tuple[str, ...], picture: bool, _: Any, path: Path | None) -> None:
+    """Check the ending and the folder of a file that a command shall write, and that pictures can be drawn."""
+    if path is None:
+        return
+    if picture and path.suffix.lower() in PICTURES and not is_stream(path):
+        raise InvalidInput(f"expected {option} to end in {', '.join(endings)}; a picture is --plot {path}")
+    require_ending(option, path, endings)
+    require_writable(path)
+    if option == "--plot" and set(PICTURES) & set(endings) and path.suffix.lower() != ".html":
+        require_extra("plot")
+
+
+def deliver(
+    text: object,
+    answer: Any = None,
+    *,
+    out: Path | None = None,
+    plot: Path | None = None,
+    json: bool = False,
+    as_json: Callable[[], str] | None = None,
+    columns: Callable[[], Mapping[str, Any]] | None = None,
+    save: Callable[[Path], Any] | None = None,
+    figure: Callable[[], Any] | None = None,
+    page: Callable[[], Any] | None = None,
+) -> None:
+    """Print an answer and write the files that were asked for.
+
+    Parameters
+    ----------
+    text : object
+        What a person reads.
+    answer : object, optional
+        An answer with ``to_json``, ``columns`` and ``plot``, for those of the callables below that are left out.
+    out, plot, json : optional
+        The options of these names.
+    as_json, columns : callable, optional
+        Make what ``--json`` prints and a .json file holds, and what a .csv or .npz file holds.
+    save : callable, optional
+        Writes a file of another ending, or of all where there are no ``columns``.
+    figure, page : callable, optional
+        Make the picture, and the page.
+    """
+    as_json, figure = as_json or getattr(answer, "to_json", None), figure or getattr(answer, "plot", None)
+    columns = columns or (None if save else getattr(answer, "columns", None))
+    try:
+        print(as_json() if json and as_json is not None else text, flush=True)
+    finally:
+        # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
+        if out is not None:
+            if as_json is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
+                write_text(out, as_json() + "\n")
+            elif columns is not None:
+                write_columns(out, columns())
+            elif save is not None:
+                save(out)
+        if plot is not None and page is not None and plot.suffix.lower() == ".html":
+            page().save(plot)
+        elif plot is not None and figure is not None:
+            from ..view.plots.plot_style import pyplot
+
+            pyplot().switch_backend("agg")  # to files only, so that no screen is needed
+            write_figure(plot, figure())
+    for path in (out, plot):
+        if path is not None and not json:
+            print(path)
+
+
+def joined_json(exo: Any, **answers: Any) -> str:
+    """Several answers on a design as one JSON text, each under its name with its own fields; None where none is."""
+    return dumps(plain({"mechanism": exo.name, "side": exo.side, **answers}), indent=2)

@@ -1,1 +1,0 @@
-"""Commands on designs: list, check, export, sweep."""

@@ -1,0 +1,330 @@
+"""``exo-pin track``, ``thesis`` and ``warm-up``: the machine in motion, the published numbers, and compiling ahead."""
+
+from __future__ import annotations
+
+import json as texts
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+
+from ..core.conventions import shoulder_rotation
+from ..core.errors import InvalidInput
+from ..core.optional_packages import require_extra
+from ..core.results import plain
+from ..core.tables import aligned
+from ..design import DEFAULT_PRESET, Wearer
+from ..exo.loading import load
+from ..exo.shoulder_exo import ShoulderExo
+from ..load_case import Load
+from ..reaction import SPLITS
+from . import options
+from .command import deliver, draws, writes
+
+if TYPE_CHECKING:
+    from ..control import Experiment, Tracking
+    from ..thesis import Row
+    from ..thesis.all_rows import Section
+
+#: Texts of a row of the thesis.
+_TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
+
+
+def track(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    trajectory: Annotated[str, options.called("NAME|FILE")] = "abduction",
+    experiment: Annotated[str | None, options.called("NAME")] = None,
+    list: bool = False,
+    controller: Literal["pi", "model"] | None = None,
+    flange: bool = False,
+    supply: options.Bar | None = None,
+    lost_imu: Annotated[str | None, options.called("FROM,TO")] = None,
+    drift: Annotated[float | None, options.called("DEG_S")] = None,
+    noise: options.Degrees | None = None,
+    delay: options.Seconds | None = None,
+    seed: Annotated[int, options.called("N")] = 0,
+    fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
+    worn: options.Worn = options.Worn(),
+    no_progress: bool = False,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    plot: Annotated[Path | None, draws("everything over time; as a page an animation", ".html")] = None,
+) -> None:
+    """Simulate the built machine with drives, sensor and controller.
+
+    A design along a movement, or an experiment of the thesis by name. With --person it also computes the contact force
+    in this wearer's shoulder joint; a design carries the wearer's arm, a dummy its own.
+
+    Parameters
+    ----------
+    trajectory : str
+        Abduction, flexion, or a CSV file of orientations.
+    experiment : str, optional
+        An experiment of --list, which has a design of its own.
+    list : bool
+        List the experiments.
+    controller : str, optional
+        One PI controller for each limb (pi), or a model-based controller (model) (default: as in the experiment).
+    flange : bool
+        With the second flange bearing of Section 5.4.3.
+    supply : float, optional
+        Gauge pressure of the air for muscles, bar (default: as in the experiment).
+    lost_imu : str, optional
+        Interval without readings of the inertial sensor, s.
+    drift : float, optional
+        Drift of the inertial sensor, degrees a second (default 0).
+    noise : float, optional
+        Noise of the inertial sensor, degrees (default 0).
+    delay : float, optional
+        Delay of the inertial sensor, s (default 0).
+    seed : int
+        Seed of the noise.
+    fault : tuple of str
+        Kind (torn, burst, stuck-open, stuck-shut or no-current), number of the limb from 1, time in s; may be repeated.
+    no_progress : bool
+        Show no bar (none is shown in a pipe or file).
+
+    Examples
+    --------
+    exo-pin track --list
+    exo-pin track four-cables --trajectory examples/lift.csv --out run.csv --plot run.png
+    exo-pin track --experiment held-abduction --controller model --plot run.html
+    exo-pin track prototype --trajectory examples/lift.csv --fault burst,3,1
+    """
+    from ..control import Fault, experiments
+    from ..control import experiment as named
+    from ..control.experiments.tracking_report import labelled
+
+    if list:
+        print("\n".join(f"{name:38} {named(name).title}" for name in experiments()))
+        return
+    if worn.person is not None:
+        require_extra("person")
+    if design in experiments():
+        raise InvalidInput(f"{design!r} is no design: exo-pin track --experiment {design}")
+    if design.endswith(".csv"):
+        raise InvalidInput(f"expected the design first: exo-pin track DESIGN --trajectory {design}")
+    chosen = _of_design(design, side, trajectory, worn) if experiment is None else named(experiment)
+    changes: dict[str, Any] = {} if controller is None else {"controller": controller}
+    if flange:
+        if chosen.mechanism.shoulder.half_diagonal is None:
+            raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
+        changes["second_flange"] = True
+    if supply is not None:
+        from ..muscle.valve.flow import Supply
+
+        if chosen.plant.supply is None:
+            raise InvalidInput(f"--supply is for pneumatic muscles, and {chosen.mechanism.name} has none")
+        changes["supply"] = Supply(1e5 * supply)
+    if any(value is not None for value in (noise, drift, delay, lost_imu)):
+        changes["imu"] = _imu(noise, drift, delay, lost_imu, seed)
+    if fault:
+        changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
+    chosen = chosen.replace(**changes)
+    progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
+    tracking = chosen.run(progress)
+    exo = ShoulderExo.from_mechanism(chosen.mechanism)
+    felt = {}
+    if worn.person is not None:
+        felt = exo.joint_contact_of_run(tracking, worn.muscles(), progress).summary()
+    report: dict[str, Any] = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
+    report |= {"cautions": tracking.cautions, "findings": tracking.findings}
+    deliver(
+        "\n".join([str(tracking), *(f"{labelled(key):26} {value:.4g}" for key, value in felt.items())]),
+        as_json=lambda: texts.dumps(plain({**report, **tracking.summary(), **felt}), indent=2),
+        save=tracking.to_csv,
+        figure=tracking.plot,
+        page=lambda: _recording(exo, tracking),
+        json=json,
+        out=out,
+        plot=plot,
+    )
+
+
+def _of_design(design: str, side: options.Side, trajectory: str, worn: options.Worn) -> Experiment:
+    """A design along a movement, with the arm of the person.
+
+    A dummy, whose moving part has no person's arm, stays as it is.
+    """
+    from ..control import Experiment, options_for, reference_of
+
+    exo = load(design, side=side)
+    _ = exo.track  # a device that is not a wrist says here why it has none
+    arm = exo.mechanism.arm
+    if arm is None and worn.person is None:
+        raise InvalidInput(f"{exo.name} has no arm to move: give --person")
+    if worn.person is not None and (arm is None or arm.person is not None):
+        exo = exo.worn_by(worn.size)
+    name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side)
+    return Experiment(name, f"{name}, {exo.name}", exo.mechanism, reference, options=options_for(exo.mechanism))
+
+
+def _imu(noise: float | None, drift: float | None, delay: float | None, lost: str | None, seed: int) -> Any:
+    """The inertial sensor."""
+    from ..control import Imu
+
+    given: dict[str, Any] = {}
+    for name, value, unit in (("noise", noise, "degrees"), ("drift", drift, "degrees a second"), ("delay", delay, "s")):
+        if value is None:
+            continue
+        if name != "drift" and not value >= 0.0:
+            raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
+        given[name] = value if unit == "s" else np.radians(value)
+    if lost is not None:
+        given["lost"] = (tuple(options.numbers(lost, "2 numbers with a comma between them for --lost-imu", 2)),)
+    return Imu(seed=seed, **given)
+
+
+def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
+    from ..view import Scene
+    from ..view.scene.scene_recording import record_run
+
+    return record_run(Scene(exo), tracking.run)
+
+
+def thesis(
+    *,
+    section: Annotated[str | None, options.called("LABEL")] = None,
+    all: bool = False,
+    reasons: bool = False,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".json", ".csv", picture=False)] = None,
+) -> None:
+    """Count the numbers that the thesis prints, chapter by chapter, beside what is computed here, with a verdict.
+
+    Every number has a row, or a reason why it cannot be computed.
+
+    Parameters
+    ----------
+    section : str, optional
+        Only this section and those inside it, such as 5.1.2, 3 or D.
+    all : bool
+        Print every row; without it long tables are summed up.
+    reasons : bool
+        List the printed numbers that have no row, with the reason.
+
+    Examples
+    --------
+    exo-pin thesis
+    exo-pin thesis --section 5.1.2
+    exo-pin thesis --all
+    """
+    from ..thesis import condensed, ledger, ledger_table
+    from ..thesis.all_rows import printed_index, sections_named, summary
+
+    sections = printed_index() if section is None else sections_named(section, printed_index())
+    everything = ledger()
+    chosen = {id(row) for each in sections for entry in each.entries for row in entry.select(everything)}
+    rows = [row for row in everything if id(row) in chosen]
+    parts = ["\n".join(aligned(summary(sections, rows), words=1))]
+    parts += [ledger_table(rows) if all else condensed(rows)] if rows else []
+    if reasons or section is not None:
+        parts.append(_reasons(sections))
+    else:
+        parts.append("--section LABEL shows one section, --reasons the numbers that have no row")
+    deliver(
+        "\n\n".join(part for part in parts if part),
+        as_json=lambda: texts.dumps(plain(_as_data(sections, rows)), indent=2, ensure_ascii=False),
+        columns=lambda: {name: [getattr(row, name) for row in rows] for name in _TEXTS},
+        json=json,
+        out=out,
+    )
+
+
+def _reasons(sections: list[Section]) -> str:
+    lines = [
+        f"{section.label}: {entry.about}: {entry.printed or f'{entry.cells} numbers'}: {entry.reason}"
+        for section in sections
+        for entry in section.entries
+        if entry.reason
+    ]
+    return "\n".join(["Numbers without a row, and why:", *lines]) if lines else ""
+
+
+def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
+    """Every row, and every number without one."""
+    names = ("about", "printed", "count", "reason")
+    return {
+        "rows": [{name: getattr(row, name) for name in (*_TEXTS, "printed", "computed")} for row in rows],
+        "without_row": [
+            {"section": section.label, **{name: getattr(entry, name) for name in names}}
+            for section in sections
+            for entry in section.entries
+            if entry.reason
+        ],
+    }
+
+
+def warm_up() -> None:
+    """Compile all numerical functions now, so that later commands need not wait.
+
+    It takes about a minute, once; nothing else changes.
+
+    Examples
+    --------
+    exo-pin warm-up
+    """
+    from ..core.compiled import compilations, kernels, mode
+
+    with mode("compiled"):
+        exo = load("prototype")
+        _compile_kinematics(exo)
+        _compile_forces(exo)
+        _compile_workspaces()
+        _compile_motion(exo)
+    ready = sum(each.is_ready for each in kernels())
+    print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
+
+
+def _few(count: int) -> Any:
+    """A pose, and a stack of poses, which compile apart."""
+    return shoulder_rotation(np.linspace(20.0, 60.0, count), 10.0, 5.0, degrees=True)
+
+
+def _compile_kinematics(exo: ShoulderExo) -> None:
+    for pose in (_few(1)[0], _few(2)):
+        state = exo.inverse_kinematics(pose)
+        x, y = state.base_theta_x, state.base_theta_y
+        exo.forward_kinematics(state.lengths)
+        for angles in ({"theta_x": x}, {"theta_y": y}, {"theta_x": x, "theta_y": y}):
+            exo.forward_kinematics_from_base_angles(**angles)
+        exo.jacobian(pose)
+        exo.singularity(pose)
+    chain = exo.chain
+    q, v = chain.close(chain.neutral()), np.zeros(chain.model.nv)
+    chain.mobility(q)
+    chain.inverse_dynamics(q, v, v)
+
+
+def _compile_forces(exo: ShoulderExo) -> None:
+    rigid = [name for name, law in SPLITS.items() if not law.determines_sides]
+    for pose in (_few(1)[0], _few(2)):
+        for split in rigid:
+            exo.reaction(pose, split=split)
+            exo.reaction(pose, split=split, limits="pull")
+        exo.reaction(pose, constraint_bounds="actuator", split="minimal")
+    for split in rigid:
+        exo.reaction_map(_few(3), split=split)
+
+
+def _compile_workspaces() -> None:
+    from ..workspace import Criteria
+
+    for name in ("prototype", "four-cables"):
+        exo = load(name)
+        criteria = Criteria(largest_shoulder_force=100.0, wearers=(Wearer(1.75, 75, "male"),))
+        exo.workspace(40.0, criteria)
+        exo.workspace(_few(2), criteria, Load(np.array([0.0, 0.0, -5.0])))
+
+
+def _compile_motion(exo: ShoulderExo) -> None:
+    from ..control.plant import Plant
+
+    plant = Plant(exo)
+    plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, plant.rest())
+    for each in (exo, load("four-cables")):
+        each.track("abduction", "model", duration=0.02)

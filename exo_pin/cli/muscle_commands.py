@@ -1,0 +1,359 @@
+"""``exo-pin muscle force|pressure|identify|step``: pneumatic muscles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from ..core.errors import FileFormatError, InvalidInput
+from ..core.files.csv_tables import read_csv
+from ..core.files.toml_tables import naming_file
+from ..core.tables import aligned
+from ..core.validation import FloatArray, as_positive
+from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
+from ..muscle.identification.static_identification import StaticIdentification, identify_static
+from ..muscle.io.model_files import (
+    dynamic_model,
+    dynamic_models,
+    load_dynamic,
+    load_parameters,
+    muscle_model,
+    muscle_models,
+    save_dynamic,
+    save_parameters,
+)
+from ..muscle.laws.dynamic import DynamicModel, G
+from ..muscle.laws.friction import ConstantFriction
+from ..muscle.laws.static import BAR, StaticModel
+from ..muscle.simulation.response import PressureStep, StepResponse
+from ..muscle.simulation.step_response import simulate
+from ..view.plots.muscle_plots import plot_force_map, plot_responses
+from . import options
+from .command import deliver, draws, writes
+
+_Identification = StaticIdentification | DynamicIdentification
+
+_REST = ("contraction_mm", "pressure_bar", "force_N")
+_RESPONSE = ("time_s", "contraction_mm", "pressure_bar")
+Several = Parameter(consume_multiple=True)
+
+
+def _model(said: str, names: list[str]) -> Parameter:
+    """An option that names a model or its file."""
+    return options.called("NAME|FILE", help=f"{said}: {', '.join(names)}, or a .toml file.")
+
+
+@options.group
+@dataclass(frozen=True)
+class Law:
+    """A force law at rest.
+
+    Attributes
+    ----------
+    length_mm : float, optional
+        Nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured).
+    mark : bool
+        Mark answers outside the validity range with * instead of raising an error.
+    """
+
+    model: Annotated[str, _model("Force law", muscle_models())] = "best"
+    length_mm: options.Millimetres | None = None
+    mark: bool = False
+
+    @property
+    def static(self) -> StaticModel:
+        """The law, for a muscle of the length that is asked for."""
+        model = named_static(self.model)
+        return model if self.length_mm is None else model.scaled(self.length_mm / 1e3)
+
+
+def named_static(name: str) -> StaticModel:
+    """Return the static model of a published name or of the path of a .toml file."""
+    return load_parameters(name) if name.endswith(".toml") else muscle_model(name)
+
+
+def read_columns(path: str, names: Sequence[str]) -> FloatArray:
+    """Read numbers from a CSV file whose first line that is no comment (#) names the columns.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    names : sequence of str
+        Columns to read; others are left out.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, len(names)).
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be read, a column is missing, or a cell is no finite number; it names the line.
+    """
+    table = read_csv(path)
+    if not table.rows:
+        raise FileFormatError("expected at least one line of numbers below the header", path)
+    return table.numbers(names)
+
+
+def muscle_identify(
+    csv: Annotated[str | None, options.called("FILE")] = None,
+    /,
+    *,
+    length_mm: options.Millimetres | None = None,
+    response: Annotated[tuple[tuple[str, str], ...], options.called("CSV WEIGHT_N")] = (),
+    static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = "best",
+    all: bool = False,
+    level: Annotated[float, options.called("SHARE")] = 0.95,
+    name: Annotated[str, options.called("NAME")] = "identified",
+    out: Annotated[Path | None, writes(".toml", picture=False)] = None,
+) -> None:
+    """Fit a force law to measurements at rest, or friction and damping to responses, and write a parameter set.
+
+    Parameters
+    ----------
+    csv : str, optional
+        CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N.
+    length_mm : float, optional
+        Nominal length of the muscle, mm, for measurements at rest.
+    response : tuple of tuple, optional
+        CSV file of the response of a hung weight, N, with the columns time_s, contraction_mm, pressure_bar; may be
+        repeated.
+    all : bool
+        Fit every measurement instead of the region where the law holds.
+    level : float
+        Confidence of the intervals, 0 to 1.
+    name : str
+        Name of the parameter set.
+
+    Examples
+    --------
+    exo-pin muscle identify examples/muscle.csv --length-mm 300 --out mine.toml
+    """
+    if (csv is None) == (not response):
+        raise InvalidInput("expected either a CSV of measurements at rest or --response, got both or neither")
+    if csv is None:
+        recordings = [_recording(path, weight) for path, weight in response]
+        names = ", ".join(Path(path).name for path, _ in response)
+        found: Any = identify_dynamic(recordings, named_static(static), name=name, source=f"identified from {names}")
+        print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
+        table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
+    else:
+        if length_mm is None:
+            raise InvalidInput("expected --length-mm, the nominal length of the muscle")
+        columns = read_columns(csv, _REST)
+        found = identify_static(
+            columns[:, 0] / 1e3,
+            columns[:, 1] * BAR,
+            columns[:, 2],
+            nominal_length=length_mm / 1e3,
+            select="all" if all else "region",
+            name=name,
+            source=f"identified from {Path(csv).name}",
+        )
+        used = len(found.residuals)
+        total = used if found.region is None else len(found.region.selected)
+        print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
+        table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
+    intervals = found.intervals(level)
+    for text in found.cautions:
+        print(f"Caution: {text}")
+    for key, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
+        print(f"{key:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
+    if csv is not None:
+        strain, pressure = found.model.validity.strain, found.model.validity.pressure
+        low, high = pressure[0] / BAR, pressure[1] / BAR
+        print(f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {low:.2f} to {high:.2f} bar")
+    if out:
+        table |= {
+            "level": level,
+            "indistinct": list(found.indistinct),
+            "intervals": {key: list(map(float, pair)) for key, pair in zip(found.names, intervals, strict=True)},
+        }
+        if csv is None:
+            save_dynamic(found.model, out, identification=table)
+        else:
+            table["covariance"] = [list(map(float, row)) for row in found.covariance]
+            save_parameters(found.model, out, identification=table)
+        print(out)
+
+
+def _recording(path: str, weight: str) -> Recording:
+    """The response of a hung weight."""
+    (newtons,) = options.numbers(weight, f"the weight behind {path} to be a number of N", 1)
+    columns = read_columns(path, _RESPONSE)
+    mass = as_positive(f"the weight behind {path}", newtons) / G
+    with naming_file(path):
+        return Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass)
+
+
+def _deliver(
+    model: StaticModel,
+    columns: dict[str, FloatArray],
+    digits: Sequence[int],
+    out: Path | None,
+    plot: Path | None = None,
+) -> None:
+    cells = [
+        [
+            "none" if not np.isfinite(v) else f"{v:.{d}f}" + ("*" if masked else "")
+            for v, masked in zip(np.ma.getdata(c), np.ma.getmaskarray(c), strict=True)
+        ]
+        for c, d in zip(columns.values(), digits, strict=True)
+    ]
+    lines = [f"{model.name}, {model.length * 1e3:g} mm", *aligned([list(columns), *zip(*cells, strict=True)])]
+    if any(np.ma.getmaskarray(c).any() for c in columns.values()):
+        lines.append("* outside the validity range of the model")
+    deliver(
+        "\n".join(lines),
+        columns=lambda: {name: np.ma.getdata(column) for name, column in columns.items()},
+        figure=lambda: plot_force_map(model),
+        out=out,
+        plot=plot,
+    )
+
+
+def muscle_force(
+    *,
+    contraction_mm: Annotated[list[options.Millimetres], Several],
+    pressure_bar: Annotated[list[options.Bar], Several],
+    law: Law = Law(),
+    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("the whole force map")] = None,
+) -> None:
+    """Compute the force of a muscle at a contraction and a pressure, or at a list of each.
+
+    Parameters
+    ----------
+    contraction_mm : list of float
+        Contraction, mm; one or several.
+    pressure_bar : list of float
+        Gauge pressure, bar; one or several.
+
+    Examples
+    --------
+    exo-pin muscle force --contraction-mm 20 --pressure-bar 2 4
+    """
+    model, outside = law.static, _outside(law.mark)
+    x, p = (a.ravel() for a in np.meshgrid(contraction_mm, pressure_bar, indexing="ij"))
+    si = (x / 1e3, p * BAR)
+    columns = {
+        "contraction_mm": x,
+        "pressure_bar": p,
+        "force_N": model.force(*si, outside=outside),
+        "stiffness_N_per_mm": model.stiffness(*si, outside=outside) / 1e3,
+        "gain_N_per_bar": model.pressure_gain(*si, outside=outside) * BAR,
+    }
+    _deliver(model, columns, (2, 3, 2, 3, 2), out, plot)
+
+
+def muscle_pressure(
+    *,
+    force_N: Annotated[list[options.Newtons], Several, Parameter(name="--force-N")],
+    contraction_mm: Annotated[list[options.Millimetres], Several],
+    law: Law = Law(),
+    out: Annotated[Path | None, writes(".csv", ".npz", picture=False)] = None,
+) -> None:
+    """Compute the pressure that makes a muscle pull a force at a contraction.
+
+    Parameters
+    ----------
+    force_N : list of float
+        Pull, N; one or several.
+    contraction_mm : list of float
+        Contraction, mm; one or several.
+
+    Examples
+    --------
+    exo-pin muscle pressure --force-N 30 --contraction-mm 20
+    """
+    model = law.static
+    f, x = (a.ravel() for a in np.meshgrid(force_N, contraction_mm, indexing="ij"))
+    pressure = model.pressure_for(f, x / 1e3, outside=_outside(law.mark))
+    _deliver(model, {"force_N": f, "contraction_mm": x, "pressure_bar": pressure / BAR}, (2, 2, 3), out)
+
+
+def _outside(mark: bool) -> str:
+    return "mark" if mark else "raise"
+
+
+def muscle_step(
+    *,
+    to_bar: options.Bar,
+    mass_kg: options.Kilograms | None = None,
+    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    from_bar: options.Bar = 0.0,
+    lag_s: options.Seconds = 0.1,
+    duration_s: options.Seconds = 4.0,
+    model: Annotated[str, _model("Dynamic model", dynamic_models())] = "tang-3-31",
+    mark: bool = False,
+    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,
+) -> None:
+    """Compute the response of a hung mass to a step of pressure.
+
+    Parameters
+    ----------
+    to_bar : float
+        Gauge pressure after the step, bar.
+    mass_kg : float, optional
+        Hung mass, kg.
+    weight_N : float, optional
+        Weight of the hung mass, N, instead of its mass.
+    from_bar : float
+        Gauge pressure before the step, bar.
+    lag_s : float
+        Time constant of the filling, s.
+    duration_s : float
+        How long to simulate, s.
+    mark : bool
+        Continue outside the model's range, and report for what share of the time.
+
+    Examples
+    --------
+    exo-pin muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv
+    """
+    if (mass_kg is None) == (weight_N is None):
+        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+    law: DynamicModel = load_dynamic(model) if model.endswith(".toml") else dynamic_model(model)
+    mass = weight_N / G if weight_N is not None else float(mass_kg or 0.0)
+    pressure = PressureStep(from_bar * BAR, to_bar * BAR, time_constant=lag_s)
+    end = options.duration("--duration-s", duration_s)
+    times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
+    response = simulate(law, mass, pressure, times, outside=_outside(mark))
+    lines = [f"{law.name}, {mass:.3f} kg, {from_bar:g} to {to_bar:g} bar with a lag of {lag_s:g} s"]
+    lines += [f"Caution: {text}" for text in response.cautions]
+    lines.append(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
+    lines.append(f"at rest        {'yes' if response.at_rest else 'no'}")
+    lines += _step_facts(response)
+
+    def figure() -> Any:
+        constant = replace(law, name="constant friction of 2.5 N", friction=ConstantFriction())
+        beside = simulate(constant, mass, pressure, times, outside="mark")
+        return plot_responses({law.name: response, constant.name: beside})
+
+    deliver("\n".join(lines), columns=lambda: _columns(response), figure=figure, out=out, plot=plot)
+
+
+def _step_facts(response: StepResponse) -> list[str]:
+    """Lines about overshoot and settling, which a mass that ends where it began does not have."""
+    try:
+        time = response.settling_time()
+    except InvalidInput:
+        return ["no step        the mass ends where it began"]
+    settled = f"{time:.3f} s (2 %)" if np.isfinite(time) else "longer than the response (2 %)"
+    return [f"overshoot      {100 * response.overshoot:.1f} %", f"settling time  {settled}"]
+
+
+def _columns(response: StepResponse) -> dict[str, Any]:
+    scaled = (response.time, response.contraction * 1e3, response.velocity * 1e3, response.pressure / BAR)
+    names = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar")
+    columns = {name: np.round(values, 6) for name, values in zip(names, scaled, strict=True)}
+    return columns | {"inside": response.inside.astype(int)}

@@ -1,0 +1,428 @@
+"""``exo-pin workspace``, ``tasks`` and ``optimise``: which poses a design reaches and holds, and a search for more."""
+
+from __future__ import annotations
+
+import json as texts
+import shlex
+from dataclasses import dataclass, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from cyclopts import Parameter
+
+from ..core.errors import InvalidInput
+from ..core.optional_packages import require_extra
+from ..core.results import plain
+from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
+from ..design.parameters.names import assigned
+from ..exo.loading import load
+from ..exo.shoulder_exo import ShoulderExo
+from ..load_case.ranges_of_motion import DAILY_RANGES
+from ..workspace import Criteria, limb_sheet, starting_design, task_reach
+from ..workspace import limb_loss as loss_of_limbs
+from ..workspace import limb_table as table_of_limbs
+from ..workspace import optimise as searched
+from ..workspace.limb_table import limb_loss_words
+from ..workspace.optimisation import OBJECTIVES
+from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
+from . import options
+from .command import deliver, draws, writes
+
+#: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
+_BY_GEOMETRY = "geometry"
+Interval = Annotated[str | None, options.called("LOW:HIGH")]
+
+
+@options.group
+@dataclass(frozen=True)
+class Judged:
+    """What a pose has to meet.
+
+    Attributes
+    ----------
+    criteria : str, optional
+        Names of criteria with commas between them (default: all that the data allow).
+    fits : tuple of str
+        Another person for whom the criteria must hold, too; may be repeated.
+    elbow_range : str, optional
+        The criteria hold while the elbow bends over this range, degrees (default: --elbow-flexion alone).
+    gap : float
+        Distance that limbs keep from body and arm and from one another, mm.
+    shoulder_force : float, optional
+        Largest shoulder force |F_s|, N (default: no limit).
+    least_tension : float
+        Least tension of limbs that only pull, N.
+    least_moment : float
+        Additional moment in any direction that the limbs must resist, N m.
+    pull_out : float, optional
+        Largest component of F_s that pulls the humeral head out of the wearer's socket, N (default: no limit).
+    cuff_pull : float, optional
+        Largest pull of the cuff along the arm, N (default: no limit).
+    cuff_slip : float, optional
+        Largest slip of the design's soft cuff on the arm, mm (default: no limit).
+    above_elbow : float, optional
+        Distance that the cuff keeps from the elbow of --person and of all --fits, mm (default: not checked).
+    without_limb : float, optional
+        Additional moment that the other limbs must resist when any one limb fails, N m; 0: they must hold the arm
+        (default: not checked).
+    least_margin : float
+        Least margin to a singular pose, 0 to 1.
+    stroke_rule : str
+        Which limb lengths exclude a pose: any limb beyond its stroke (each), or, as in Appendix C, all limbs too short.
+    """
+
+    criteria: Annotated[str | None, options.called("NAMES")] = None
+    fits: Annotated[options.Texts, options.called("HEIGHT,MASS,SEX")] = ()
+    elbow_range: Annotated[str | None, options.called("LOW,HIGH")] = None
+    gap: options.Millimetres = 0.0
+    shoulder_force: options.Newtons | None = None
+    least_tension: options.Newtons = 0.0
+    least_moment: Annotated[float, options.called("NM")] = 0.0
+    pull_out: options.Newtons | None = None
+    cuff_pull: options.Newtons | None = None
+    cuff_slip: options.Millimetres | None = None
+    above_elbow: options.Millimetres | None = None
+    without_limb: Annotated[float | None, options.called("NM")] = None
+    least_margin: float = 0.05
+    stroke_rule: Literal["each", "not all short"] = "each"
+
+    def of(self, exo: ShoulderExo) -> Criteria:
+        """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
+        others = [options.wearer_of(text) for text in self.fits]
+        own, bend = options.own_wearer(exo), None
+        if self.elbow_range:
+            bend = np.radians(options.numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
+        if self.pull_out is not None and own is None:
+            raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
+        return Criteria(
+            names=None if self.criteria is None else tuple(name.strip() for name in self.criteria.split(",")),
+            least_margin=self.least_margin,
+            stroke_rule=self.stroke_rule,
+            least_tension=self.least_tension,
+            least_moment=self.least_moment,
+            largest_shoulder_force=self.shoulder_force,
+            largest_pull_out=self.pull_out,
+            socket=None if self.pull_out is None or own is None else options.with_muscles(own).glenoid_cone(),
+            largest_cuff_pull=self.cuff_pull,
+            largest_cuff_slip=_metres(self.cuff_slip),
+            least_above_elbow=_metres(self.above_elbow),
+            least_moment_without_limb=self.without_limb,
+            least_gap=1e-3 * self.gap,
+            wearers=(*([own] if others and own is not None else []), *others),
+            elbow_range=None if bend is None else (bend[0], bend[1]),
+        )
+
+
+def _metres(millimetres: float | None) -> float | None:
+    return None if millimetres is None else 1e-3 * millimetres
+
+
+def workspace(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    offset: options.Offset = None,
+    moving_centre: options.MovingCentre = False,
+    judged: Judged = Judged(),
+    step: options.Degrees = 4.0,
+    posture: options.Posture = (),
+    one_by_one: bool = False,
+    limb_table: bool = False,
+    limb_loss: bool = False,
+    draw: Literal["slices", "ball"] = "slices",
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
+) -> None:
+    """List which poses of a grid a design reaches, holds and keeps safe, and how many poses each criterion excludes.
+
+    Parameters
+    ----------
+    step : float
+        Step of the grid of poses, degrees.
+    one_by_one : bool
+        Also print how many poses are lost as the criteria are added one by one.
+    limb_table : bool
+        Also print lengths, forces, gaps and joint angles of every limb over the poses inside.
+    limb_loss : bool
+        Also print how many of the poses inside are still held when one limb fails.
+    draw : str
+        What --plot shows: slices, or the ball of rotations.
+
+    Examples
+    --------
+    exo-pin workspace four-cables
+    exo-pin workspace examples/device.toml --person 1.75,75,male --step 10 --out inside.csv --plot slices.png
+    exo-pin workspace four-cables-worn --person 1.75,75,male --moving-centre
+    """
+    exo = worn.load(design, side)
+    centre = options.centre_of(offset, moving_centre, exo)
+    found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=options.posture_of(posture))
+    parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
+    if limb_table:
+        options.refuse("--limb-table prints a table", json=json)
+        parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
+    if limb_loss:
+        options.refuse("--limb-loss prints a table", json=json)
+        left = loss_of_limbs(exo.device, found)
+        parts += [str(left), limb_loss_words(left)]
+
+    def figure() -> Any:
+        from ..view.plots import rotation_ball, workspace_slices
+
+        return rotation_ball(found) if draw == "ball" else workspace_slices(found)
+
+    asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
+    deliver(
+        "\n\n".join(parts),
+        found,
+        as_json=lambda: texts.dumps(plain(found.summary() | asked), indent=2),
+        figure=figure,
+        json=json,
+        out=out,
+        plot=plot,
+    )
+
+
+def tasks(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    judged: Judged = Judged(),
+    movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
+    no_ranges: bool = False,
+    step: options.Degrees = 8.0,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".csv", ".json", picture=False)] = None,
+) -> None:
+    """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
+
+    Parameters
+    ----------
+    movement : tuple of str
+        CSV of a task's movement; may be repeated.
+    no_ranges : bool
+        Leave the published ranges out.
+    step : float
+        Step of the grid over a range, degrees.
+
+    Examples
+    --------
+    exo-pin tasks four-cables
+    exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv
+    """
+    exo = worn.load(design, side)
+    movements = {}
+    for text in movement:
+        name, _, path = text.partition("=")
+        if not name or not path:
+            raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
+        movements[name] = path
+    table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, judged.of(exo), step)
+    deliver(table, table, columns=lambda: table, json=json, out=out)
+
+
+@options.group
+@dataclass(frozen=True)
+class Start:
+    """The design that a search begins with.
+
+    Attributes
+    ----------
+    limbs : int, optional
+        Begin with a new design of this number of limbs (4).
+    family : str, optional
+        Begin with a new design with actuators of this family (cable).
+    pull : float, optional
+        Greatest pull of a limb, N (default: as in the design, of a new one 400).
+    push : float, optional
+        Greatest push of linear actuators, N (default: as --pull).
+    travel : float, optional
+        Greatest travel of a limb, mm (default: that of its family).
+    force_law : str, optional
+        Force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help.
+    supply : float, optional
+        Gauge pressure with --force-law, bar (default 4).
+    device : str, optional
+        Design whose moving mass is added to the person's arm, such as prototype; or geometry: a cuff estimated from
+        each design's joints.
+    """
+
+    limbs: Annotated[int | None, options.called("N")] = None
+    family: Annotated[str | None, Parameter(choices=tuple(ACTUATOR_FAMILIES))] = None
+    pull: options.Newtons | None = None
+    push: options.Newtons | None = None
+    travel: options.Millimetres | None = None
+    force_law: Annotated[str | None, options.called("NAME")] = None
+    supply: options.Bar | None = None
+    device: Annotated[str | None, options.called("PRESET|FILE")] = None
+
+    @property
+    def is_new(self) -> bool:
+        """Whether an option asks for a new design."""
+        return any((self.limbs, self.family, self.force_law, self.device))
+
+    def load(
+        self, design: str | None, side: Literal["left", "right"] | None, worn: options.Worn, name: str
+    ) -> ShoulderExo:
+        """The design to start from."""
+        travel = _metres(self.travel)
+        if design is not None or not self.is_new:
+            of_new = {key: getattr(self, key) for key in ("limbs", "family", "force_law", "device", "supply")}
+            options.refuse("a new design has no file", **of_new)
+            exo = worn.load(design or DEFAULT_PRESET, side)
+            given = {"pull_limit": self.pull, "push_limit": self.push, "travel_limit": travel}
+            limits = {key: value for key, value in given.items() if value is not None}
+            return ShoulderExo.from_device(exo.device.with_dimensions(**limits)) if limits else exo
+        if worn.person is None:
+            raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
+        supply = None if self.supply is None else 1e5 * self.supply
+        actuator = starting_actuator(self.family or "cable", self.pull, self.push, self.force_law, supply, travel)
+        is_known = self.device not in (None, _BY_GEOMETRY)
+        on, device = side or "left", load(str(self.device)).mechanism if is_known else None
+        arm = Arm.of_wearer(worn.size)
+        arm = arm.mirrored() if device is None and on == "right" else arm
+        return ShoulderExo.from_mechanism(starting_design(actuator, arm, self.limbs or 4, on, name, device))
+
+
+def optimise(
+    design: Annotated[str | None, options.called("DESIGN")] = None,
+    /,
+    *,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    start: Start = Start(),
+    offset: options.Offset = None,
+    moving_centre: options.MovingCentre = False,
+    fixed_centre: bool = False,
+    judged: Judged = Judged(),
+    vary: Annotated[options.Texts, options.called("NAME=LOW:HIGH")] = (),
+    base_radius: Interval = None,
+    arm_radius: Interval = None,
+    drop: Interval = None,
+    step: options.Degrees = 4.0,
+    objective: Annotated[tuple[str, ...], Parameter(choices=tuple(OBJECTIVES))] = (),
+    seed: Annotated[int, options.called("N")] = 0,
+    budget: Annotated[int, options.called("N")] = 60000,
+    run_length: Annotated[int, options.called("N")] = 12000,
+    refine: bool = False,
+    storage: Annotated[str | None, options.called("FILE|URL")] = None,
+    name: Annotated[str, options.called("NAME")] = "study",
+    progress: options.Progress = False,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".toml", ".json")] = None,
+    plot: Annotated[Path | None, draws("the runs and the front, by the first two objectives")] = None,
+) -> None:
+    """Search for a design that reaches and holds as many poses as it can.
+
+    The search is stored, can be continued, and may be shared by several workers; the result is checked through
+    Pinocchio.
+
+    Parameters
+    ----------
+    design : str, optional
+        Design to start from (default: four-linear-actuators-worn, or with --limbs or --family a new one).
+    fixed_centre : bool
+        With --moving-centre: every pose counts twice, with the moving centre and with one that stays.
+    vary : tuple of str
+        Such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints of a wrist
+        free); of another device its dimensions, such as joint[NAME].x_mm=-20:20.
+    base_radius : str, optional
+        Distance of free joints on the torso from the shoulder, mm (default 120:250).
+    arm_radius : str, optional
+        Distance of free joints on the arm from its axis, mm (default 50:140).
+    drop : str, optional
+        How far free joints on the arm are below the shoulder, mm (default 80:280).
+    step : float
+        Step of the grid of the check, degrees; a second one is half as wide. Other devices than wrists take wider ones.
+    objective : tuple of str
+        What to improve; repeat it for a Pareto front (default index).
+    seed : int
+        Seed of the random numbers.
+    budget : int
+        Number of designs to evaluate.
+    run_length : int
+        Number of designs in a run from one start.
+    refine : bool
+        Start from the design itself, with small steps.
+    storage : str, optional
+        SQLite file or database in which the study is stored.
+    name : str
+        Name of the study and of the design that is written.
+
+    Examples
+    --------
+    exo-pin optimise --limbs 4 --family cable --person 1.75,75,male --budget 20000 --progress --out best.toml
+    exo-pin optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 200 --run-length 200
+    """
+    given = dict(locals())
+    require_extra("optimise")
+    exo = start.load(design, side, worn, name)
+    wearer = worn.muscles(side=exo.side) if "contact_force" in objective and worn.person is not None else None
+    if fixed_centre and not moving_centre:
+        raise InvalidInput("--fixed-centre belongs to --moving-centre; without it the centre is fixed anyway")
+    bounds = {"base_radius": base_radius, "platform_radius": arm_radius, "drop": drop}
+    intervals = {key: None if text is None else _interval(key, text) for key, text in bounds.items()}
+    found = searched(
+        exo,
+        joints_and_variables(exo.device, assigned(vary), refine, **intervals),
+        objectives=objective or ("index",),
+        constraints=judged.of(exo),
+        person=wearer,
+        # Offsets of the device's centre with which designs are judged.
+        centre_offset=tuple(
+            options.centre_of(offset, moves, exo) for moves in ((False, True) if fixed_centre else (moving_centre,))
+        ),
+        seed=seed,
+        budget=budget,
+        run_length=run_length,
+        cuff_by_geometry=start.device == _BY_GEOMETRY,
+        refine=refine,
+        step=step,
+        finer_step=0.5 * step,
+        storage=storage,
+        name=name,
+        progress=progress,
+    )
+    command = _command(given, design or (None if start.is_new else DEFAULT_PRESET))
+
+    def save(path: Path) -> None:
+        # The best first; of several objectives the whole front, numbered in the order in which it is printed.
+        others = found.front if len(found.front) > 1 else ()
+        for number, candidate in enumerate((found.best_candidate, *others)):
+            best, where = candidate.design, path if not number else path.with_stem(f"{path.stem}-{number}")
+            sources = {**best.device.sources, "mechanism": f"found by: {command}"}
+            best.replace(name=name, sources=sources).save(where)
+
+    deliver(found, found, save=save, json=json, out=out, plot=plot)
+
+
+def _command(given: dict[str, Any], design: str | None) -> str:
+    """The command that finds the same design again, whatever the storage."""
+    flat: dict[str, Any] = {}
+    for name, value in given.items():
+        flat |= vars(value) if is_dataclass(value) else {name: value}
+    words = ["exo-pin optimise", *([] if design is None else [design])]
+    for name, value in flat.items():
+        option = f"--{name.replace('_', '-')}"
+        if name in ("design", "storage", "name", "progress", "json", "out", "plot") or value in (None, False, (), 0.0):
+            continue
+        if value is True:
+            words.append(option)
+        elif name == "offset":
+            words += [option, *(f"{each:g}" for each in value)]
+        else:
+            for each in value if isinstance(value, tuple) else (value,):
+                words += [option, shlex.quote(f"{each:g}" if isinstance(each, float) else str(each))]
+    return " ".join(words)
+
+
+def _interval(name: str, text: str) -> tuple[float, float]:
+    """Bounds in m of LOW:HIGH in mm."""
+    low, high = options.numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
+    return 1e-3 * low, 1e-3 * high

@@ -361,7 +361,7 @@ class WristDevice(Mechanism):
         >>> WristDevice.of(ep.load("prototype").mechanism).moment_of_wearer(np.ones((1, 3)))
         array([[0., 0., 0.]])
         """
-        return np.zeros((len(f), 3))
+        return np.zeros((len(np.atleast_1d(f)), 3))
 
     def gaps(
         self,

@@ -21,10 +21,8 @@ from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_mapping, as_parts, frozen, require_types, set_fields
 from ..design import Arm, Interfaces, Shoulder
-from .parts.brakes import Brake
-from .parts.drives import Drive, Spring
-from .parts.guided_slides import GuidedSlide
-from .parts.soft_links import SoftLink
+from .parts.drives import Brake, Drive, Spring
+from .parts.soft_parts import GuidedSlide, SoftLink
 
 #: Placement of the arm's joint or link, m and rad, that is rounding.
 _SAME = 1e-9

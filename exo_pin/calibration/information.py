@@ -10,7 +10,7 @@ import scipy
 
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, ReadOnly, frozen
+from ..core.validation import FloatArray, ReadOnly, as_finite, frozen
 from .length_model import LengthModel
 
 #: Components below this part of the largest are left out of a description.
@@ -181,6 +181,7 @@ class Information(Record):
         """
         deviations, directions = self._spectrum
         open_ = ~np.isfinite(deviations)
+        rows = as_finite("rows", rows, (None, len(self.model.scales)))
         along = (rows * self.model.scales) @ directions
         size = np.linalg.norm(along, axis=1)
         lost = np.linalg.norm(along[:, open_], axis=1) > _TOUCHES * np.maximum(size, 1e-300)

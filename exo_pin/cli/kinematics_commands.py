@@ -19,7 +19,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
-from ..wrist.singularities.sides_of_the_surface import side_of_rest
+from ..wrist.singularities.singular_surface import side_of_rest
 from . import options
 from .command import deliver, draws, joined_json, writes
 from .robot_commands import configuration, joint_value

@@ -109,7 +109,12 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
 
 def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
     """Finite arrays, named for the message, brought to one shape."""
-    arrays = [as_finite(name, value, (), stack=True) for name, value in named.items()]
+    return broadcast_real(**{name: as_finite(name, value, (), stack=True) for name, value in named.items()})
+
+
+def broadcast_real(**named: ArrayLike) -> tuple[FloatArray, ...]:
+    """Arrays that may hold NaN and infinity, named for the message, brought to one shape."""
+    arrays = [as_real(name, value) for name, value in named.items()]
     try:
         return tuple(np.broadcast_arrays(*arrays))
     except ValueError:
@@ -117,7 +122,7 @@ def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
         raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
 
 
-def broadcast_to(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+def broadcast_to(name: str, array: Any, shape: tuple[int, ...]) -> Any:
     """The array brought to a shape; InvalidInput if it does not broadcast."""
     try:
         return np.broadcast_to(array, shape)
@@ -145,6 +150,17 @@ def as_texts(name: str, value: Any) -> tuple[str, ...]:
     if not isinstance(value, tuple) or not all(isinstance(text, str) for text in value):
         raise InvalidInput(f"expected {name} to be a tuple of strings, got {echo(value)}")
     return value
+
+
+def as_parts(name: str, value: Any, kind: type) -> tuple[Any, ...]:
+    """Return an iterable of instances of a class as a tuple, else raise InvalidInput; a text is not one of texts."""
+    try:
+        parts = (None,) if isinstance(value, str | bytes) else tuple(value)
+    except TypeError:
+        raise InvalidInput(f"expected {name} to be several, each {_described(kind)}, got {echo(value)}") from None
+    for part in parts:
+        require_type(f"each of {name}", part, kind)
+    return parts
 
 
 def as_choice(kind: str, value: Any, available: Iterable[str], where: str = "") -> str:

@@ -252,6 +252,7 @@ class Arm(Record):
         >>> round(arm.weight_moment(np.array([0.0, 0.0, -9.81])), 3)
         5.886
         """
+        gravity = as_finite("gravity", gravity, (3,))
         return float(self.mass * np.linalg.norm(gravity) * np.linalg.norm(self.centre_of_mass))
 
     def mirrored(self) -> Arm:

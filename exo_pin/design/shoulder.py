@@ -17,7 +17,16 @@ from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type, set_fields, set_positive
+from ..core.validation import (
+    FloatArray,
+    as_finite,
+    as_positive,
+    as_real,
+    frozen,
+    require_type,
+    set_fields,
+    set_positive,
+)
 
 
 def as_stiffness(name: str, value: Any) -> FloatArray:
@@ -28,7 +37,7 @@ def as_stiffness(name: str, value: Any) -> FloatArray:
     InvalidInput
         If it is neither a number nor such a matrix.
     """
-    if np.ndim(value) == 0:
+    if as_real(name, value).ndim == 0:
         return frozen(as_positive(name, value, zero=True) * np.eye(3))
     matrix = as_finite(name, value, (3, 3))
     scale = float(np.abs(matrix).max())

@@ -19,12 +19,10 @@ from ..core.conventions import Side, as_side, other_side, refuse_other_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, frozen, require_type, require_types, set_fields
+from ..core.validation import FloatArray, as_finite, as_mapping, as_parts, frozen, require_types, set_fields
 from ..design import Arm, Interfaces, Shoulder
-from .parts.brakes import Brake
-from .parts.drives import Drive, Spring
-from .parts.guided_slides import GuidedSlide
-from .parts.soft_links import SoftLink
+from .parts.drives import Brake, Drive, Spring
+from .parts.soft_parts import GuidedSlide, SoftLink
 
 #: Placement of the arm's joint or link, m and rad, that is rounding.
 _SAME = 1e-9
@@ -62,22 +60,18 @@ class DeviceRecord(Record, ABC):
     def __post_init__(self) -> None:
         require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
         for key, kind in (("drives", Drive), ("brakes", Brake), ("springs", Spring)):
-            items = tuple(getattr(self, key))
+            items = as_parts(key, getattr(self, key), kind)
             for item in items:
-                require_type(key, item, kind)
                 if item.joint is not None and self.chain.velocity_indices([item.joint]).size != 1:
                     raise InvalidInput(f"expected {item.name!r} on a joint of one coordinate, got {item.joint!r}")
             set_fields(self, **{key: items})
-        set_fields(self, soft_links=tuple(self.soft_links))
-        for link in self.soft_links:
-            require_type("soft_links", link, SoftLink)
-        set_fields(self, guided_slides=tuple(self.guided_slides))
-        for limb in self.guided_slides:
-            require_type("guided_slides", limb, GuidedSlide)
+        set_fields(self, soft_links=as_parts("soft_links", self.soft_links, SoftLink))
+        set_fields(self, guided_slides=as_parts("guided_slides", self.guided_slides, GuidedSlide))
         names = [part.name for part in self.efforts]
         if len(set(names)) != len(names):
             raise InvalidInput(f"expected drives and brakes of different names, got {', '.join(names)}")
-        set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(self.sources)))
+        sources = as_mapping("sources", self.sources, "texts")
+        set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(sources)))
         _check_arm(self.chain)
         soft_bodies(self)
 

@@ -24,7 +24,7 @@ from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .device_model import REACHED, DeviceModel, device_model
 from .device_record import DeviceRecord
-from .turns.settled_joints import idle_motions, settled, undriven_motions
+from .turns.idle_joints import idle_motions, settled, undriven_motions
 
 __all__ = [
     "assembly_modes",

@@ -22,9 +22,8 @@ from ..wrist.clearance.clearance import BodyShape
 from ..wrist.clearance.gaps import Gaps, LimbGaps
 from ..wrist_chain import mechanism_urdf
 from .chain_device import ChainDevice
-from .parts.brakes import Brake
-from .parts.drives import Drive
-from .parts.guided_slides import GuidedSlide
+from .parts.drives import Brake, Drive
+from .parts.soft_parts import GuidedSlide
 
 __all__ = ["WristDevice", "as_device"]
 
@@ -362,7 +361,7 @@ class WristDevice(Mechanism):
         >>> WristDevice.of(ep.load("prototype").mechanism).moment_of_wearer(np.ones((1, 3)))
         array([[0., 0., 0.]])
         """
-        return np.zeros((len(f), 3))
+        return np.zeros((len(np.atleast_1d(f)), 3))
 
     def gaps(
         self,

@@ -87,7 +87,7 @@ def reaction(
         Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
         and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
         lever arms and misfit, in the displaced geometry; limbs with mass move as
-        :mod:`exo_pin.wrist.forces.limb_inertia` says.
+        :mod:`exo_pin.wrist.forces.side_forces` says.
     limits : "design", "none", "pull", number, (lower, upper), or actuators, optional
         Limits of the limbs, met in every pose in which that is possible. "design": what the design's own actuators
         can do at their lengths (:class:`exo_pin.Actuator`, :class:`exo_pin.Stroke`); a limb whose actuator is not

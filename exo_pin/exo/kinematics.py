@@ -1,8 +1,12 @@
-"""Where the arm and the device are, how near a pose is to losing hold, and which poses can be reached."""
+"""Where the arm and the device are, how near a pose is to losing hold, and which poses can be reached.
+
+The design in motion, under a controller.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -10,6 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from .. import Criteria, Workspace
 from ..core.conventions import shoulder_rotation
+from ..core.errors import InvalidInput
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..device.device_singularity import device_singularity, drive_positions, position_rates
 from ..device.postures import assembly_modes as modes_of
@@ -19,6 +25,7 @@ from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:
+    from ..control import Fault, FeedbackGains, Imu, PlantOptions, Reference, Tracking
     from .shoulder_exo import ShoulderExo
 
 
@@ -226,3 +233,78 @@ def workspace(
     90% of 1452 poses; clearance 95%
     """
     return workspace_of(self.device, poses, criteria, load, centre_offset, posture)
+
+
+@checked
+def track(
+    self: ShoulderExo,
+    reference: Reference | str | PathLike[str],
+    controller: str | Callable[[float, Any], Any] = "pi",
+    *,
+    options: PlantOptions | None = None,
+    duration: float | None = None,
+    imu: Imu | None = None,
+    faults: Fault | Sequence[Fault] = (),
+    feedback: FeedbackGains | None = None,
+    rate: float = 100.0,
+    title: str = "",
+    progress: bool = False,
+) -> Tracking:
+    """Simulate the design while a controller follows a reference.
+
+    Parameters
+    ----------
+    reference : Reference, str or path-like
+        A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
+        of orientations, as :func:`exo_pin.read_movement` reads it.
+    controller : {"pi", "model"} or callable
+        "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
+        actuators their lengths. "model": tensions of least shoulder force and their pressures or motor forces,
+        with feedback. Or any function ``(t, measurement) -> commands``, see
+        :class:`exo_pin.control.Controller`.
+    options : PlantOptions, optional
+        Air, valves, motors, friction, shoulder unit; estimates if left out.
+    duration : float, optional
+        s; that of the reference if left out.
+    imu : Imu, optional
+        The inertial sensor with its errors; exact measurements if left out.
+    faults : Fault or sequence of Fault
+        Of muscles, valves and motors.
+    feedback : FeedbackGains, optional
+        Of the controller "model".
+    rate : float
+        Of the controller, Hz.
+    title : str
+        For verdict and plots.
+    progress : bool
+        Whether to show a bar.
+
+    Returns
+    -------
+    Tracking
+        Angles, lengths, pressures, tensions, shoulder force and energy over time; prints its verdict first.
+
+    Raises
+    ------
+    MissingData
+        If arm, actuators, strokes or end fittings are not known.
+    InvalidInput
+        If an argument does not fit.
+
+    Examples
+    --------
+    >>> run = ep.load("four-cables").track("flexion", "model", duration=0.5)
+    >>> round(run.summary()["rms_error_deg"], 1)
+    0.2
+    """
+    from ..control import Experiment, options_for, reference_of  # here, because few queries need them
+
+    wanted = reference_of(reference, self.side)
+    name = title or getattr(wanted, "title", "") or "tracking"
+    if feedback is not None and controller != "model":
+        raise InvalidInput('feedback gains are for the controller "model"')
+    chosen = options_for(self.mechanism) if options is None else options
+    experiment = Experiment(
+        "track", name, self.mechanism, wanted, controller, chosen, duration, imu, faults, rate, feedback,  # type: ignore[arg-type]
+    )  # fmt: skip
+    return experiment.run(progress)

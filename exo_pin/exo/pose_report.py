@@ -28,7 +28,7 @@ from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
-from ..wrist.singularities.nearest_singularity_search import nearest_singularity
+from ..wrist.singularities.singular_surface import nearest_singularity
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person

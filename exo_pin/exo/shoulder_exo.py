@@ -19,11 +19,9 @@ from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by as record_worn_by
 from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
-from . import contact, forces, kinematics, models, tracking
-from .models import mirrored_looks
-from .partly import INSTEAD, Partly
-from .robots import robot_parts
-from .wrist import Wrist
+from . import contact, forces, kinematics, models
+from .models import mirrored_looks, robot_parts
+from .wrist import INSTEAD, Partly, Wrist
 
 if TYPE_CHECKING:
     from ..design import Wearer
@@ -428,7 +426,7 @@ class ShoulderExo(Record):
     forward_kinematics_from_base_angles = Partly(_is_wrist, Wrist.forward_kinematics_from_base_angles, _wrist_of)
     nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
     sensor_sensitivity = Partly(_is_wrist, Wrist.sensor_sensitivity, _wrist_of)
-    track = Partly(_has_record, tracking.track)
+    track = Partly(_has_record, kinematics.track)
     save = models.save
     to_urdf = models.to_urdf
     export = models.export

@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.errors.base import warn
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_rotation, require_type, set_fields
+from ..core.validation import FloatArray, as_count, as_finite, as_rotation, require_type, set_fields
 from .motion_and_load import CentreOffset, CentrePath, Load, Motion
 from .pose_stacks import Query, as_query
 from .trajectories import Movement
@@ -161,6 +161,7 @@ class Case(Record):
         >>> case.row(1).load.force
         array([  0.,   0., -20.])
         """
+        k = as_count("k", k, 0, int(np.prod(self.poses.shape)) - 1)
         offset, posture = self.offset, self.posture
         if offset is not None:
             offset = CentreOffset(self._own(offset.base, k, 3), self._own(offset.cuff, k, 3))

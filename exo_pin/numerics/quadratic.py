@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import SolverFailed
+from ..core.errors import InvalidInput, SolverFailed
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from .small_linear import RANK_TOLERANCE
@@ -76,6 +76,7 @@ class LeastSquares:
 
     def violation(self, z: FloatArray) -> float:
         """Largest violation of the constraints by ``z``."""
+        _require_length("z", z, self.size)
         misses = (np.abs(self.A @ z - self.b), self.low - z, z - self.high, self.C @ z - self.c)
         return max(0.0, *(float(part.max(initial=0.0)) for part in misses))
 
@@ -125,9 +126,17 @@ class Solution(NamedTuple):
         return min(size, 2.0 * self.gap / size) if size > 0.0 else 0.0
 
 
+def _require_length(name: str, value: FloatArray, length: int) -> None:
+    if np.shape(value) != (length,):
+        raise InvalidInput(f"expected {name} to have shape ({length},), got {np.shape(value)}")
+
+
 @checked
 def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray) -> Solution:
     """A candidate with its violation of the optimality conditions."""
+    _require_length("equality", equality, len(program.b))
+    _require_length("inequality", inequality, len(program.c))
+    _require_length("z", z, program.size)
     residual = program.E @ z - program.d
     bound = -(program.E.T @ residual + program.A.T @ equality + program.C.T @ inequality)
     # Complementarity in the form min(multiplier, room) = 0, so that both are lengths of order 1.

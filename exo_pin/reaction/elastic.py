@@ -197,7 +197,7 @@ class DeviceElastic(Spherical):
     Parameters
     ----------
     name : {"elastic", "elastic_locked"}
-        The pose is held, or the drives' coordinates in it (:mod:`exo_pin.device.elastic.locked_equations`).
+        The pose is held, or the drives' coordinates in it (:mod:`exo_pin.device.elastic.soft_equilibrium`).
     """
 
     name = "elastic"

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.conventions import along_arm
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
@@ -365,7 +367,10 @@ class Reaction(Result, ReadOnly):
         The cuff pulls along the arm with 57 N, towards the shoulder
         """
         pulls, chosen = self.cuff_pull, np.zeros(self.status.shape, dtype=bool)
-        chosen[index] = True
+        try:
+            chosen[index] = True
+        except (IndexError, ValueError):
+            raise InvalidInput(f"expected index of a pose of shape {chosen.shape}, got {echo(index)}") from None
         chosen &= np.isfinite(pulls) & (self.held | (chosen.sum() == 1))
         if not self.is_worn or not chosen.any():
             return ""

@@ -17,10 +17,10 @@ from .singularities.measures import centre_shift as centre_shift
 from .singularities.measures import locus_function as locus_function
 from .singularities.measures import shoulder_slice as shoulder_slice
 from .singularities.measures import singularity as singularity
-from .singularities.nearest_singularity_search import NearestSingularity as NearestSingularity
-from .singularities.nearest_singularity_search import nearest_singularity as nearest_singularity
-from .singularities.sides_of_the_surface import RangeCrossing as RangeCrossing
-from .singularities.sides_of_the_surface import daily_crossings as daily_crossings
+from .singularities.singular_surface import NearestSingularity as NearestSingularity
+from .singularities.singular_surface import RangeCrossing as RangeCrossing
+from .singularities.singular_surface import daily_crossings as daily_crossings
+from .singularities.singular_surface import nearest_singularity as nearest_singularity
 from .velocity.sensors import OrientationChain as OrientationChain
 from .velocity.sensors import SensorSensitivity as SensorSensitivity
 from .velocity.sensors import sensor_sensitivity as sensor_sensitivity

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..chain.formats.urdf.urdf_writing import Body
 from ..core.errors.checked import checked
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, as_finite
 from ..design.limb import LimbBody
 
 
@@ -140,6 +140,7 @@ class AssumedMasses:
         >>> disc.mass, round(float(disc.centre[2]), 4)  # kg; m, the height of the plane of the joints
         (0.5, -0.0864)
         """
+        points = as_finite("points", points, (None, 3))
         radius, height = self.platform_radius, self.platform_height
         across = self.platform_mass * (3 * radius**2 + height**2) / 12
         along = self.platform_mass * radius**2 / 2

@@ -10,10 +10,9 @@ from other_units import Units
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.dynamics.equations.equations_of_motion import massless_joints
 from exo_pin.chain.dynamics.integration import Instant, Rates
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import ContactMode, contacts_of
 from exo_pin.chain.dynamics.nonsmooth.event_integration import _BACK, EventIntegration
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of
-from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules, settled
 from exo_pin.chain.kinematics.closing import NEAR as _NEAR
 from exo_pin.chain.kinematics.closing import neighbours

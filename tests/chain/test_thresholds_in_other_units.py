@@ -9,9 +9,8 @@ from rubbing_chains import with_friction
 from exo_pin import ExoPinError, UndrivenMotion
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 from exo_pin.chain.dynamics.integration import Rates
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import contacts_of
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import ContactMode, contacts_of
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
-from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.formats.urdf.urdf_writing import Document
 from exo_pin.chain.kinematics import closing as paths
 
@@ -177,8 +176,8 @@ def test_what_sticks_at_a_dead_centre_is_moved_by_any_speed(factor, held):
     mode = ContactMode(state, np.zeros(3), np.zeros(3, dtype=np.int64), contacts.only(np.isin(contacts.place, index)))
     q = q * units.motion(chain)
     applied = Rates(state, np.zeros(3), None, base=q).applied(0.0, q, v)
-    assert mode.margin(q, v, applied) == -1.0
-    assert mode.margin(q, 0.0 * v, Rates(state, np.zeros(3), None, base=q).applied(0.0, q, v)) >= 0.0
+    assert not mode.holds(q, v, applied)
+    assert mode.holds(q, 0.0 * v, applied)
 
 
 @both_units
@@ -232,20 +231,19 @@ def test_friction_at_rest_sticks_and_slips_alike(units):
 
 @both_units
 @pytest.mark.parametrize("held", [[0], [0, 1], [0, 1, 2]])
-def test_margins_of_what_sticks(units, held):
+def test_what_sticks_holds_alike(units, held):
     rubs = np.array([3.0, 5.0, 2.0])
     for bare, q in (crank_slider(0.9), (sliders(0.3).chain(), np.zeros(3))):
         chain = with_friction(bare, rubs)
-        margins = []
         for one, motion, force in ((chain, 1.0, 1.0), (units.chain(chain), units.motion(chain), units.force(chain))):
             state, still = one._state, np.zeros(3)
             contacts = contacts_of(friction_of(state, still), np.array([], np.int64), np.array([], np.int64))
             contacts = contacts.only(np.isin(contacts.place, held))
             mode = ContactMode(state, still, np.zeros(3, dtype=np.int64), contacts)
-            tau = np.array([0.4, -0.7, 0.2]) * force
-            applied = Rates(state, tau, None, base=q * motion).applied(0.0, q * motion, still)
-            margins.append(mode.margin(q * motion, still, applied))
-        assert margins[1] == pytest.approx(margins[0], abs=1e-9)
+            for size, holds in ((1.0, True), (100.0, False)):
+                tau = size * np.array([0.4, -0.7, 0.2]) * force
+                applied = Rates(state, tau, None, base=q * motion).applied(0.0, q * motion, still)
+                assert mode.holds(q * motion, still, applied) == holds
 
 
 @both_units

@@ -191,6 +191,7 @@ def _chains(folder):
     bouncing.forward_dynamics([0.0], stops=True).forces.friction_interval("slide")
     bouncing.inverse_dynamics([0.5], actuated=["slide"])
     chain.inverse_dynamics_derivatives(q, v, a)
+    chain.forward_dynamics_derivatives(q, v)
     sdf_writing.sdf_text(chain._state, q)
     ep.ClosedChain.from_sdf(random_sdf(3))
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):

@@ -106,6 +106,7 @@ def _more_chains(folder):
     coupled.inverse_dynamics(q, v, a, actuated=list(coupled.model.names)[1:])
     chain, _, q, v, a = moving("delta with rods")
     chain.inverse_dynamics_derivatives(q, v, a)
+    chain.forward_dynamics_derivatives(q, v)
     stack = chain.inverse_dynamics(np.stack([q, q]), v, a, close=True)
     top = chain._state.topology
     least_motion(chain.constraint_jacobian(q), np.ones(chain.row_count), top.scales, chain.model.njoints, 1e-12, True)

@@ -56,7 +56,7 @@ class MotionDerivatives(Record):
     _given: tuple[ChainState, FloatArray, FloatArray, FloatArray, dict[str, FloatArray] | None]
     _changes: FloatArray
     _reduced: FloatArray
-    _order: NDArray[np.int64]
+    _independent: NDArray[np.int64]
 
     @cached_property
     def motion(self) -> ClosedMotion:
@@ -82,7 +82,7 @@ class MotionDerivatives(Record):
     @property
     def independent(self) -> NDArray[np.int64]:
         """Shape (d,), the independent coordinates' indices in v."""
-        return self._order[: self._reduced.shape[2]]
+        return self._independent
 
     @property
     def reduced_jacobian(self) -> FloatArray:
@@ -160,14 +160,17 @@ def forward_dynamics_derivatives(
     work.v[:] = v
     pushes = wrenches_on(state, external) if external is not None else {}
     left = tree_derivatives(state, work, pushes)[2] - efforts
-    changes, reduced, order, choice = acceleration_changes.run(
+    changes, reduced, own, choice = acceleration_changes.run(
         *work.for_derivatives, work.jacobian, work.gap, left, given, state.tolerance
     )
     if independent is not None:
         refuse_choice(state, q, given, *choice)
     kept = {name: np.array(wrench) for name, wrench in pushes.items()} or None
     return MotionDerivatives.made_of(
-        _given=(state, q, v, efforts, kept), _changes=frozen(changes), _reduced=frozen(reduced), _order=frozen(order)
+        _given=(state, q, v, efforts, kept),
+        _changes=frozen(changes),
+        _reduced=frozen(reduced),
+        _independent=frozen(own),
     )
 
 
@@ -222,8 +225,8 @@ def acceleration_changes(
         Shape (3, nv, nv), changes of a with q, v and τ.
     reduced : ndarray
         Shape (2, nv, d), Z and v_q of :class:`MotionDerivatives`.
-    order : ndarray of int
-        Shape (nv,), the independent coordinates first.
+    independent : ndarray of int
+        Shape (d,).
     choice : tuple
         How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there.
     """
@@ -232,7 +235,7 @@ def acceleration_changes(
     q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
     lower = trees[2]
     row_scale, column, _ = scales
-    allowed, order, own = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv, dtype=np.int64)
+    allowed, order = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64)
     for k in given:
         allowed[k] = False
     known = tolerance
@@ -243,13 +246,13 @@ def acceleration_changes(
         jacobian, np.empty((height, 0)), allowed, scales, len(poses), known, factors, order, error
     )
     d = nv - rank
-    reduced = np.zeros((2, nv, d))
+    reduced, own = np.zeros((2, nv, d)), np.empty(d, dtype=np.int64)
     Z, v_q = reduced[0], reduced[1]
     if len(given) == d:
-        own[:d] = given
+        own[:] = given
     else:
         fill_ascending(order[rank:], own)
-    most = fill_reduced(order, rank, factors[0][rank:].T, error, own[:d], Z)
+    most = fill_reduced(order, rank, factors[0][rank:].T, error, own, Z)
     # Jᵀ λ = left.
     multipliers = np.zeros(height)
     for i in range(rank):

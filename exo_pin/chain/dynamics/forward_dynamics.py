@@ -153,9 +153,12 @@ def forward_dynamics(
     """
     q = state.sized("q", q, state.nq).copy()
     v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
-    efforts = efforts_of(state, tau)
-    work, top, applied = state.buffers, state.topology, Applied(efforts, external)
     rough = stops or state.passive.rubs
+    # Whether efforts are finite is seen by the acceleration, too.
+    efforts = (
+        efforts_of(state, tau) if rough or type(tau) is not np.ndarray else state.sized("tau", tau, state.nv).copy()
+    )
+    work, top, applied = state.buffers, state.topology, Applied(efforts, external)
     a, error, forces = None, None, None
     if rough:
         found = moving_loops(state, q, v)
@@ -176,6 +179,7 @@ def forward_dynamics(
         error = missed.run(work.jacobian, work.drift, a, top.row_scale, top.column)
     largest, missing, size, finite = error
     if not finite:
+        state.vector("tau", efforts, state.nv)
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     refuse_missing(state, q, v, missing, size + speed * speed)
     if not regular or state.tolerance:

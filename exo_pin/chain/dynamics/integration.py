@@ -18,7 +18,7 @@ from ..kinematics.loops import project_velocity, refined, tree_frame_jacobian
 from ..structure.chain_state import ChainState
 from .equations.equations_of_motion import inertia_matrix
 from .forward_dynamics import efforts_of
-from .nonsmooth.modes import ContactMode, at_rest
+from .nonsmooth.contact_forces import ContactMode, at_rest
 from .nonsmooth.projected_motion import Applied, acceleration
 
 #: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a

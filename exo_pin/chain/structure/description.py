@@ -15,7 +15,7 @@ import pinocchio as pin
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.validation import as_choice, as_finite, as_positive, as_texts, require_type, require_types
+from ...core.validation import as_choice, as_finite, as_parts, as_positive, require_types, set_fields
 from .closures import Closure
 from .frames import FrameTable, require_name
 
@@ -99,10 +99,9 @@ class Roles:
     cuff: str | None = None
 
     def __post_init__(self) -> None:
-        for key in ("actuated", "limbs"):
-            given = getattr(self, key)
-            object.__setattr__(self, key, given if isinstance(given, str) else tuple(given))
-        require_distinct("actuated joint", as_texts("actuated", self.actuated))
+        for key, kind in (("actuated", str), ("limbs", LimbRole)):
+            set_fields(self, **{key: as_parts(key, getattr(self, key), kind)})
+        require_distinct("actuated joint", self.actuated)
         require_distinct("limb", [limb.name for limb in self.limbs])
 
 
@@ -361,14 +360,9 @@ class Closures:
         require_name("name", self.name)
         if as_positive("tolerance of the geometry", self.tolerance, zero=True) > _COARSEST:
             raise InvalidInput(f"expected a tolerance of the geometry up to {_COARSEST:g}, got {self.tolerance}")
-        for key in ("left_out", "closures", "joints", "shapes", "cables"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
+        kinds = {"left_out": str, "closures": Closure, "joints": JointProperties, "shapes": Shape, "cables": Cable}
+        set_fields(self, **{key: as_parts(key, getattr(self, key), kind) for key, kind in kinds.items()})
         require_types(self, root=Root, roles=Roles)
-        as_texts("left_out", self.left_out)
-        for shape in self.shapes:
-            require_type("shapes", shape, Shape)
-        for cable in self.cables:
-            require_type("cables", cable, Cable)
         require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)

@@ -124,16 +124,14 @@ class PassiveForces:
 
     @property
     def is_idle(self) -> bool:
-        """Whether there are no springs, no damping and no dry friction, found in the shortest time."""
-        none, (lower, upper) = self._none, self._friction
-        numbers = self.damping.tobytes(), lower.tobytes(), upper.tobytes()
-        return not self.has_springs and numbers[0] in none and numbers[1] in none and numbers[2] in none
+        """Whether there are no springs, no damping and no dry friction."""
+        return not (self.act or self.rubs)
 
     @property
     def rubs(self) -> bool:
         """Whether a joint has dry friction."""
-        lower, upper = self._friction
-        return bool(np.count_nonzero(lower) or np.count_nonzero(upper))
+        none, (lower, upper) = self._none, self._friction
+        return lower.tobytes() not in none or upper.tobytes() not in none
 
     @property
     def dry_friction(self) -> tuple[FloatArray, FloatArray]:
@@ -158,7 +156,7 @@ class PassiveForces:
     @property
     def act(self) -> bool:
         """Whether there are springs or dampers at all."""
-        return self.has_springs or bool(np.count_nonzero(self.damping))
+        return self.has_springs or self.damping.tobytes() not in self._none
 
     def force(self, q: FloatArray, v: FloatArray | None) -> FloatArray:
         """Generalised forces of springs and damping on the joints, N and N m.

@@ -3,7 +3,8 @@
 :func:`checked` decorates a function, or a class with its constructor and public methods. A call that succeeds costs a
 fraction of a microsecond more: only flags are looked at beforehand, because Python would take any text for true. A call
 that fails without an error of this package is explained: the first argument that does not fit its annotation is named,
-with what was expected and what came. An error for which no argument is to blame is a fault of the package and stays.
+with what was expected and what came. Shapes and names are checked where they are used. An error of a call whose
+arguments fit is a fault of the package and stays.
 """
 
 from __future__ import annotations
@@ -23,8 +24,6 @@ from .base import ExoPinError, echo
 from .inputs import InvalidInput
 
 _Thing = TypeVar("_Thing", bound=Callable[..., Any])
-#: Where errors come from that are about shapes and types of arrays.
-_NUMERIC = ("numpy", "numba", "Boost")
 _NOTHING = frozenset({NoneType})
 
 
@@ -73,7 +72,7 @@ def _explaining(function: Any) -> Any:
         except ExoPinError:
             raise
         except Exception as error:
-            found = _explained(function, values, named, error)
+            found = _explained(function, values, named)
             if found is None:
                 raise
             raise found from error
@@ -86,7 +85,7 @@ def _misfit(name: str, value: object, expected: str) -> InvalidInput:
     return InvalidInput(f"expected {name} to be {expected}, got {echo(value)}")
 
 
-def _explained(function: Any, values: Any, named: Any, error: Exception) -> InvalidInput | None:
+def _explained(function: Any, values: Any, named: Any) -> InvalidInput | None:
     """The error that says which argument is to blame; None if none is, or if the call itself is wrong."""
     parameters = signature(function)
     try:
@@ -98,17 +97,6 @@ def _explained(function: Any, values: Any, named: Any, error: Exception) -> Inva
         for name, value, text, hint in given:
             if not fit(value, hint):
                 return _misfit(name, value, f"{more}of type {text}")
-    if isinstance(error, TypeError) and "unexpected keyword" in str(error):
-        return InvalidInput(f"{function.__qualname__}: {error}")
-    if isinstance(error, IndexError) and "index" in bound.arguments:
-        return _misfit("index", bound.arguments["index"], "an index of the stack")
-    sized = (np.ndarray, list, int, float, np.generic)
-    arrays = {name: value for name, value, _, hint in given if _is_array(hint) and isinstance(value, sized)}
-    shapes = {name: np.shape(value) for name, value in arrays.items()}
-    numeric = isinstance(error, ValueError | IndexError) or type(error).__module__.partition(".")[0] in _NUMERIC
-    if shapes and (numeric or (isinstance(error, TypeError) and () in shapes.values())):
-        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        return InvalidInput(f"expected shapes that fit together, got {said}: {error}")
     return None
 
 

@@ -32,8 +32,8 @@ from ..balance.device_loads import DeviceLoads, device_loads
 from ..balance.device_state import NONE, least_efforts
 from ..parts.lacking_data import LackingData
 from ..postures import following
-from .soft_model import SoftModel
-from .soft_tree import CUFF, SHOULDER
+from .soft_tree import SoftModel
+from .springs import CUFF, SHOULDER
 
 _CLOSED = 1e-12
 #: A large change of x, in characteristic lengths and rad; step of differences, and changes after which they are new.

@@ -4,6 +4,8 @@ The part of the device that is fixed to the arm hangs on the arm by a free fligh
 gives way hangs on its own joint by one. What is fixed to the torso stands on it by one with the harness's spring, and
 this on a translation: it moves by minus the displacement of the shoulder's centre, so that the centre itself rests.
 Where cuff or shoulder is rigid its joint is held; an offset of the device's centre is a position of these two.
+
+The trees of a device that gives way; see :mod:`exo_pin.device.elastic.soft_equations`.
 """
 
 from __future__ import annotations
@@ -19,22 +21,15 @@ from ...chain.formats.bodies import COPIED
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
-from ...core.validation import set_fields
+from ...core.validation import FloatArray, set_fields
 from ...design import Interfaces, Shoulder
 from ...design.shoulder import nothing_gives_way
+from ..chain_device import ChainDevice
+from ..device_model import DeviceModel, device_model
 from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
-from .guided_limbs import GuidedLimb, guided_limbs
-
-#: Names of the joints of cuff, harness and shoulder, and what the one of a link ends in.
-CUFF, HARNESS, SHOULDER, OF_LINK = "cuff_spring", "harness_spring", "shoulder_spring", "_spring"
-
-
-def gives_way(device: DeviceRecord) -> bool:
-    """Whether any part of a device has a stiffness."""
-    guides = any(part.resists for part in device.guided_slides)
-    return bool(device.soft_links) or guides or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
+from .springs import CUFF, HARNESS, OF_LINK, SHOULDER, GuidedLimb, gives_way, guided_limbs, placed_springs, straight
 
 
 class SoftTree:
@@ -205,3 +200,38 @@ def _on_tree(device: DeviceRecord, tree: SoftTree) -> Any:
     chain = type(device.chain)(tree.model, replace(described, closures=closures, roles=roles))
     parts = {key: tuple(tree.part(part) for part in getattr(device, key)) for key in ("drives", "springs")}
     return device.replace(chain=chain, soft_links=(), guided_slides=(), **parts)
+
+
+class SoftModel:
+    """The trees of a device that gives way.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+    """
+
+    def __init__(self, device: ChainDevice) -> None:
+        self.device, self.rigid = device, device_model(device)
+        self.soft = soft_device(device)
+        rigid = (SHOULDER,) * (device.shoulder.stiffness is None) + (CUFF,) * (device.interfaces.cuff is None)
+        limbs = guided_limbs(device)
+        free = [limb.joint for limb in limbs.values() if not limb.part.resists]
+        added = sorted(set(self.soft.chain.model.names) - set(device.chain.model.names) - {*rigid, *free})
+        self._guides = {limb.part.slide: limb.joint for limb in limbs.values() if limb.part.resists}
+        self.model = DeviceModel(self.soft, held_joints=rigid, soft_joints=tuple(added))
+        self.springs = placed_springs(device, self.model)
+        held = self.model.held
+        self.base, self.cuff = (held.configuration_slice(name) for name in (SHOULDER, CUFF))
+
+    def start(self, q: FloatArray, quaternion: FloatArray) -> FloatArray:
+        """The configuration of the rigid device, with no spring displaced, shape (nq,)."""
+        state, out = self.model.held, self.model.held.neutral()
+        given = self.rigid.held
+        for name in list(given.model.names)[1:]:
+            own = q[given.configuration_slice(name)]
+            if name in self._guides:
+                own = straight(given.model.joints[given.joint_index(name)], q)
+            out[state.configuration_slice(self._guides.get(name, name))] = own
+        out[self.model.arm_q] = quaternion
+        return out

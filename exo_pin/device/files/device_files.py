@@ -118,13 +118,10 @@ from ...design.io.mechanism_files import SCHEMA as DESIGN_SCHEMA
 from ...design.io.mechanism_reading import read_arm, read_interface, read_record, read_root
 from ..chain_device import ChainDevice
 from ..chain_roles import is_same_arm
-from ..parts.brakes import Brake
-from ..parts.curved_laws import GasSpring, TableLaw
-from ..parts.drives import Drive, Spring
-from ..parts.guided_slides import GuidedSlide
-from ..parts.laws import ConstantForce, LinearSpring, SpringLaw
+from ..parts.drives import Brake, Drive, Spring
+from ..parts.laws import ConstantForce, GasSpring, LinearSpring, SpringLaw, TableLaw
 from ..parts.routes import Route, RoutePoint
-from ..parts.soft_links import SoftLink
+from ..parts.soft_parts import GuidedSlide, SoftLink
 
 #: What the name of a device file ends in.
 ENDING = ".device.toml"

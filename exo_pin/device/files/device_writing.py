@@ -12,10 +12,8 @@ from ...design.io.mechanism_files import arm_table, interface_table, mechanism_t
 from ...design.io.mechanism_reading import record_table
 from ..chain_device import ChainDevice
 from ..chain_roles import SAME_ARM
-from ..parts.brakes import Brake
-from ..parts.curved_laws import GasSpring, TableLaw
-from ..parts.drives import Drive, Spring
-from ..parts.laws import ConstantForce, LinearSpring
+from ..parts.drives import Brake, Drive, Spring
+from ..parts.laws import ConstantForce, GasSpring, LinearSpring, TableLaw
 from .device_files import INTERFACES, SCHEMA, with_drives
 
 

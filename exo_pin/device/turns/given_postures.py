@@ -25,7 +25,7 @@ from ...core.tables import enumerated
 from ...core.validation import FloatArray, as_finite
 from ..device_model import UNREACHED, DeviceModel
 from ..device_record import DeviceRecord
-from .settled_joints import idle_motions, settled, undriven_motions
+from .idle_joints import idle_motions, settled, undriven_motions
 
 __all__ = ["GivenPosture", "given_posture", "posed", "stepped"]
 

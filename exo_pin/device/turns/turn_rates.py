@@ -83,7 +83,7 @@ def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any, closing:
     Parameters
     ----------
     device : tuple
-        What :func:`exo_pin.device.turns.turn_arrays.turn_arrays` returns.
+        What :func:`exo_pin.device.turns.turn_stack.turn_arrays` returns.
     u : ndarray
         Shape (3,), angular velocity of the arm in its own axes.
     room : tuple

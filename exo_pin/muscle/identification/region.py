@@ -103,6 +103,8 @@ def as_measurements(
 def design_matrix(contraction: FloatArray, pressure: FloatArray, powers: Powers) -> FloatArray:
     """Columns x^i P^j with x in m and P in bar, shape (n, len(powers))."""
     bar = pressure / BAR
+    if not len(powers):
+        raise InvalidInput("expected one pair of powers or more, got none")
     return np.column_stack([contraction**i * bar**j for i, j in powers])
 
 

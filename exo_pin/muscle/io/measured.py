@@ -10,7 +10,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import UnknownName
+from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
 from ...core.files.csv_tables import parse_csv
 from ...core.records import Record
@@ -236,6 +236,8 @@ class SteadyStates(Record):
         >>> len(heavy.force), bool(heavy.force.min() > 20.0)  # N
         (57, True)
         """
+        if np.shape(mask) != self.force.shape:
+            raise InvalidInput(f"expected mask to have shape {self.force.shape}, got {np.shape(mask)}")
         return SteadyStates(**{name: frozen(values[mask]) for name, values in vars(self).items()})
 
 

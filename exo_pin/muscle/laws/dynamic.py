@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_types
+from ...core.validation import FloatArray, as_positive, as_texts, broadcast, broadcast_real, require_types
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
@@ -148,6 +148,8 @@ class DynamicModel:
         >>> law.contains(np.array([0.03, 0.2]), np.zeros(2), np.full(2, 2.5e5), 1.0)  # not by 200 mm
         array([ True, False])
         """
+        given = {"contraction": contraction, "velocity": velocity, "pressure": pressure}
+        contraction, velocity, pressure = broadcast_real(**given)
         strain = contraction / self.static.reference_length
         force = self.static.unchecked_force(contraction, pressure)
         inside = self.static.validity.contains(strain, pressure, force)

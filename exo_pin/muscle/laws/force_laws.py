@@ -14,8 +14,9 @@ from typing import Any, Self
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_finite, as_positive, set_fields
+from ...core.validation import FloatArray, as_finite, as_mapping, as_positive, set_fields
 from .static import BAR, StaticModel
 
 
@@ -44,10 +45,12 @@ class PolynomialModel(StaticModel):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.coefficients:
+        if not as_mapping("coefficients", self.coefficients, "powers to numbers"):
             raise InvalidInput("expected coefficients to hold at least one term, got none")
         table: dict[tuple[int, int], float] = {}
         for powers, value in self.coefficients.items():
+            if np.shape(powers) != (2,):
+                raise InvalidInput(f"expected powers (i, j), got {echo(powers)}")
             i, j = powers
             if int(i) != i or int(j) != j or i < 0 or j < 0:
                 raise InvalidInput(f"expected the powers to be whole numbers of zero or more, got {powers!r}")

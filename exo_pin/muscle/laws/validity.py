@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, OutsideValidity
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_choice, as_finite, set_fields
+from ...core.validation import FloatArray, as_choice, as_finite, as_real, broadcast_real, broadcast_to, set_fields
 
 BoolArray = NDArray[np.bool_]
 
@@ -107,8 +107,9 @@ class Validity:
         >>> limits.capability_line(np.array([1e5, 2e5]))  # N: 10 N/bar less 5 N
         array([ 5., 15.])
         """
+        pressure = as_real("pressure", pressure)
         if self.capability is None:
-            return np.full(np.shape(pressure), np.inf)
+            return np.full(pressure.shape, np.inf)
         return np.asarray(self.capability[0] * pressure + self.capability[1])
 
     def _bounds(self, strain: Any, pressure: Any, force: Any | None) -> list[_Bound]:
@@ -145,8 +146,10 @@ class Validity:
         >>> limits.contains(np.array([0.1, 0.4, 0.1]), np.full(3, 2e5), np.array([10.0, 10.0, 20.0]))  # strain; force
         array([ True, False, False])
         """
-        inside = np.ones(np.broadcast(strain, pressure).shape, dtype=bool)
-        for bound in self._bounds(strain, pressure, force):
+        given: dict[str, Any] = {"strain": strain, "pressure": pressure} | ({} if force is None else {"force": force})
+        strain, pressure, *forces = broadcast_real(**given)
+        inside = np.ones(strain.shape, dtype=bool)
+        for bound in self._bounds(strain, pressure, forces[0] if forces else None):
             inside &= bound.holds()
         return inside
 
@@ -244,7 +247,7 @@ class Validity:
         array([False,  True])
         """
         choice = as_outside(outside)
-        inside = self.contains(strain, pressure, force)
+        inside = broadcast_to("states", self.contains(strain, pressure, force), np.shape(values))
         if choice == "mark":
             return np.ma.MaskedArray(values, mask=~inside)
         if not inside.all():

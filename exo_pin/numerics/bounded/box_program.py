@@ -263,6 +263,8 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
 
     Raises
     ------
+    InvalidInput
+        If shapes do not fit.
     InfeasibleBounds
         If a lower bound is above its upper bound.
     SolverFailed
@@ -274,6 +276,10 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     """
     given = {"constant": constant, "effect": effect, "lower": lower, "upper": upper}
     constant, effect, lower, upper = (as_real(name, part) for name, part in given.items())
+    size = effect.shape[1:]
+    if effect.shape != (*constant.shape, *size) or constant.shape != (3,) or not lower.shape == upper.shape == size:
+        got = ", ".join(f"{name} {np.shape(part)}" for name, part in given.items())
+        raise InvalidInput(f"expected constant (3,), effect (3, m) and bounds (m,), got {got}")
     start = constant + effect @ np.clip(np.zeros(effect.shape[1]), lower, upper)
     scale = float(np.linalg.norm(start)) or 1.0
     low, high = lower / scale, upper / scale

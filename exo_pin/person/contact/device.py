@@ -131,6 +131,7 @@ class DeviceAction(Record):
         >>> action.about(np.array([0.02, 0.0, 0.0])).constant[3:].round(6)  # N m; 30 N, 20 mm behind it
         array([0. , 0.6, 0. ])
         """
+        shift = as_finite("shift", shift, (3,))
 
         def moved(wrench: FloatArray) -> FloatArray:
             moment = wrench[..., 3:] - np.cross(shift, wrench[..., :3])

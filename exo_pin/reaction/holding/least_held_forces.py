@@ -11,7 +11,7 @@ from ...load_case import Load
 from ...load_case.pose_stacks import Query, as_query
 from ...numerics.bounded.box_program import least_forces
 from ...numerics.bounded.polytope_program import least_sum_force
-from ...wrist.forces.limb_inertia import limb_loads
+from ...wrist.forces.side_forces import limb_loads
 from ..constraints.actuator_limits import design_limits
 from .least_force_kernels import holding_stack, three_limb_stack
 

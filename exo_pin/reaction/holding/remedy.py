@@ -6,8 +6,8 @@ step are one stack. The result is a pose that was checked. A nearer one between 
 
 Over postures every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits
 of the joints, is asked the same question. Freedoms that no drive holds are taken as held where they are, as by
-friction. The set is laid out as a net (:mod:`exo_pin.device.turns.idle_sets`), and both ends are searched from its best
-configurations.
+friction. The set is laid out as a net (:mod:`exo_pin.device.turns.idle_joints`), and both ends are searched from its
+best configurations.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from ...core.tables import enumerated
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...device.chain_device import ChainDevice
 from ...device.device_model import device_model
-from ...device.parts.brakes import Brake
-from ...device.turns.idle_sets import beside, idle_net, undriven_joints
+from ...device.parts.drives import Brake
+from ...device.turns.idle_joints import beside, idle_net, undriven_joints
 from ...load_case.case import Case
 from ..assumptions import Assumptions
 from ..evidence import Infeasibility

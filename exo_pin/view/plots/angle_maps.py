@@ -21,7 +21,7 @@ from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ...workspace import CRITERIA, Workspace
 from ...wrist.singularities import measures as loci
-from ...wrist.singularities.sides_of_the_surface import daily_crossings, side_of_rest
+from ...wrist.singularities.singular_surface import daily_crossings, side_of_rest
 from ..colours import BLACK, BLUE, RED
 from .answer_plots import pose_bars
 from .plot_style import WIDEST, axes_or_new, figure_title, force_scale, legend_below, new_figure, pyplot, tidy, wrapped

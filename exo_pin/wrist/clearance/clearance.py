@@ -368,6 +368,10 @@ def clearances(
     >>> (1e3 * gaps[0]).round()  # mm; limbs along the arm at 200 mm: 200 - 50 - 10 of them free
     array([140., 251., 263.])
     """
+    n = np.size(radii)
+    shapes = [np.shape(each) for each in (matrices, base, platform, radii)]
+    if shapes != [(*shapes[0][:1], 3, 3), (n, 3), (n, 3), (n,)]:
+        raise InvalidInput(f"expected matrices (N, 3, 3), base and platform (n, 3) and radii (n,), got {shapes}")
     gaps = np.empty((len(matrices), 3))
     held, carried = (np.zeros((1, 3)), np.zeros((1, 3))) if offset is None else offset
     # Writable copies, for which the kernel is compiled.

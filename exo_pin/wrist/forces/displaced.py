@@ -27,8 +27,7 @@ from ..limbs import STATUS
 from .affine_state import AffineState, BalancedTensions, EquilibriumParts
 from .bent_guides import largest_deflection
 from .elastic_equilibrium import ElasticEquations
-from .limb_inertia import limb_loads
-from .side_forces import SideWrenches, side_wrenches
+from .side_forces import SideWrenches, limb_loads, side_wrenches
 
 #: Lever arm about O below which a force has none, m: rounding.
 _NO_ARM = 1e-13
@@ -57,7 +56,7 @@ class Displaced:
     Parameters
     ----------
     mechanism : Mechanism
-        With the assumptions of :mod:`exo_pin.wrist.forces.limb_inertia` for limbs with mass.
+        With the assumptions of :mod:`exo_pin.wrist.forces.side_forces` for limbs with mass.
     query : Query
         Poses.
     base, cuff : ndarray

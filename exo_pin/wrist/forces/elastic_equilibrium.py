@@ -42,8 +42,7 @@ from ...load_case.pose_stacks import Query
 from ...numerics.analytic_vectors import left_jacobian, solved, turn_matrix
 from ...numerics.continuation import follow
 from .bent_guides import bent_wrenches
-from .limb_inertia import limb_loads
-from .side_forces import SideWrenches, guide_flexibility, straight_guides
+from .side_forces import SideWrenches, guide_flexibility, limb_loads, straight_guides
 
 #: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
 _STEP = 1e-30

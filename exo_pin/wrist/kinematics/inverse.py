@@ -23,6 +23,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
+from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.results import Result
 from ...core.validation import FloatArray
@@ -109,6 +110,8 @@ def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     >>> np.degrees(wrist.universal_angles(direction)).round(6)
     array([20., 50.])
     """
+    if np.shape(direction)[-1:] != (3,):
+        raise InvalidInput(f"expected direction to have shape (..., 3), got {np.shape(direction)}")
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)
 

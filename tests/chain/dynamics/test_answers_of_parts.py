@@ -4,7 +4,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import five_bar, four_bar
-from rubbing_chains import slide
 
 from exo_pin import LoopNotClosed, UndrivenMotion
 from exo_pin.chain import CLOSED, ClosedChain, Closures, Simulation
@@ -12,9 +11,6 @@ from exo_pin.chain.dynamics.equations.equation_kernels import _factor, clear_mot
 from exo_pin.chain.dynamics.equations.equations_of_motion import MASSLESS
 from exo_pin.chain.dynamics.integration import Instant
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts
-from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
-from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
 from exo_pin.chain.dynamics.simulation import _simulation
 from exo_pin.chain.kinematics.loops import residual
 from exo_pin.core.errors import SamplesFailed
@@ -86,36 +82,6 @@ def test_sure_accelerations_are_those_of_gauss_principle(named):
     # Open loops are in doubt, and so is no mass at all.
     assert not sure_motion(chain, q + 1e-6, v, tau)[1]
     assert not sure_motion(chain, q, v, tau, 0.0)[1]
-
-
-def mode(low, high, side, mass=2.0, angle=0.3):
-    state = slide(angle, mass=mass)._state
-    held = Contacts(np.array([0] * len(low)), np.array(low), np.array(high), np.array(side))
-    return ContactMode(state, np.zeros(1), np.zeros(1, dtype=np.int64), held)
-
-
-def margin(of, effort=0.0):
-    return of.margin(np.zeros(1), np.zeros(1), Applied(np.array([effort]), None))
-
-
-def test_margins_are_shares_of_half_the_range_or_of_the_force():
-    weight = 2.0 * 9.81 * np.sin(0.3)
-    for low, high in ((-8.0, 8.0), (-2.0, 10.0), (-1.0, 5.0)):
-        half = 0.5 * (high - low)
-        expected = min(weight - low, high - weight) / half
-        assert margin(mode([low], [high], [0])) == pytest.approx(expected)
-    # A stop pushes as much as is needed, or would have to pull.
-    assert margin(mode([0.0], [INF], [1])) == pytest.approx(1.0)
-    assert margin(mode([0.0], [INF], [1]), 2.0 * weight) == pytest.approx(-1.0)
-    assert margin(mode([-INF], [0.0], [-1])) == pytest.approx(-1.0)
-    # Of small forces, too, and without any.
-    assert margin(mode([0.0], [INF], [1], mass=0.01)) == pytest.approx(1.0)
-    assert margin(mode([0.0], [INF], [1], angle=0.0)) == 0.0
-    # Friction and a stop share the weight with the largest margin: the stop bears f, friction w - f.
-    friction = 4.0
-    found = margin(mode([-friction, 0.0], [friction, INF], [0, 1]))
-    best = max(min((friction - abs(weight - f)) / friction, f / friction) for f in np.linspace(0.0, weight + 4, 2001))
-    assert found == pytest.approx(min(best, 1.0), abs=5e-3)
 
 
 @pytest.mark.parametrize(("kinetic", "share"), [(0.5, 2.0), (4.0, 0.25), (0.0, 1.0)])

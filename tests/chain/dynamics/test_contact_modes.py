@@ -1,4 +1,4 @@
-"""One mode of contact: forces of joints that stick or rest on stops, their margins, and impacts, by hand."""
+"""One mode of contact: forces of joints that stick or rest on stops, whether they hold, and impacts, by hand."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,9 +6,8 @@ import pytest
 
 from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.chain.dynamics.equations.equations_of_motion import moving_loops
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import Contacts, contact_forces, contacts_of, impact
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import ContactMode, Contacts, contact_forces, contacts_of, impact
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
-from exo_pin.chain.dynamics.nonsmooth.modes import ContactMode
 from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, ProjectedMotion, projected_motion, response_at
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -58,49 +57,36 @@ def test_what_sticks_bears_its_load_and_the_rest_moves():
     np.testing.assert_allclose(held, [-2.0], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("effort", "margin"), [(0.0, 1.0), (3.0, 0.25), (-3.0, 0.25), (5.0, -0.25)])
-def test_margins_of_friction_are_shares_of_half_its_range(effort, margin):
-    assert mode_of(blocks((4.0, 0.0))).margin(*REST, pushed(effort, 0.0)) == pytest.approx(margin)
-
-
-@pytest.mark.parametrize("push", [1e7 / 3.0, 7e8])
-def test_rounding_of_large_forces_is_no_motion_of_what_sticks(push):
-    mode = mode_of(blocks((4.0 * push, 0.0)))
-    for effort in np.linspace(0.5, 1.5, 11) * push:
-        assert mode.margin(*REST, pushed(effort, 0.0)) == pytest.approx(1.0 - effort / (4.0 * push))
+@pytest.mark.parametrize("unit", [1.0, 1e7 / 3.0])
+@pytest.mark.parametrize("share", [0.0, 0.75, -1.0, 1.0 + 5e-10, 1.0 + 2e-9, -1.3])
+def test_friction_holds_within_a_billionth_of_its_range(share, unit):
+    mode = mode_of(blocks((4.0 * unit, 0.0)))
+    assert mode.holds(*REST, pushed(4.0 * unit * share, 0.0)) == (abs(share) <= 1.0 + 1e-9)
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_margins_of_stops_are_shares_of_the_largest_force(side):
-    """A lower stop pushes up, so the load presses down on it; beside friction of half range 4 N, or alone."""
-    alone = mode_of(blocks(), [(1, side)])
-    assert alone.margin(*REST, pushed(0.0, -2.0 * side)) == pytest.approx(1.0)
-    assert alone.margin(*REST, pushed(0.0, 2.0 * side)) == pytest.approx(-1.0)
-    both = mode_of(blocks((4.0, 0.0)), [(1, side)])
-    assert both.margin(*REST, pushed(1.0, -2.0 * side)) == pytest.approx(0.5)
-    assert both.margin(*REST, pushed(3.5, -3.0 * side)) == pytest.approx(0.125)
-    assert both.margin(*REST, pushed(0.0, 8.0 * side)) == pytest.approx(-1.0)
-    # Friction at a stop, 2 N away from it: the stop presses 1 N and friction bears 3 N, a quarter of room to either.
+def test_stops_hold_what_is_pressed_on_them(side):
+    """A lower stop pushes up, so the load presses down on it; beside friction of 4 N, or alone."""
+    for friction in (0.0, 4.0):
+        mode = mode_of(blocks((friction, 0.0)), [(1, side)])
+        assert mode.holds(*REST, pushed(0.0, -2.0 * side))
+        # Nothing pushes: it has not left.
+        assert mode.holds(*REST, pushed(0.0, 0.0))
+        assert not mode.holds(*REST, pushed(0.0, 2.0 * side))
+    # Friction at a stop: both bear what pulls off.
     same = mode_of(blocks((0.0, 4.0)), [(1, side)])
     assert same.index.tolist() == [1]
-    assert same.margin(*REST, pushed(0.0, 2.0 * side)) == pytest.approx(0.25, abs=1e-9)
+    assert same.holds(*REST, pushed(0.0, 3.9 * side))
+    assert not same.holds(*REST, pushed(0.0, 4.1 * side))
 
 
-@pytest.mark.parametrize("load", [0.25, 1.0, 8.0])
-def test_a_stop_alone_is_measured_by_its_own_force(load):
-    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, -load)) == pytest.approx(1.0)
-    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, load)) == pytest.approx(-1.0)
-    # Nothing pushes: it is about to leave.
-    assert mode_of(blocks(), [(1, 1)]).margin(*REST, pushed(0.0, 0.0)) == 0.0
-
-
-@pytest.mark.parametrize("load", [0.0, 2.0, -4.0, 6.0])
-def test_geared_blocks_share_a_load_by_their_ranges_of_friction(load):
-    """One motion and two frictions, of 4 N and 1 N: the least forces would load both alike, the best ones by range."""
+@pytest.mark.parametrize("load", [0.0, 2.0, -4.9, 5.1])
+def test_geared_blocks_share_a_load(load):
+    """One motion and two frictions, of 4 N and 1 N: they hold what both bear, though the least forces are alike."""
     gear = Closure("gear", "coupling", "slide_0", "slide_1", polynomial=(0.0, 1.0))
     chain = ClosedChain(blocks((4.0, 1.0)).model, Closures("geared", closures=(gear,)))
     mode = mode_of(chain)
-    assert mode.margin(*REST, pushed(load, 0.0)) == pytest.approx(1.0 - abs(load) / 5.0, abs=1e-9)
+    assert mode.holds(*REST, pushed(load, 0.0)) == (abs(load) < 5.0)
     a, force = mode.acceleration(*REST, pushed(load, 0.0))
     np.testing.assert_allclose(a, 0.0, atol=1e-12)
     np.testing.assert_allclose(force, [-0.5 * load, -0.5 * load], atol=1e-9)
@@ -160,7 +146,7 @@ def test_responses_are_inverse_masses_in_characteristic_lengths():
 
 @pytest.mark.parametrize("size", [1e-5, 1.0, 1e4])
 def test_a_locked_coordinate_has_no_response_and_no_acceleration_of_rounding(size):
-    """The second of three is locked: its acceleration counts from 1e-11 of the largest, in lengths of one."""
+    """The second of three is locked: its acceleration counts from a share of 1e-11 of the largest."""
     basis, column = np.array([[0.6, 0.0], [1e-10, 0.0], [0.8, 1.0]]), np.array([0.5, 0.5, 1.0])
     for share, kept in ((0.9e-11, False), (1.1e-11, True)):
         a = size * np.array([0.25, 0.5 * share, -1.0])

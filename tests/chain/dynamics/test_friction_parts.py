@@ -1,4 +1,4 @@
-"""Parts of dry friction and stops alone: signs, ranges, impulses and margins, by hand and by the mass matrix."""
+"""Parts of dry friction and stops alone: signs, ranges and impulses, by hand and by the mass matrix."""
 
 import numpy as np
 import pinocchio as pin
@@ -7,13 +7,13 @@ from mechanisms import sliders
 from rubbing_chains import slide, with_friction
 
 from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import at_rest
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import (
     REST,
     RestingFriction,
     friction_of,
     refuse_rest,
 )
-from exo_pin.chain.dynamics.nonsmooth.modes import _held_forces, _independent, _largest_margin, at_rest
 from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
 from exo_pin.chain.structure.motion_axes import limits_of
 from exo_pin.core.errors import UnsupportedDynamics
@@ -113,43 +113,6 @@ def test_impulses_that_stop_joints_leave_the_momenta_of_the_others(index):
     assert v @ M @ v > after @ M @ after
     np.testing.assert_array_equal(at_rest(chain._state, q, after, np.array(index)), after)
     assert at_rest(chain._state, q, v, np.zeros(0, dtype=int)) is v
-
-
-@pytest.mark.parametrize("unit", [1e-5, 1.0, 1e5])
-def test_forces_that_hold_are_the_least_that_do(unit):
-    """Whatever the masses are: rows of light bodies are large, and those of heavy ones small."""
-    rng = np.random.default_rng(281)
-    rows = unit * rng.normal(size=(2, 4))
-    start = rng.normal(size=2)
-    np.testing.assert_allclose(rows @ rows.T @ _held_forces(rows, start), -start, rtol=1e-9)
-    # The same joint held twice over: each bears half.
-    twice, wanted = rows[[0, 0]], np.array([0.6, 0.6])
-    force = _held_forces(twice, wanted)
-    assert force[0] == pytest.approx(force[1])
-    assert force.sum() == pytest.approx(-0.6 / (rows[0] @ rows[0]))
-    assert _independent(rows)
-    assert not _independent(twice)
-    assert not _independent(unit * rng.normal(size=(5, 4)))
-    assert not _independent(np.vstack([rows[0], rows[0] + 1e-4 * rows[1]]))
-    assert _independent(np.vstack([rows[0], rows[0] + 1e-2 * rows[1]]))
-    np.testing.assert_array_equal(_held_forces(np.zeros((2, 0)), start), 0.0)
-
-
-@pytest.mark.parametrize("unit", [1.0, 1e3])
-@pytest.mark.parametrize("load", [0.0, 2.0, -2.7, 4.0])
-def test_the_largest_margin_shares_a_load_by_the_ranges(unit, load):
-    """Two frictions of ranges ± 1 and ± 2 along one line: each bears its share, and the margin is what is left."""
-    weight = unit * np.array([1.0, 2.0])
-    found = _largest_margin(np.array([[1.0, 1.0]]), unit * np.array([load]), -weight, weight, weight)
-    assert found == pytest.approx(1.0 - abs(load) / 3.0, abs=1e-9)
-    # Said twice it is the same; a stop that only pushes has one end, and the margin is at most one.
-    for times in (2.0, 1.0 / 3.0, 0.7):
-        said = np.array([1.0, times])
-        twice = _largest_margin(np.outer(said, [1.0, 1.0]), unit * load * said, -weight, weight, weight)
-        assert twice == pytest.approx(found)
-    push = _largest_margin(np.eye(2), unit * np.array([0.4, 9.0]), np.zeros(2), np.full(2, INF), weight)
-    assert push == pytest.approx(0.4)
-    assert _largest_margin(np.eye(2), unit * np.array([7.0, 9.0]), np.zeros(2), np.full(2, INF), weight) == 1.0
 
 
 def resting(total, actuated, alone, low=-2.0, high=2.0, least=-INF, largest=INF):

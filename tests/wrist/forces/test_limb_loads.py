@@ -5,7 +5,7 @@ import pytest
 from wrists import heavy_limbs, random_mechanism, regular_poses
 
 from exo_pin.load_case.pose_stacks import as_query
-from exo_pin.wrist.forces.limb_inertia import limb_loads
+from exo_pin.wrist.forces.side_forces import limb_loads
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -7,7 +7,7 @@ from wrists import heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import as_query
-from exo_pin.wrist.forces.limb_inertia import limb_loads
+from exo_pin.wrist.forces.side_forces import limb_loads
 
 #: s; weights of central differences of order eight: first derivative, for the steps 1 to 4.
 STEP, WEIGHTS = 4e-3, np.array([4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0])

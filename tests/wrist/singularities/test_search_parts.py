@@ -8,8 +8,8 @@ from wrists import random_mechanism
 
 from exo_pin.design import preset
 from exo_pin.numerics.polynomial import MAX_DEGREE
-from exo_pin.wrist.singularities import nearest_singularity_search as search
-from exo_pin.wrist.singularities.nearest_singularity_search import _first_zero, _nearest
+from exo_pin.wrist.singularities import singular_surface as search
+from exo_pin.wrist.singularities.singular_surface import _first_zero, _nearest
 
 
 def unit_rows(rng, count):

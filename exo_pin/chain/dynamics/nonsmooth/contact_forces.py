@@ -9,28 +9,42 @@ with contact are the multipliers of that convex program:
 (Moreau; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008). Impacts are the same problem
 between velocities before and after with Newton's restitution e, by Moreau's rule: v⁺ + e v⁻ in place of a. Friction
 has no impulse, because its force is bounded.
+
+Within a mode of motion, given by which joints stick, slide or rest on their stops, the motion is smooth: coordinates
+that stick are constraints a_i = 0 beside the loops, and joints that slide have constant friction. A mode ends where the
+complementarity problem of what sticks says that it does not, a sliding joint comes to rest, or a joint meets its stop.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.errors import InvalidInput, MotionBlocked, SolverFailed
-from ....core.records import keeps_read_only
+from ....core.records import Record, keeps_read_only
 from ....core.validation import FloatArray, frozen
 from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
 from ...structure.motion_axes import Limits, limits_of
+from ..equations.equations_of_motion import moving_loops
 from .joint_friction import REST, Rubbing, friction_of, joint_names
-from .projected_motion import Applied, ProjectedMotion, projected_motion
+from .projected_motion import Applied, ProjectedMotion, acceleration, projected_motion, response_at
 
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
 #: Acceleration of a contact that counts as zero, as a share of the largest that contacts would have without forces.
 _STILL = 1e-11
+#: What sticks may exceed its range by this share of half of it, or of the largest force for stops.
+_EXCEEDED = 1e-9
+#: It moves above this share of the largest acceleration without its forces.
+_MOVES = 1e-10
+#: Singular values of the rows that stick below this share of the largest count as zero. Coordinates that stick depend
+#: on each other in some poses, and next to these rounding over σ² would be taken for their friction: below the second
+#: share, no force answers what rounding, a share of the largest acceleration, may ask for.
+_RANK, _WEAK, _NOISE = 1e-8, 1e-3, 1e-11
 
 
 class Contacts(NamedTuple):
@@ -222,3 +236,86 @@ def with_contacts(
         return only_sliding(motion.a, rubbing.force)
     found = contact_forces(state, motion, contacts, rubbing.force)
     return found.a, found
+
+
+@dataclass(frozen=True, eq=False)
+class ContactMode(Record):
+    """One mode.
+
+    Attributes
+    ----------
+    state : ChainState
+        The chain.
+    sliding : ndarray
+        Shape (nv,), friction of the joints that slide, N and N m.
+    sign : ndarray of int
+        Shape (nv,), direction in which a joint with friction slides; 0 for all others.
+    held : Contacts
+        Those that stick and the stops with joints that rest on them.
+    """
+
+    state: ChainState
+    sliding: FloatArray
+    sign: NDArray[np.int64]
+    held: Contacts
+
+    @property
+    def index(self) -> NDArray[np.int64]:
+        """Coordinates of v that are held, each once."""
+        return np.unique(self.held.place)
+
+    def acceleration(self, q: FloatArray, v: FloatArray, applied: Applied) -> tuple[FloatArray, FloatArray]:
+        """Acceleration, shape (nv,), and forces in the coordinates of :attr:`index`, the least if redundant."""
+        index, applied = self.index, applied.plus(self.sliding)
+        if not len(index):
+            return acceleration(self.state, q, v, applied), np.array([])
+        moving_loops(self.state, q, v)
+        motion = projected_motion(self.state, q, v, applied)
+        (rows, start), column = motion.of(index), motion.column[index]
+        scaled = _held_forces(motion, rows, start, float(np.abs(motion.a / motion.column).max()))
+        return motion.a + motion.response @ (rows.T @ scaled), scaled / column
+
+    def holds(self, q: FloatArray, v: FloatArray, applied: Applied) -> bool:
+        """Whether all that sticks still does, with forces beyond their ranges by a share of 1e-9 at most."""
+        held, sliding = self.held, self.sliding
+        if not len(held.place):
+            return True
+        moving_loops(self.state, q, v)
+        motion = projected_motion(self.state, q, v, applied.plus(sliding))
+        column = motion.column
+        moves = _MOVES * float(np.abs(motion.a / column).max())
+        try:
+            found = contact_forces(self.state, motion, held, sliding)
+            if (np.abs((found.a / column)[held.place]) > moves).any():
+                largest = float(np.abs(found.force).max())
+                slack = _EXCEEDED * np.where(held.side == 0, 0.5 * (held.high - held.low), largest)
+                wide = held._replace(low=held.low - slack, high=held.high + slack)
+                found = contact_forces(self.state, motion, wide, sliding)
+        except (MotionBlocked, SolverFailed):
+            return False
+        return not (np.abs((found.a / column)[held.place]) > moves).any()
+
+
+def _held_forces(motion: ProjectedMotion, rows: FloatArray, start: FloatArray, size: float) -> FloatArray:
+    """The least forces f with rows rowsᵀ f = -start, but for what rounding of ``size`` may ask, continuous in all."""
+    if not rows.size:
+        return np.zeros(len(rows))
+    U, values, _ = np.linalg.svd(rows, full_matrices=False)
+    # Compared with all coordinates: those that stick may all be next to poses in which the loops lock them.
+    weak = (_WEAK * float(np.linalg.norm(motion.response / motion.column[:, None], 2))) ** 2
+    asked = U.T @ start
+    asked = np.sign(asked) * np.maximum(np.abs(asked) - _NOISE * size * weak / (values**2 + weak), 0.0)
+    counts = values > _RANK * values[0]
+    return np.asarray(-U[:, counts] @ (asked[counts] / values[counts] ** 2))
+
+
+def at_rest(state: ChainState, q: FloatArray, v: FloatArray, index: NDArray[np.int64]) -> FloatArray:
+    """The velocity after the least impulses that bring coordinates of v to rest, shape (nv,)."""
+    if not len(index) or not v[index].any():
+        return v
+    motion = response_at(state, q)
+    rows, _ = motion.of(index)
+    speed = v[index] / motion.column[index]
+    after = v + motion.response @ (rows.T @ _held_forces(motion, rows, speed, float(np.abs(v / motion.column).max())))
+    after[index] = 0.0
+    return np.asarray(after)

@@ -21,9 +21,8 @@ from ..implicit import Stiffness
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
-#: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad; friction
-#: is exceeded by this share of half its range.
-_BACK, _DEPTH, _EXCEEDED = 1e-10, 1e-13, 1e-9
+#: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad.
+_BACK, _DEPTH = 1e-10, 1e-13
 #: Instants of a step at which events are examined, and halvings to locate one.
 _INSTANTS, _HALVINGS = 8, 60
 #: Most changes of mode within a time, s.
@@ -144,6 +143,4 @@ class EventIntegration:
         gaps, index, _ = self.stops.gaps(state, q)
         if len(gaps) and (gaps < self._floor)[~np.isin(index, mode.index)].any():
             return True
-        if not len(mode.held.place):
-            return False
-        return mode.margin(q, v, rates.applied(time, q, v)) < -_EXCEEDED
+        return not mode.holds(q, v, rates.applied(time, q, v))

@@ -205,7 +205,9 @@ def clear_acceleration(
     work, top, nv = state.buffers, state.topology, state.nv
     work.jacobian_rates(q, v)
     forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
-    lower = np.reshape(pin.crba(state.model, work.data, q), (nv, nv)).T
+    lower = pin.crba(state.model, work.data, q).T
+    if nv == 1:
+        lower = np.reshape(lower, (1, 1))
     found, clear, a, error = clear_motion.run(
         work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
         work.drift, lower, forces, (state.tolerance, CLOSED, MASSLESS),

@@ -14,9 +14,8 @@ from ...structure.chain_state import ChainState
 from ...structure.motion_axes import Limits
 from ..equations.equations_of_motion import inertia_matrix, moving_loops
 from ..integration import Instant, Rates
-from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
+from .contact_forces import AT_STOP, ContactMode, Contacts, at_rest, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names
-from .modes import ContactMode, at_rest
 from .projected_motion import projected_motion, response_at
 
 #: A stop is not bounced from below this speed, characteristic lengths and rad a second, or after a flight shorter than

@@ -85,7 +85,8 @@ class PartsMoved(NamedTuple):
         """Of N poses, to be filled."""
         shapes = (count, 2, 6), (count, 3), (count, links, 6), (count,), (count, 3, 3), (count, efforts)
         every = np.ones((count, efforts + 3), dtype=bool)
-        return cls(*(np.full(shape, np.nan) for shape in shapes), np.zeros(count, dtype=np.int64), every)
+        parts = [np.full(shape, np.nan) for shape in shapes]
+        return cls._make([*parts, np.zeros(count, dtype=np.int64), every])
 
 
 class DeviceEquilibrium(NamedTuple):

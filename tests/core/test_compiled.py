@@ -210,7 +210,7 @@ def test_cache_is_read_by_a_second_process_and_notices_edits_in_other_files(tmp_
 
     assert run("2.0", "+") == ["2.0", "2"]
     assert run("2.0", "+") == ["2.0", "0"]
-    assert run("3.0", "+") == ["3.0", "1"]
+    assert run("3.0", "+") == ["3.0", "2"]
     assert run("3.0", "-") == ["-3.0", "2"]
 
 

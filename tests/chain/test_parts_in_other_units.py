@@ -92,7 +92,7 @@ def test_sliding_turns_at_a_scaled_speed(units, share, turned):
     v = np.array([0.0, 0.0, -share * _BACK * state.topology.length])
     mode = ContactMode(state, np.zeros(3), np.array([0, 0, 1]), contacts_of(friction_of(state, v), NONE, NONE))
     step = SimpleNamespace(
-        rates=SimpleNamespace(state=state, mode=mode),
+        rates=Rates(state, np.zeros(3), None, base=np.zeros(3), mode=mode),
         stops=StopRules(None, 0.0),
         _state=lambda inside, time: (np.zeros(3), v),
     )

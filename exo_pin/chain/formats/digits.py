@@ -51,7 +51,7 @@ _GEOMETRY = frozenset(
 )
 #: Elements of MJCF, and those of URDF and MJCF that place no joint.
 _UNPLACED = frozenset(("inertial", "visual", "collision", "geom", "camera", "light", "asset", "visual", "site"))
-#: Fewer decimals are exact numbers, more are doubles.
+#: Fewer decimals, or fewer digits in every number with as many decimals, are exact numbers; more are doubles.
 FEWEST, MOST = 4, 12
 #: Number of geometries with the same digits.
 _REDRAWN = 16
@@ -131,8 +131,11 @@ def closure_words(closures: Closures) -> Iterator[str]:
 
 
 def rounding_of(words: Iterable[str]) -> float:
-    """Half a unit of the last decimal of rounded numbers, m and rad; 0 for exact ones."""
-    most, right = 0, MOST
+    """Half a unit of the last decimal of rounded numbers, m and rad; 0 for exact ones.
+
+    A small robot's 0.0003 m is as exact as a large one's 0.3 m: one number at least has four digits after its zeros.
+    """
+    most, right, figures = 0, MOST, 0
     for word in words:
         try:
             value, count = float(word), decimals(word)
@@ -143,9 +146,11 @@ def rounding_of(words: Iterable[str]) -> float:
         if turns and abs(quarter - turns) < 1e-14:
             continue
         most = max(most, count)
+        if count >= FEWEST:
+            figures = max(figures, _significant(word))
         if turns and count >= FEWEST and abs(value - turns * 0.5 * math.pi) <= 0.5 * 10.0**-count:
             right = min(right, count)
-    return 0.5 * 10.0 ** -min(most, right) if FEWEST <= most <= MOST else 0.0
+    return 0.5 * 10.0 ** -min(most, right) if FEWEST <= most <= MOST and figures >= FEWEST else 0.0
 
 
 def decimals(word: str) -> int:
@@ -153,6 +158,11 @@ def decimals(word: str) -> int:
     mantissa, _, exponent = word.lower().partition("e")
     fraction = mantissa.partition(".")[2].rstrip("0")
     return max(len(fraction) - int(exponent or 0), 0)
+
+
+def _significant(word: str) -> int:
+    """Digits of a number as it is written, less the zeros before and after them."""
+    return len(word.lower().partition("e")[0].lstrip("+-").replace(".", "").strip("0"))
 
 
 class Redrawn:

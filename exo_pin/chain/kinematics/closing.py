@@ -348,7 +348,8 @@ def _on_branch(state: ChainState, start: FloatArray, joints: list[str]) -> tuple
     """The closed configuration that others than some joints belong to, and that with these joints as in ``start``.
 
     The others belong to one if the loops close with them and other values of the joints, as after joints of a closed
-    configuration were set. From there the joints move to their values. None for what there is not.
+    configuration were set. From there the joints move to their values. None for what there is not, and where the
+    joints cannot move by themselves: then they leave no choice of a branch.
     """
     others = np.setdiff1d(np.arange(state.nv), state.velocity_indices(joints))
     known, drawn, base = start.copy(), reference_configuration(state), None
@@ -356,7 +357,10 @@ def _on_branch(state: ChainState, start: FloatArray, joints: list[str]) -> tuple
         own = state.configuration_slice(name)
         known[own] = drawn[own]
     try:
-        base = nearest_closed(state, known, others, CLOSED_TO, STEPS, restarts=_SEARCHES)[0]
+        found = nearest_closed(state, known, others, CLOSED_TO, STEPS, restarts=_SEARCHES)[0]
+        if structural_rank(state, found, others) < structural_rank(state, found, None):
+            return None, None
+        base = found
         return base, followed(state, base, start, joints)
     except LoopNotClosed:
         return base, None

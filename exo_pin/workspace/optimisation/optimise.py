@@ -77,7 +77,7 @@ def optimise(
         What a pose must meet; all that the design's data allow if left out.
     person : Person, optional
         Who wears the designs: their arm is held instead of the design's own, and the objective "contact_force" is the
-        force in their shoulder (:mod:`.contact_objective`; needs the extra ``person``).
+        force in their shoulder (:class:`.search_poses.ContactObjective`; needs the extra ``person``).
     centre_offset : CentreOffset, CentrePath, array_like or sequence of CentreOffset, CentrePath and None, optional
         Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.workspace`. Of
         several, such as ``(None, person.centre_path())``, every pose counts once with each.

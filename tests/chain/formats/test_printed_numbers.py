@@ -50,6 +50,9 @@ def test_decimals_are_counted_without_zeros_at_the_end(word, count):
         (["1.5708"], 5e-5), (["1.570796", "0.123456789"], 5e-7), (["1.5707963267948966", "0.1234"], 5e-5),
         (["-3.14159", "0.123456789"], 5e-6), (["3.142", "0.123456789"], 5e-10), (["1.571", "0.12345"], 5e-6),
         (["1.5709", "0.123456789"], 5e-10), (["inf", "0.1234"], 5e-5),
+        # A robot a thousandth as large is as exact: 0.3 m and 0.3 mm, and what has four digits of either.
+        (["0.0003", "-0.0008"], 0.0), (["3e-05", "1.25e-4"], 0.0), (["1234", "0.0003"], 0.0),
+        (["0.0003", "0.0001234"], 5e-8), (["1.2340e-4", "0.3"], 5e-8), (["-0.0012340", "0.0000003"], 5e-8),
     ],
 )  # fmt: skip
 def test_the_rounding_of_a_geometry_is_half_a_unit_of_its_last_decimal(words, rounding):

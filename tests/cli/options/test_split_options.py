@@ -39,7 +39,7 @@ def test_report_by_stiffness(capsys, monkeypatch):
     assert lengths == [f"{1e3 * value:.0f}" for value in answer.limb_lengths]
     offset = given[0].pop("centre_offset")
     np.testing.assert_allclose([offset.base, offset.cuff], [[0.0, 5e-3, 0.0]] * 2)
-    assert given == [{"split": "elastic", "limits": "design"}]
+    assert given == [{"split": "elastic", "limits": "design", "posture": None}]
 
 
 @pytest.mark.full

@@ -17,7 +17,6 @@ from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
 from ..crossing import Crossings, SmoothStep
-from ..implicit import Stiffness
 from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
@@ -54,6 +53,8 @@ class EventIntegration:
         LoopNotClosed, MasslessMotion, SimulationStopped
             As :meth:`ClosedChain.simulate`.
         """
+        from ..implicit import Stiffness  # it derives from SciPy's solvers, which take time to import
+
         rates, steps, step, short = self.rates, 0, None, 0
         stiffness, accuracy = Stiffness(rates.derivative), dict(zip(("rtol", "atol"), tolerances, strict=True))
         crowd: list[float] = []

@@ -13,7 +13,7 @@ How well a file knows its robot's geometry: by the digits of its numbers.
 A CAD export has 4 to 8 decimals everywhere. Loops whose rows agree in the exact mechanism then agree within the
 rounding only, and would lock it. Such a file has a tolerance of half a unit of its last decimal, or of a right angle's
 that it rounds further, 1.5708. It counts where it makes a difference: where rows of the loops agree within it, and not
-exactly, or where the loops close within it and not otherwise.
+exactly, where the loops close within it and not otherwise, or where the drawn configuration is singular within it.
 
 Which rows agree is measured: the robot is built again from numbers that would have been written with the same digits,
 and a singular value that the digits explain is zero (:mod:`exo_pin.chain.kinematics.structural_rank`). Where the
@@ -281,10 +281,11 @@ def with_digits(
     elif _closed(ChainState(model, closures)) is None:
         reason = "the loops close no better"
         rounded = finer
-    elif mobility(state, q).verdict != "regular":
+    elif mobility(ChainState(model, finer), q).kinds:
         reason = "the drawn configuration is singular within them"
+        rounded = finer if worst is None else rounded
     else:
-        return replace(closures, rounding=tolerance)
+        return replace(closures, rounding=finer.tolerance)
     return replace(rounded, left_out=(*closures.left_out, entry("digits", f"{known}, and {reason}")))
 
 

@@ -34,9 +34,10 @@ def chosen(monkeypatch, worst, measured, closes=True, words=WORDS):
     monkeypatch.setattr(digits, "_measured", lambda *given: measured if worst != (0, 0.0) else refused())
     found = digits.with_digits(chain.model, chain.description, words, lambda redrawn: None)
     assert replace(found, tolerance=0.0, rounding=0.0, left_out=()) == chain.description
-    # What makes no difference to the loops counts in ranks.
+    # What makes no difference to the loops counts in ranks, by what was measured of it.
     is_read_as_known = closes and worst is not None and not found.left_out and words == WORDS
-    assert found.rounding == (ROUNDED if is_read_as_known or (closes and measured and not measured.rows) else 0.0)
+    explained = (measured.tolerance if measured else 0.0) or ROUNDED
+    assert found.rounding == (explained if is_read_as_known or (closes and measured and not measured.rows) else 0.0)
     return found.tolerance, tuple(text.partition(" (no effect: ")[0] for text in found.left_out)
 
 

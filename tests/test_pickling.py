@@ -28,8 +28,8 @@ WAYS = {
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
 }
-#: Without objects of their own, or with those of Numba, which a process makes when it first loads a kernel.
-PROTOCOLS = {"Controller", "Device", "DeviceKind", "ForceLimited", "Reference", "PartCacheImpl"}
+#: Without objects of their own, or with those of Numba and Crocoddyl, which a process makes anew.
+PROTOCOLS = {"ClosedChainAction", "Controller", "Device", "DeviceKind", "ForceLimited", "Reference", "PartCacheImpl"}
 
 
 #: Classes of other rooms whose examples need the extra person.

@@ -7,7 +7,7 @@ from exo_pin import FileFormatError, InvalidInput, muscle
 from exo_pin.chain import JointProperties
 from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.dynamics.nonsmooth.settling import Impacts
-from exo_pin.cli import COMMANDS
+from exo_pin.chain.structure.description import Cable
 from exo_pin.core import errors
 from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files.csv_tables import parse_csv
@@ -129,7 +129,10 @@ def rare_examples():
     path = modes.follow(poses[0])
     soft = exo.replace(arm=ep.Arm.from_anthropometry(1.75, 75, "male"), shoulder=ep.Shoulder(stiffness=2e4))
     bound, laws = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf), pull_laws(exo.mechanism)
+    limbs = ep.load("three-linear-actuators").chain
     return [
+        limbs.assemblies(limbs.roles.actuated, limbs.close(limbs.neutral()), frame="arm", starts=3),
+        Cable("rope", (("universe", (0.0, 0.0, 1.0)), ("arm", (0.0, 0.0, 0.0)))),
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
         ForceDistribution(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
@@ -149,7 +152,6 @@ def rare_examples():
         printed_index()[0].entries[0],
         OtherReading.computed(),
         SplineBasis(np.arange(20.0)),
-        COMMANDS["reaction"],
         soft.reaction(poses, split="elastic").source.poses.moved,
         Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),
     ]

@@ -46,7 +46,8 @@ def public_classes():
     """Every class that some module of the package lists in ``__all__``, or defines where it lists none."""
     found = set()
     for entry in pkgutil.walk_packages(ep.__path__, "exo_pin."):
-        if not entry.name.endswith("__main__"):
+        # Options of a command are read by the parser alone.
+        if not entry.name.endswith("__main__") and not entry.name.startswith("exo_pin.cli"):
             module = importlib.import_module(entry.name)
             own = [name for name, value in vars(module).items() if getattr(value, "__module__", "") == entry.name]
             for name in getattr(module, "__all__", [name for name in own if not name.startswith("_")]):

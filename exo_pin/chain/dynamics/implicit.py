@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import legendre
 
+from ...core.records import OneProcess
 from ...core.validation import FloatArray
 
 #: Points of a step.
@@ -68,7 +69,7 @@ class _Inside(scipy.integrate.DenseOutput):
         return np.asarray(legendre.legval(2.0 * (t - self.t_old) / (self.t - self.t_old) - 1.0, self._coefficients))
 
 
-class Collocation(scipy.integrate.OdeSolver):
+class _Collocation(scipy.integrate.OdeSolver):
     """SciPy's interface, with which it goes step by step in place of DOP853.
 
     ``jac(t, y, rate)`` returns the derivative of the right side by y, shape (n, n). From the solver of the step
@@ -86,7 +87,7 @@ class Collocation(scipy.integrate.OdeSolver):
         rtol: float,
         atol: float,
         jac: Callable[[float, FloatArray, FloatArray], FloatArray],
-        before: Collocation | None = None,
+        before: _Collocation | None = None,
     ) -> None:
         super().__init__(fun, t0, y0, t_bound, vectorized=False)
         self.t: float = t0
@@ -153,10 +154,10 @@ class Collocation(scipy.integrate.OdeSolver):
         return self._polynomial
 
 
-class Stiffness:
+class Stiffness(OneProcess):
     """The method of every step: DOP853 until stability and not accuracy bounds its steps, collocation afterwards.
 
-    ``derivative`` is the ``jac`` of :class:`Collocation`.
+    ``derivative`` is the ``jac`` of :class:`_Collocation`.
     """
 
     def __init__(self, derivative: Callable[[float, FloatArray, FloatArray], FloatArray]) -> None:
@@ -171,8 +172,8 @@ class Stiffness:
         if self._bound < _STIFF:
             self._last = scipy.integrate.DOP853(*arguments, **options)
         else:
-            before = self._last if isinstance(self._last, Collocation) else None
-            self._last = Collocation(*arguments, **options, jac=self._derivative, before=before)
+            before = self._last if isinstance(self._last, _Collocation) else None
+            self._last = _Collocation(*arguments, **options, jac=self._derivative, before=before)
         return self._last
 
     def _see(self, solver: scipy.integrate.DOP853) -> None:

@@ -18,6 +18,7 @@ from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_po
 from ..structure.chain_state import ChainState
 from ..structure.motion_axes import Limits, joint_names, limits_of
 from .closing_steps import attempt, closed_stack
+from .loops import scaled_jacobian
 from .structural_rank import settled, structural_rank
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
@@ -358,7 +359,8 @@ def _on_branch(state: ChainState, start: FloatArray, joints: list[str]) -> tuple
         known[own] = drawn[own]
     try:
         found = nearest_closed(state, known, others, CLOSED_TO, STEPS, restarts=_SEARCHES)[0]
-        if structural_rank(state, found, others) < structural_rank(state, found, None):
+        scaled, least = scaled_jacobian(state, found)
+        if np.linalg.matrix_rank(scaled[:, others], tol=least) < np.linalg.matrix_rank(scaled, tol=least):
             return None, None
         base = found
         return base, followed(state, base, start, joints)

@@ -161,6 +161,7 @@ def assemblies(
     scale[:, 3] = 1.0 / top.length
     bodies = slice(1, None) if frame is None else slice(state.body_index(frame), state.body_index(frame) + 1)
     scale = scale[: len(range(state.model.njoints)[bodies])]
+    is_fixed = False
     found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
     for done in track(range(0, most, BLOCK), "closing", progress):
         count = min(BLOCK, most - done)
@@ -175,8 +176,9 @@ def assemblies(
                 hits[near[0]] += 1
                 continue
             found, hits, places = np.vstack([found, row]), np.append(hits, 1), np.vstack([places, poses])
-        if len(found):
+        if len(found) and not is_fixed:
             _refuse_loose(state, found[0], np.flatnonzero(weight))
+            is_fixed = True
         if hits.min(initial=_OFTEN) >= _OFTEN and len(hits):
             break
     order = np.argsort(-hits, kind="stable")
@@ -201,7 +203,8 @@ def _refuse_loose(state: ChainState, q: FloatArray, free: NDArray[np.intp]) -> N
     """Raise UndeterminedMotion if these coordinates can move in a closed configuration."""
     moving = still_moving(state, q, free)
     if moving:
-        rank = np.linalg.matrix_rank(scaled_jacobian(state, q)[0][:, free], scaled_jacobian(state, q)[1])
+        scaled, least = scaled_jacobian(state, q)
+        rank = np.linalg.matrix_rank(scaled[:, free], tol=least)
         raise UndeterminedMotion(q.copy(), len(free) - int(rank), moving)
 
 

@@ -110,7 +110,8 @@ def close(
     hold : iterable of str
         Joints that must not move. If the loops close with the others as they are, as where a joint of a closed
         configuration was set to another value, the result is on the branch of that configuration: the joints move to
-        where they are held as in :meth:`forward_kinematics`. Else, and where that branch ends, it is the nearest one.
+        where they are held as in :meth:`forward_kinematics`. Else, and where that branch ends or the joints cannot move
+        by themselves, it is the nearest one.
     tolerance : float
         Largest residual of a closed loop, m and rad; more than 1e-8, up to which every method takes loops for closed,
         counts as that. Loops of a rounded geometry, which cannot close, are left

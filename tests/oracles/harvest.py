@@ -263,12 +263,13 @@ def _devices(folder):
 def _persons(folder):
     if not has_persons():
         return
-    person, exo = ep.Person(1.75, 75, "male"), ep.load("prototype")
-    person.joint_contact(POSE)
-    person.contact_range(POSE)
+    # A person and a pose of their own: answers of programs that another test has asked are kept, and nothing is made.
+    person, exo, pose = ep.Person(1.7512, 75, "male"), ep.load("prototype"), ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True)
+    person.joint_contact(pose)
+    person.contact_range(pose)
     person.centre_path()
-    exo.joint_contact(POSE, person, "least_effort", limits="pull")
-    person.on_side("right").with_changes(strength=0.1).joint_contact(POSE, outside="mark")
+    exo.joint_contact(pose, person, "least_effort", limits="pull")
+    person.on_side("right").with_changes(strength=0.1).joint_contact(pose, outside="mark")
     exo.view(person=person).show(POSE)
 
 

@@ -17,7 +17,7 @@ from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
-from ..device.device_singularity import device_singularity, drive_positions, position_rates
+from ..device.device_singularity import device_singularity, drive_positions, position_rates, with_doubts
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
@@ -128,7 +128,8 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     Returns
     -------
     Singularity or DeviceSingularity
-        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`.
+        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`. Of both ``kind`` is
+        "undetermined" where the digits of a robot's file may make or hide a singular pose.
 
     Examples
     --------
@@ -136,7 +137,9 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    return device_singularity(self.chain_device, poses) if self.wrist is None else self.wrist.singularity(poses)
+    wrist = self.wrist
+    found = device_singularity(self.chain_device, poses) if wrist is None else wrist.singularity(poses)
+    return with_doubts(self.device, poses, found)
 
 
 def configurations(self: ShoulderExo, poses: Rotation) -> FloatArray:

@@ -331,7 +331,7 @@ def inverse_kinematics(
         return nearest_closed(there, q, held, CLOSED_TO, STEPS)[0]
 
     try:
-        if state.buffers.residual(start) <= state.closed:
+        if state.is_closed(state.buffers.residual(start), state.scaled_gap()):
             q = follow(state, start, reach, correct)
             if not respect_limits or limits.holds(q):
                 return q

@@ -89,7 +89,7 @@ def test_rows_that_digits_part_agree_within_the_tolerance(tilt, rows):
 @pytest.mark.parametrize("factor", [1.0, 10.0])
 @pytest.mark.parametrize("tolerance", [0.0, 1e-6])
 def test_loops_are_closed_up_to_ten_times_the_tolerance_of_each_joint(tolerance, factor):
-    """In metres, of chains larger than a metre in characteristic lengths; a rocker of 0.5 m turns at 45° to the coupler's axes."""
+    """In metres, of chains larger than a metre in characteristic lengths; 0.5 m turn at 45° to the coupler."""
     chain, q = four_bar(tolerance)
     chain = mechanisms.enlarged(chain, factor)
     length = chain.characteristic_length

@@ -77,7 +77,8 @@ def arm_table(arm: Arm) -> dict[str, Any]:
 
     parts = [body(part) for part in arm.parts]
     body_mass = None if any(list(part) == ["wearer"] for part in parts) else arm.body_mass
-    return parts[0] | present(body_mass_kg=body_mass) if len(parts) == 1 else present(body_mass_kg=body_mass, parts=parts)
+    own = present(body_mass_kg=body_mass)
+    return own | (parts[0] if len(parts) == 1 else {"parts": parts})
 
 
 def _is_arm_of(arm: Arm, wearer: Wearer) -> bool:

@@ -97,9 +97,9 @@ design file; it has to be the one of the robot's file. What else a device file m
 
 Laws: ``constant`` (force_N of a spring between points; effort_N or effort_N_m of one on a joint), ``linear``
 (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad; only_pulls = true for a spring that goes slack), ``gas``
-(extended_force_N, extended_length_m, gas_height_m, exponent) and ``table``. Between points a spring's force is its pull,
-as that of a tendon. On a joint it is the joint's effort: positive turns or pushes towards larger coordinates, as efforts
-of URDF, MuJoCo and OpenSim do.
+(extended_force_N, extended_length_m, gas_height_m, exponent) and ``table``. Between points a spring's force is its
+pull, as that of a tendon. On a joint it is the joint's effort: positive turns or pushes towards larger coordinates, as
+efforts of URDF, MuJoCo and OpenSim do.
 """
 
 from __future__ import annotations

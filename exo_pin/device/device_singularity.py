@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..chain import ClosedChain
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
@@ -16,6 +18,9 @@ from .balance.device_state import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
 from .equilibrium import DeviceEquilibrium, device_equilibrium
+
+if TYPE_CHECKING:
+    from .protocol import Device
 
 #: Freedom of the arm below which the device does not follow it.
 _BLOCKED = 1e-7
@@ -33,7 +38,8 @@ class DeviceSingularity(Result, ReadOnly):
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
-        a singular configuration). Springs and loads have no part in it.
+        a singular configuration); "undetermined" (regular by these numbers, and singular within the digits of a
+        robot's file, by the verdict of :meth:`exo_pin.chain.ClosedChain.mobility`). Springs and loads do not count.
     smallest_singular_value : ndarray
         Shape (...), of the moments per unit of effort, over all efforts that leave the device's own motions at rest:
         in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
@@ -126,6 +132,29 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         found.self_stresses.reshape(shape),
         np.where(there, moment_volume(device, found), np.nan).reshape(shape),
     )
+
+
+def with_doubts(device: Device, poses: Rotation, found: Any) -> Any:
+    """Singularities of poses, "undetermined" for regular where :func:`in_doubt`; numbers of a design are as given."""
+    if device.accelerate("singularity") is not None or not is_rounded(device.chain):
+        return found
+    q = drive_positions(device.as_chain(), poses).q
+    doubt = in_doubt(device.chain, q.reshape(-1, q.shape[-1])).reshape(found.kind.shape)
+    doubt &= np.isin(found.kind, ("regular", "near"))
+    return replace(found, kind=np.where(doubt, "undetermined", found.kind))
+
+
+def is_rounded(chain: ClosedChain) -> bool:
+    """Whether the geometry is known to the digits of a file."""
+    return bool(chain.description.tolerance or chain.description.rounding)
+
+
+def in_doubt(chain: ClosedChain, q: FloatArray) -> NDArray[np.bool_]:
+    """Shape (N,): where digits may make or hide a singular pose of configurations, shape (N, nq), not of NaN ones."""
+    doubt = np.zeros(len(q), dtype=bool)
+    for k in np.flatnonzero(np.isfinite(q).all(axis=1)) if is_rounded(chain) else ():
+        doubt[k] = chain.mobility(q[k], part="orientation").verdict != "regular"
+    return doubt
 
 
 def moment_volume(device: ChainDevice, found: DeviceEquilibrium) -> FloatArray:

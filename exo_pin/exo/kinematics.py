@@ -21,7 +21,7 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
 from ..device.accuracy.twins import TWIN_ANGLE
-from ..device.device_singularity import device_singularity, drive_positions, position_rates
+from ..device.device_singularity import device_singularity, drive_positions, position_rates, with_doubts
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
@@ -132,7 +132,8 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     Returns
     -------
     Singularity or DeviceSingularity
-        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`.
+        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`. Of both ``kind`` is
+        "undetermined" where the digits of a robot's file may make or hide a singular pose.
 
     Examples
     --------
@@ -140,7 +141,9 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    return device_singularity(self.chain_device, poses) if self.wrist is None else self.wrist.singularity(poses)
+    wrist = self.wrist
+    found = device_singularity(self.chain_device, poses) if wrist is None else wrist.singularity(poses)
+    return with_doubts(self.device, poses, found)
 
 
 def accuracy(
@@ -167,7 +170,7 @@ def accuracy(
     >>> for name in ("four-linear-actuators", "four-linear-actuators-worn"):
     ...     exo = ep.load(name)
     ...     round(float(exo.accuracy(exo.pose(80)).mm_per_degree), 2)
-    1.51
+    1.54
     0.25
     """
     return pose_accuracy(self.device, poses, twins, math.radians(twin_angle))

@@ -24,6 +24,8 @@ from .geometry import WristGeometry
 from .limb import Limb, limbs_for
 from .shoulder import Interfaces, Shoulder
 
+#: What sensors may tell a controller.
+MEASURES = ("lengths", "arm")
 #: Parts whose sources are marked where they are replaced.
 _SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")
 
@@ -53,6 +55,9 @@ class Mechanism(Record):
         What each part was taken from.
     estimated : tuple of str
         Keys whose values the source does not print, and that are estimates.
+    measures : tuple of str
+        What sensors tell its controller: "lengths" of the limbs, "arm" for the arm's orientation; empty where it is not
+        stated, and then both may be read.
     interfaces : Interfaces
         What sits between device and person, harness and cuff; rigid if left out. They give way in the split "elastic".
 
@@ -74,6 +79,7 @@ class Mechanism(Record):
     sources: Mapping[str, str] = field(default_factory=dict)
     estimated: tuple[str, ...] = ()
     interfaces: Interfaces = field(default_factory=Interfaces)
+    measures: tuple[str, ...] = ()
 
     #: It is no robot's file, of which something may be left out.
     doubts: ClassVar[tuple[str, ...]] = ()
@@ -102,6 +108,8 @@ class Mechanism(Record):
             raise InvalidInput(f"expected sources to map strings to strings, got {echo(self.sources)}")
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
             raise InvalidInput(f"expected estimated to be a list of strings, got {echo(self.estimated)}")
+        given = (self.measures,) if isinstance(self.measures, str) else tuple(self.measures)
+        set_fields(self, measures=tuple(as_choice("what it measures", each, MEASURES) for each in given))
         set_fields(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property

@@ -2,8 +2,8 @@
 
     python benchmarks/held_poses.py [poses] [design ...]
 
-Poses are drawn over the range of daily life, held in statics where the design can, and reached from rest in 4 s, then held for 3 s, under the default
-controller. The table stands on docs/evidence/positioning.md.
+Poses are drawn over the range of daily life, held in statics where the design can, reached from rest in 4 s, and held
+for 3 s, under the default controller. The table stands on docs/evidence/positioning.md.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design.shoulder import PRESSURE_LIMITS
+from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
 from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
@@ -73,6 +74,9 @@ class PoseReport(Result):
         # Beside the answer, which has its own.
         poses = self.answer.source.poses
         own = super()._fields() | {
+            "weakest_rate": float(self.accuracy.mm_per_degree),
+            "weakest_rate_unit": self.accuracy.unit,
+            "twin_degrees": float(np.degrees(self.accuracy.twin_angle)) if self.accuracy.has_twin else None,
             "bare_arm_share": self.bare_arm_share,
             "singular_kind": self.singular_kind,
             "singular_margin": float(self.answer.margin),
@@ -104,6 +108,11 @@ class PoseReport(Result):
             found = device_singularity(self._device.as_chain(), self._pose)
             return str(with_doubts(self._device, self._pose, found).kind)
         return str(singularity(record.geometry, self._pose, record.is_upu).kind)
+
+    @cached_property
+    def accuracy(self) -> PoseAccuracy:
+        """How well the drives place the arm; twins are looked for where there are closed forms."""
+        return pose_accuracy(self._device, self._pose, self._device.accelerate("rates") is not None)
 
     @cached_property
     def singular_distance(self) -> float:
@@ -195,6 +204,8 @@ class PoseReport(Result):
     def _footnotes(self) -> list[str]:
         named = bool(self._device.drive_units)
         lines = [] if named else ["Tension is positive; a negative one is a push."]
+        if self.accuracy.is_doubtful:
+            lines.append(filled(str(self.accuracy)))
         if self.answer.clearance >= 0.0:
             what = "The device is {} mm clear of the wearer." if named else _CLEAR_LIMBS
             lines.append(what.format(f"{1e3 * self.answer.clearance:.0f}"))

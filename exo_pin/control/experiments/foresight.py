@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...design import Mechanism
-from ...device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
+from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.wrist_device import WristDevice
 from ..controllers.tension_program import HELD, missing_moments
 from ..plant.plant import Plant
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 #: Poses of a reference that are looked at.
 _SAMPLES = 25
-#: Weakest rate, mm/°, below which lengths are said not to place the arm, and angle of a twin up to which an arm that
-#: is off moves there, rad: further ones lie beyond poses with other lengths.
-WEAK, NEAR_TWIN = 0.3, float(np.radians(45.0))
 
 
 def default_controller(mechanism: Mechanism) -> str:
@@ -56,12 +53,12 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
             )
     if experiment.controller == "pi":
         seen = pose_accuracy(WristDevice.of(mechanism), poses)
-        doubtful = (seen.has_twin & (seen.twin_angle < NEAR_TWIN)) | (seen.mm_per_degree < WEAK)
+        doubtful = seen.is_doubtful
         if doubtful.any():
             worst = int(np.where(doubtful, seen.rate, np.inf).argmin())
             found.append(
                 f"lengths alone do not place the arm in {100.0 * doubtful.mean():.0f} % of the wanted poses; at "
-                f"{_words(poses[worst], side)} {sensitivity(seen, worst)}. A sensor of the arm's orientation does: "
+                f"{_words(poses[worst], side)} {seen.sensitivity(worst)}. A sensor of the arm's orientation does: "
                 "--controller model"
             )
     elif experiment.controller == "model" and mechanism.measures and "arm" not in mechanism.measures:
@@ -79,15 +76,6 @@ def holdable(plant: Plant, poses: Rotation) -> NDArray[np.bool_]:
         if drive.is_motor:
             held &= drive.spans(length)
     return np.asarray(held)
-
-
-def sensitivity(seen: PoseAccuracy, row: int) -> str:
-    """What an error of the lengths does in one of N poses, and which pose has the same, in words."""
-    text = f"1 mm of the lengths turns the arm by {seen.degrees_per_mm[row]:.2g}°"
-    if not seen.has_twin[row] or seen.twin_angle[row] >= NEAR_TWIN:
-        return text
-    off = 1e3 * np.linalg.norm(seen.differences[row])
-    return f"{text}, and a pose {np.degrees(seen.twin_angle[row]):.1f}° away has the same lengths to {off:.2f} mm"
 
 
 def _words(pose: Rotation, side: str) -> str:

@@ -11,7 +11,6 @@ from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.wrist_device import WristDevice
 from ...wrist.clearance.gaps import LimbGaps
 from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
-from .foresight import sensitivity
 
 if TYPE_CHECKING:
     from .tracking import Tracking
@@ -198,7 +197,7 @@ def _alike(tracking: Tracking) -> list[str]:
     seen = pose_accuracy(WristDevice.of(tracking.experiment.mechanism), tracking.wanted[-1:])
     return [
         f"the lengths end within {1e3 * wrong:.1f} mm of those wanted and the arm {off:.1f}° off: "
-        f"{sensitivity(seen, 0)}; a sensor of the arm's orientation tells"
+        f"{seen.sensitivity()}; a sensor of the arm's orientation tells"
     ]
 
 

@@ -31,6 +31,9 @@ from .twins import SPACING, TWIN_ANGLE, WIDE_SPACING, Twins, find_twins
 
 #: Of drives that state neither play nor resolution: of all that slide together, m, and of a hinge, rad.
 LENGTHS, HINGE = 2e-3, float(np.radians(0.5))
+#: Weakest rate, mm/° or °/°, below which drives are said not to place the arm, and angle of a twin, rad, up to which an
+#: arm may come to it: further ones lie beyond poses in which the drives stand otherwise.
+WEAK, NEAR_TWIN = 0.3, float(np.radians(45.0))
 #: Tolerance of drives whose play and resolution are stated as zero, m or rad: what is below it is rounding.
 _ROUNDING = 1e-6
 
@@ -100,6 +103,48 @@ class PoseAccuracy(Result, ReadOnly):
         """Turn of the arm about its worst axis over an error of the drives, shape (...), °/mm, or °/°."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.mm_per_degree)
+
+    @property
+    def is_doubtful(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the drives alone do not place the arm: weak rates, or a twin that it may come to."""
+        return np.asarray((self.has_twin & (self.twin_angle < NEAR_TWIN)) | (self.mm_per_degree < WEAK))
+
+    def sensitivity(self, row: int = 0) -> str:
+        """What an error of the drives does in one of the poses, and which pose looks the same, in words.
+
+        Parameters
+        ----------
+        row : int
+            Of the poses, counted over all dimensions.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> print(exo.accuracy(exo.pose(80)).sensitivity())
+        1 mm of the drives turns the arm by 4.1°, and a pose 18.5° away has the same positions to 0.34 mm
+        """
+        unit, scale = ("°", 180.0 / np.pi) if self.has_hinges else (" mm", 1e3)
+        text = f"1{unit} of the drives turns the arm by {self.degrees_per_mm.flat[row]:.2g}°"
+        if not self.has_twin.flat[row]:
+            return text
+        off = scale * np.linalg.norm(self.differences.reshape(-1, self.differences.shape[-1])[row])
+        away = np.degrees(self.twin_angle.flat[row])
+        return f"{text}, and a pose {away:.1f}° away has the same positions to {off:.2f}{unit}"
+
+    def __str__(self) -> str:
+        if self.rate.ndim:
+            low, high = np.nanmin(self.mm_per_degree), np.nanmax(self.mm_per_degree)
+            return f"weakest rate {low:.2g} to {high:.2g} {self.unit}; twins of {self.has_twin.mean():.0%} of the poses"
+        if not np.isfinite(self.rate):
+            return "How well the drives place the arm is not known here."
+        text = f"The weakest rate of the drives is {float(self.mm_per_degree):.2g} {self.unit}: {self.sensitivity()}."
+        if np.isfinite(self.free_turn):
+            text += f" Play and resolution leave the arm {np.degrees(self.free_turn):.2g}° to either side."
+        return f"{text} A sensor of the arm's orientation tells them apart." if self.has_twin else text
 
     @property
     def unit(self) -> str:

@@ -52,6 +52,8 @@ class PoseReport(Result):
         What would make the pose possible; None where it is possible.
     contact : JointContact or None
         The load of the joint with the wearer's own muscles, where they are counted.
+    not_counted : str
+        Why they are not, though a person was given: what keeps the bare arm from a result.
     """
 
     _hidden = frozenset({"answer", "contact"})
@@ -59,6 +61,7 @@ class PoseReport(Result):
     answer: Reaction
     remedy: Remedy | None
     contact: JointContact | None
+    not_counted: str = ""
 
     @property
     def verdict(self) -> str:
@@ -178,9 +181,15 @@ class PoseReport(Result):
             filled(
                 f"For comparison: at this elevation a bare arm loads the joint with {share} of body "
                 "weight (computed, least effort, abduction and flexion), mostly by the wearer's own muscles, which are "
-                "not part of the number above; --person adds them."
+                f"not part of the number above; {self._how_to_add}"
             )
         ]
+
+    @property
+    def _how_to_add(self) -> str:
+        if self.not_counted:
+            return f"they are not added: without the device {self.not_counted[0].lower()}{self.not_counted[1:]}"
+        return "--person adds them."
 
     def _limbs(self) -> list[str]:
         """Position and effort of each drive beside its limits; limbs have numbers, and one unit."""
@@ -251,13 +260,13 @@ def report_on_pose(
         quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():
             remedy = exo.remedy(pose, **nearby_query(answer))
-    contact = None
+    contact, why = None, ""
     if person is not None:
         contact = exo.joint_contact(pose, person, answer, outside="mark")
         bare = contact.without_device
         if not must_have_muscles and (bare is None or not bare.has_result):
-            contact = None
-    return PoseReport(answer, remedy, contact)
+            contact, why = None, "" if bare is None else bare.verdict
+    return PoseReport(answer, remedy, contact, why)
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.validation import FloatArray
 from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.wrist_device import WristDevice
+from ...load_case.case import beyond_motion
 from ...wrist.clearance.gaps import LimbGaps
 from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
 
@@ -215,6 +216,15 @@ def _faults(tracking: Tracking) -> list[str]:
     return texts
 
 
+def _beyond_motion(tracking: Tracking) -> list[str]:
+    """The arm leaves what a shoulder can do."""
+    beyond = beyond_motion(tracking.run.rotations.as_matrix(), tracking.experiment.mechanism.side)
+    if not beyond.any():
+        return []
+    first = tracking.times[int(beyond.argmax())]
+    return [f"the arm is beyond a shoulder's range of motion from {first:.2f} s on: nothing of a joint stops it here"]
+
+
 def _sensor(tracking: Tracking) -> list[str]:
     imu = tracking.experiment.imu
     if imu is None or not imu.lost:
@@ -243,7 +253,7 @@ def _name(tracking: Tracking, number: int) -> str:
     return f"{tracking.run.plant.drives[number - 1].word} {number}"
 
 
-_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _sensor)
+_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _beyond_motion, _sensor)
 
 
 #: Units that end the keys of a summary, as they are written in text.

@@ -1,7 +1,7 @@
 """Machine code of kernels, made and stored by Numba: imported only where a kernel runs compiled.
 
 Numba's cache notices a change of the file that a function stands in, not one of a kernel or a constant from another
-file. So each kernel has a folder of its own, which is named by a digest of all that its code is made of: under
+file. So each form of a kernel has a folder of its own, named by a digest of all that its code is made of: under
 ``__pycache__`` of the package, under the user's cache folder where that cannot be written, or under the folder that the
 environment variable ``NUMBA_CACHE_DIR`` names.
 """
@@ -9,6 +9,7 @@ environment variable ``NUMBA_CACHE_DIR`` names.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import pickle
 import shutil
@@ -72,11 +73,17 @@ def _stored(function: Callable[..., Any], folder: Path | None, options: dict[str
         return numba.njit(**options)(function)
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
-        return numba.njit(cache=True, **options)(function)
+        made = numba.njit(cache=True, **options)(function)
+        # In other folders, which Numba takes if it cannot write into this one, code would outlive what it is made of.
+        if folder in Path(made.stats.cache_path).parents:
+            return made
     except RuntimeError:  # typed in at a prompt: there is no file
-        return numba.njit(**options)(function)
+        pass
     finally:
         numba.config.CACHE_DIR = before
+    if not os.access(folder, os.W_OK):
+        give_up(PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder)))
+    return numba.njit(**options)(function)
 
 
 def _root() -> Path:

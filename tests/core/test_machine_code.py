@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import warnings
 
@@ -92,6 +93,22 @@ def test_what_cannot_be_written_stays_in_the_process(cache, monkeypatch, step, n
         warnings.simplefilter("error")
         assert ask() == 3
     assert cache() == []
+
+
+def test_no_other_folder_is_taken_for_one_that_cannot_be_written(cache, monkeypatch):
+    def only_elsewhere(dir):
+        if ".more" in str(dir):
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+        return temporary(dir=dir)
+
+    temporary = tempfile.TemporaryFile
+    monkeypatch.setattr(tempfile, "TemporaryFile", only_elsewhere)
+    ask()
+    assert [each.compiled.stats.cache_path is None for each in compiled.kernels()] == [False, True]
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    compiled.kernels()[1].forget()
+    with pytest.warns(CacheUnusable, match="Permission denied"):
+        compiled.kernels()[1](1)
 
 
 def test_a_kernel_that_cannot_be_compiled_leaves_the_cache_alone(cache):

@@ -25,6 +25,7 @@ from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reacti
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import deliver, draws, writes
+from .recordings.recording_options import Recording
 
 
 def reaction(
@@ -37,7 +38,7 @@ def reaction(
     worn: options.Worn = options.Worn(),
     offset: options.Offset = None,
     limits: options.LimitsText = "design",
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     posture: options.Posture = (),
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
@@ -160,7 +161,7 @@ def _bounds(limit: str | None) -> ConstraintBounds:
 
 
 def _movement(
-    exo: ShoulderExo, query: dict[str, Any], recording: options.Recording, progress: bool, files: dict[str, Any]
+    exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: dict[str, Any]
 ) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
@@ -261,7 +262,7 @@ def uncertainty(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     offset: options.Offset = None,

@@ -18,6 +18,7 @@ from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
+from ..load_case import read_movement
 from ..load_case.ranges_of_motion import DAILY_RANGES
 from ..workspace import Criteria, limb_sheet, starting_design, task_reach
 from ..workspace import limb_loss as loss_of_limbs
@@ -28,6 +29,7 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from . import options
 from .command import deliver, draws, writes
+from .recordings.recording_options import ReadAs
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
@@ -195,6 +197,7 @@ def tasks(
     worn: options.Worn = options.Worn(),
     judged: Judged = Judged(),
     movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
+    read_as: ReadAs = ReadAs(),
     no_ranges: bool = False,
     step: options.Degrees = 8.0,
     json: options.Json = False,
@@ -205,7 +208,7 @@ def tasks(
     Parameters
     ----------
     movement : tuple of str
-        CSV of a task's movement; may be repeated.
+        Recording of a task's movement; may be repeated.
     no_ranges : bool
         Leave the published ranges out.
     step : float
@@ -222,7 +225,9 @@ def tasks(
         name, _, path = text.partition("=")
         if not name or not path:
             raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
-        movements[name] = path
+        movements[name] = read_movement(path, exo.side, reading=read_as.options)
+        for caution in movements[name].cautions:
+            options.caution(f"{path}: {caution}")
     table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, judged.of(exo), step)
     deliver(table, table, columns=lambda: table, json=json, out=out)
 

@@ -21,7 +21,8 @@ from ..device.device_singularity import device_singularity, drive_positions, pos
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
-from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_angles
+from ..load_case.case import Posture
+from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:

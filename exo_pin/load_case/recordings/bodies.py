@@ -46,16 +46,10 @@ class Bodies(NamedTuple):
     segments: bool
     path: str | PathLike[str]
 
-    def w_first(self) -> Bodies:
-        """With w in the first place of each quaternion."""
-        moved = [None if each is None else np.roll(each, -1, axis=1) for each in (self.arm, self.trunk, self.forearm)]
+    def w_last(self) -> Bodies:
+        """With the numbers of each quaternion, which are read as w, x, y, z, as x, y, z, w."""
+        moved = [None if each is None else np.roll(each, 1, axis=1) for each in (self.arm, self.trunk, self.forearm)]
         return self._replace(arm=moved[0], trunk=moved[1], forearm=moved[2])
-
-    def inverse(self) -> Bodies:
-        """With all orientations the other way round."""
-        sign = np.array([-1.0, -1.0, -1.0, 1.0])
-        forearm = None if self.forearm is None else self.forearm * sign
-        return self._replace(arm=self.arm * sign, trunk=self.trunk * sign, forearm=forearm)
 
     def there(self) -> np.ndarray:
         """Rows in which arm and trunk are known, shape (N,)."""

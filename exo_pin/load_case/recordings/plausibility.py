@@ -1,9 +1,9 @@
 """Whether a person's arm can have made a recorded movement, and which other reading of the record it could have made.
 
 A shoulder's range is a region of directions of the arm, somewhat smaller than the one of which single poses warn
-(:mod:`exo_pin.load_case.human_range`), and in each direction an interval of rotation about the arm's own axis. The middle of the interval is the arm turned by the
-shortest way from hanging as long as it is below the horizontal. Overhead it is the one in which the front of the arm
-faces the midline, whichever way the arm was raised (Codman's paradox).
+(:mod:`exo_pin.load_case.human_range`), and in each direction an interval of rotation about the arm's own axis. The
+middle of the interval is the arm turned by the shortest way from hanging as long as it is below the horizontal.
+Overhead it is the one in which the front of the arm faces the midline, whichever way it was raised (Codman's paradox).
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from .angles import Y_UP
 
 #: Inward rotation of the arm beyond which nobody turns it, rad, from the middle; outward, hanging and horizontal.
 _INWARD, _OUTWARD = np.radians(115.0), (np.radians(100.0), np.radians(140.0))
-#: Backward component of the arm's direction (sin 58°); component into the body (sin 40°), unless so far forward (sin 20°).
-_BACKWARD, _ACROSS, _IN_FRONT = np.sin(np.radians([58.0, 40.0, 20.0]))
+#: Most backward component of the arm's direction; most component into the body, unless this far forward: sines.
+_BACKWARD, _ACROSS, _IN_FRONT = np.sin(np.radians([52.0, 40.0, 20.0]))
 #: Share of samples outside the range from which on the stated reading is doubted, is refused, and another is no better.
 _DOUBTFUL, _IMPOSSIBLE, _FINE = 0.05, 0.5, 0.01
 #: Speed of a person's arm, rad/s, over so many s.
@@ -41,8 +41,10 @@ _MOST = 2000
 #: Readings of a record besides the stated one, the likelier one first: what is then taken for true.
 READINGS = {
     "w-first": "quaternions are w, x, y, z",
+    "w-last": "quaternions are x, y, z, w",
     "radians": "angles are radians",
     "degrees": "angles are degrees",
+    "turned-trunk": "the trunk's sensor points backward with the axis that is said to point forward",
     "inverse": "orientations take {O_A} to {O_B} (transposed matrices)",
     "other-order": "angles of (4-7), X-Y-Z, stand under flexion, abduction and internal rotation, or these under them",
     "other-side": "orientations are of the other side of the body",
@@ -141,7 +143,7 @@ def evidence(poses: Rotation, times: FloatArray | None, side: str, start: Rotati
     speed, noise = 0.0, 0.0
     if times is not None and len(poses) > 2:
         span = max(1, round(_SPAN / max(float(np.median(np.diff(times))), 1e-9)))
-        span = min(span, len(poses) - 1)
+        span = min(span, max(1, len(poses) // 20))
         rates = (poses[span:] * poses[:-span].inv()).magnitude() / np.maximum(times[span:] - times[:-span], 1e-12)
         speed = float(np.quantile(rates, 0.98))
         steps = (poses[1:] * poses[:-1].inv()).as_rotvec()

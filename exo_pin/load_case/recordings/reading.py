@@ -25,6 +25,7 @@ from .sources import Source, open_source
 #: Readings that change the clock: s in a unit of the record.
 _CLOCKS = {"milliseconds": 1e-3, "seconds": 1.0}
 _SCHEMA = 1
+_HALF_TURN = Rotation.from_quat([0.0, 0.0, 1.0, 0.0])
 #: Signs of angles by reading, and the conventions that have it.
 _SIGNS = {
     "minus-flexion": ("clinical angles", (-1.0, 1.0, 1.0)),
@@ -165,12 +166,14 @@ class _Record:
         for name in own:
             if name in (turned := of_orientations(poses, self.side)):
                 poses = turned[name]()
+            elif name == "turned-trunk":
+                poses = _HALF_TURN * poses * _HALF_TURN
         return poses
 
     def _plain(self, names: list[str]) -> Rotation:
         if self.bodies is not None:
             assert self.times is not None
-            bodies = self.bodies.w_first() if "w-first" in names else self.bodies
+            bodies = self.bodies.w_last() if "w-last" in names else self.bodies
             return bodies.poses(self.times, self.there, self.side, self.options.forward, self.options.still)[0]
         angles = self.angles
         assert angles is not None
@@ -196,7 +199,7 @@ class _Record:
     def alternatives(self) -> list[str]:
         """Readings that this file may have."""
         if self.bodies is not None:
-            return ["w-first", "inverse", "other-side"]
+            return ["w-last", "inverse", "other-side", *([] if self.bodies.segments else ["turned-trunk"])]
         assert self.angles is not None
         kind = self.angles.convention
         if not kind.angles:

@@ -223,7 +223,7 @@ def open_source(path: str | PathLike[str]) -> Source:
     MissingExtra
         For a C3D file without ezc3d.
     """
-    ending = fspath(path).lower().rpartition(".")[2]
+    ending = fspath(path).lower().rpartition(".")[2] if isinstance(path, str | PathLike) else ""
     if ending == "mvnx":
         return _read_mvnx(path)
     if ending == "c3d":

@@ -71,6 +71,7 @@ from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
 from .load_case.recordings.reading import RecordingOptions as RecordingOptions
 from .load_case.recordings.reading import read_movement as read_movement
+from .load_case.recordings.writing import write_movement as write_movement
 from .load_case.trajectories import Movement as Movement
 from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve

@@ -27,6 +27,7 @@ from ..workspace import optimise as searched
 from ..workspace.limb_table import limb_loss_words
 from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
+from ..workspace.query import workspace as workspace_of
 from . import options
 from .command import deliver, draws, writes
 from .recordings.recording_options import ReadAs
@@ -201,7 +202,8 @@ def tasks(
     no_ranges: bool = False,
     step: options.Degrees = 8.0,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json", picture=False)] = None,
+    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    plot: Annotated[Path | None, draws("which poses of each recording are inside, over its time")] = None,
 ) -> None:
     """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
 
@@ -217,7 +219,7 @@ def tasks(
     Examples
     --------
     exo-pin tasks four-cables
-    exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv
+    exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv --plot status.png
     """
     exo = worn.load(design, side)
     movements = {}
@@ -228,8 +230,20 @@ def tasks(
         movements[name] = read_movement(path, exo.side, reading=read_as.options)
         for caution in movements[name].cautions:
             options.caution(f"{path}: {caution}")
-    table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, judged.of(exo), step)
-    deliver(table, table, columns=lambda: table, json=json, out=out)
+    if plot is not None and not movements:
+        raise InvalidInput("--plot draws recordings over their time: give --movement NAME=FILE")
+    criteria = judged.of(exo)
+    table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, criteria, step)
+
+    def status() -> Any:
+        from ..view.plots import task_status_figure  # here, because few queries draw
+
+        within = criteria.off_grid()
+        return task_status_figure(
+            {name: workspace_of(exo.device, each.poses, within).inside for name, each in movements.items()}
+        )
+
+    deliver(table, table, columns=lambda: table, figure=status, json=json, out=out, plot=plot)
 
 
 @options.group

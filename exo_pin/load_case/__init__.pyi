@@ -8,4 +8,5 @@ from .ranges_of_motion import RangeOfMotion as RangeOfMotion
 from .record_checks import MeasurementNoise as MeasurementNoise
 from .recordings.reading import RecordingOptions as RecordingOptions
 from .recordings.reading import read_movement as read_movement
+from .recordings.writing import write_movement as write_movement
 from .trajectories import Movement as Movement

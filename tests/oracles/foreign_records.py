@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 #: Turns about x, y and z of {O_A} as axes of OpenSim, (x, z, -y).
 C = Rotation.from_matrix([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 A, B = np.array([0.0048, 0.99909, 0.0424]), np.array([-0.99826, 0.0023, 0.0589])
-SEGMENTS = (
-    "Pelvis L5 L3 T12 T8 Neck Head RightShoulder RightUpperArm RightForeArm RightHand "
-    "LeftShoulder LeftUpperArm LeftForeArm LeftHand"
-).split()
+SEGMENTS = [
+    "Pelvis", "L5", "L3", "T12", "T8", "Neck", "Head", "RightShoulder", "RightUpperArm", "RightForeArm", "RightHand",
+    "LeftShoulder", "LeftUpperArm", "LeftForeArm", "LeftHand",
+]  # fmt: skip
 #: Targets of movements that begin and end hanging: flexion, abduction, internal rotation, degrees.
 TARGETS = (
     (80, 5, 10), (20, 85, 0), (70, 60, -20), (100, 30, 30), (60, 75, 15), (110, 20, -10), (85, 50, 40), (40, 95, -15),

@@ -4,12 +4,34 @@ A mistake takes a folder and a seed, and returns the file, the side, what else i
 message must have which names the cause.
 """
 
+import contextlib
+import io
+import re
+import warnings
+
 import numpy as np
 from foreign_records import (
-    CLINICAL, MATRIX, C, awinda_file, dot_file, isb_values, lines, movement, opensense, opensim_head, rajagopal, sensors,
-    table, wxyz,
+    CLINICAL,
+    MATRIX,
+    C,
+    awinda_file,
+    dot_file,
+    isb_values,
+    lines,
+    movement,
+    opensense,
+    opensim_head,
+    rajagopal,
+    sensors,
+    table,
+    wxyz,
 )  # fmt: skip
 from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin import control
+from exo_pin.cli import main
+from exo_pin.workspace import task_reach
 
 QUATERNION = ("time_s", "qx", "qy", "qz", "qw")
 THESIS = ("time_s", "theta_x_deg", "theta_y_deg", "theta_z_deg")
@@ -227,10 +249,76 @@ def against_the_scapula(folder, seed):
 #: Mistakes with the seeds of their movements; an even seed is a left arm.
 MISTAKES = (
     (w_first, (0, 1, 2)), (radians_as_degrees, (0, 1)), (isb_radians_as_degrees, (2,)),
-    (degrees_as_radians, (0, 1)), (thesis_degrees_as_radians, (3,)), (inverse_quaternions, (0, 1)), (transposed, (2, 3)),
+    (degrees_as_radians, (0, 1)), (thesis_degrees_as_radians, (3,)), (inverse_quaternions, (0, 1)),
+    (transposed, (2, 3)),
     (frames_in_t, (0, 1)), (frames_in_seconds, (2,)), (milliseconds_as_seconds, (3,)), (seconds_as_milliseconds, (4,)),
     (other_side, (0, 1)), (other_side_thesis, (2,)), (y_up, (0, 1)), (y_up_matrices, (2,)), (t_pose, (4, 5)),
     (minus_flexion, (0,)), (minus_abduction, (1,)), (minus_elevation, (2,)), (other_order, (0,)),
     (mot_without_degrees, (1,)), (mot_of_radians, (2,)), (turned_trunk, (0, 1)), (no_rest, (2,)), (no_trunk, (3,)),
     (no_forward, (4,)), (packets_without_rate, (5,)), (other_arm, (1,)), (against_the_scapula, (0,)),
 )  # fmt: skip
+
+
+def answer(call):
+    """What a door says of a record: the message of its error, or its cautions and warnings."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", ep.SuspectMeasurements)
+        try:
+            said = call()
+        except ep.InvalidInput as error:
+            return str(error)
+    return "\n".join([*said, *(str(each.message) for each in told if each.category is ep.SuspectMeasurements)])
+
+
+def command(*words):
+    """What a command prints, on both streams."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        main([str(word) for word in words])
+    return [out.getvalue()]
+
+
+def option_words(options):
+    """Reading options as words of a command."""
+    words = []
+    for name, value in options.items():
+        if name == "sensors":
+            words += [f"--sensor={role}={given}" for role, given in value.items()]
+        else:
+            words.append(f"--{name}={value}")
+    return words
+
+
+DESIGN = "four-linear-actuators"
+
+
+def doors(path, side, options):
+    """Every door that takes a record, by name; each returns texts."""
+    exo, reading = ep.load(DESIGN, side=side), ep.RecordingOptions(**options)
+    words = (f"--side={side}", *option_words(options))
+    study = ("--static", "--vary=cuff_height_mm=200", "--trajectory", path)
+
+    def read():
+        return ep.read_movement(path, side, reading=reading)
+
+    def tasks():
+        task_reach(exo.device, {"task": read() if options else path}, ())
+        return read().cautions if options else ()
+
+    return {
+        "read_movement": lambda: read().cautions,
+        "follow": lambda: exo.follow(read(), static=True).cautions,
+        "track": lambda: control.reference_of(path, side, reading).cautions,
+        "task_reach": tasks,
+        "exo-pin record": lambda: command("record", path, *words),
+        "exo-pin reaction": lambda: command("reaction", DESIGN, "--static", "--trajectory", path, *words),
+        "exo-pin tasks": lambda: command("tasks", DESIGN, "--no-ranges", f"--movement=a={path}", *words),
+        "exo-pin sweep": lambda: command("sweep", DESIGN, *study, *words),
+    }
+
+
+def is_named(text, word):
+    """Whether a message names the cause, and no other reading before it."""
+    text = " ".join(text.split())
+    first = re.findall(r'reading="[\w-]+"', text)[:1]
+    return word in text and (not word.startswith("reading=") or first == [word])

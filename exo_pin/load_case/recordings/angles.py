@@ -98,6 +98,7 @@ CONVENTIONS = (
 MODELS = (
     Convention("coordinates of Rajagopal's model", ("arm_flex_{side}", "arm_add_{side}", "arm_rot_{side}"), _rajagopal),
     Convention("coordinates of MoBL-ARMS", ("elv_angle", "shoulder_elv", "shoulder_rot"), _mobl),
+    Convention("coordinates of MoBL-ARMS", ("elv_angle_{side}", "shoulder_elv_{side}", "shoulder_rot_{side}"), _mobl),
     Convention("coordinates of arm26", ("r_shoulder_elev",), _arm26),
 )
 #: Names of the elbow's angle, flexion positive.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import PathLike, fspath
 
 import numpy as np
@@ -74,14 +75,12 @@ def write_movement(path: str | PathLike[str], movement: Movement, side: str = "l
 
 
 def in_convention(poses: Rotation, side: str, angles: str) -> FloatArray:
-    """Angles in degrees of poses, or quaternions, shape (N, k); without jumps by whole turns."""
+    """Angles in degrees of poses, or quaternions, shape (N, k); those of three axes go on beyond half a turn."""
     if angles == "quaternions":
         return poses.as_quat()
-    values = (
-        thesis_angles(poses)
-        if angles == "thesis"
-        else (isb_angles if angles == "isb" else shoulder_angles)(poses, side)
-    )
+    if angles == "isb":
+        return isb_angles(poses, side, degrees=True)
+    values = thesis_angles(poses) if angles == "thesis" else shoulder_angles(poses, side)
     return np.degrees(np.unwrap(values, axis=0))
 
 
@@ -115,5 +114,5 @@ def _orientations(poses: Rotation, times: FloatArray, side: str) -> str:
     return _text(head, ["time", "torso_imu", f"humerus_{side[0]}_imu"], rows)
 
 
-def _text(head: list[str], names: list[str], rows: object) -> str:
-    return "\n".join([*head, "\t".join(names), *("\t".join(row) for row in rows), ""])  # type: ignore[attr-defined]
+def _text(head: list[str], names: list[str], rows: Iterable[list[str]]) -> str:
+    return "\n".join([*head, "\t".join(names), *("\t".join(row) for row in rows), ""])

@@ -88,16 +88,19 @@ def reaction(
 
     Notes
     -----
-    columns of --trajectory FILE, a CSV file with one header line:
+    columns of --trajectory FILE, a CSV file in any dialect:
       time_s                                              seconds, rising
       and one of
       flexion_deg, abduction_deg, internal_rotation_deg   clinical angles on the design's side (or ..._rad)
       theta_x_deg, theta_y_deg, theta_z_deg               angles of (4-7) in the thesis (or ..._rad)
+      plane_of_elevation_deg, elevation_deg, axial_rotation_deg    ISB (or ..._rad)
       qx, qy, qz, qw                                      unit quaternion, arm to base frame
+      r11, r12, r13, r21, ..., r33                        matrix, arm to base frame
       such as
       time_s,flexion_deg,abduction_deg,internal_rotation_deg
       0.00,0.0,0.0,0.0
       0.02,0.3,0.0,0.0
+    or .mot and .sto of OpenSim, .mvnx, Xsens DOT and Awinda, APDM, .c3d; exo-pin record FILE says what it holds
     """
     exo = _fitted(worn.load(design, side), shoulder_stiffness, guide)
     query = {

@@ -24,7 +24,7 @@ _INWARD, _OUTWARD = np.radians(115.0), (np.radians(100.0), np.radians(140.0))
 #: Most backward component of the arm's direction; most component into the body, unless this far forward: sines.
 _BACKWARD, _ACROSS, _IN_FRONT = np.sin(np.radians([52.0, 40.0, 20.0]))
 #: Share of samples outside the range from which on the stated reading is doubted, is refused, and another is no better.
-_DOUBTFUL, _IMPOSSIBLE, _FINE = 0.05, 0.5, 0.01
+_DOUBTFUL, _IMPOSSIBLE, _FINE = 0.05, 0.25, 0.01
 #: Speed of a person's arm, rad/s, over so many s.
 _FASTEST, _SPAN = 30.0, 0.05
 #: A turn from hanging below which an arm hangs, and one from the horizontal above which it is raised, rad.

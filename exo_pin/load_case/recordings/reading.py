@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import as_side, mirrored, shoulder_rotation
+from ...core.conventions import as_side, shoulder_rotation
 from ...core.errors import FileFormatError
 from ...core.errors.checked import checked
 from ...core.files.toml_tables import naming_file, read_toml
@@ -395,14 +395,3 @@ def read_movement(
         movement = Movement.from_samples(read.times, read.poses, smoothing, sensor_noise, ends)
     cautions = (*read.cautions, *movement.pose_cautions)
     return replace(movement, pose_cautions=cautions, judged_for=as_side(side), elbow_flexion=read.elbow)
-
-
-def other_readings(poses: Rotation) -> dict[str, Rotation]:
-    """What orientations without a movement may be instead, by the text that says so."""
-    return {
-        "the orientations are inverted: they must take {O_B} to {O_A}": poses.inv(),
-        "the orientations are of the other side of the body: load the design with that side": mirrored(poses),
-        "the quaternions have w first: give reading='w-first'": Rotation.from_quat(
-            np.roll(poses.as_quat(), -1, axis=-1)
-        ),
-    }

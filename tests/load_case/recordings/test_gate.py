@@ -10,27 +10,27 @@ from exo_pin.control import read_run
 from exo_pin.load_case import ADL_BOX
 from exo_pin.load_case.recordings.plausibility import unreachable
 
-#: One record of each mistake; the others are full.
-FIRST = [(mistake, seeds[0]) for mistake, seeds in planted.MISTAKES]
-OTHERS = [(mistake, seed) for mistake, seeds in planted.MISTAKES for seed in seeds[1:]]
+#: All records with a mistake; of these some in default runs.
+ALL = [(mistake, seed) for mistake, seeds in planted.MISTAKES for seed in seeds]
+QUICK = {"w_first-0", "radians_as_degrees-0", "transposed-2", "frames_in_t-0", "seconds_as_milliseconds-4", "no_rest-2"}
 
 
 def named(case):
     return f"{case[0].__name__}-{case[1]}"
 
 
-def check(folder, mistake, seed):
-    path, options, word = mistake(folder, seed)
-    reading = ep.RecordingOptions(**options)
-    text = planted.answer(lambda: ep.read_movement(path, planted.side_of(seed), reading=reading).cautions)
-    assert planted.is_named(text, word), text
-    return path, options, word
+def of(cases):
+    """Cases as parameters of a test, those that are not quick marked."""
+    marks = [() if named(case) in QUICK else pytest.mark.full for case in cases]
+    return [pytest.param(case, id=named(case), marks=mark) for case, mark in zip(cases, marks, strict=True)]
 
 
-@pytest.mark.parametrize("case", FIRST, ids=named)
+@pytest.mark.parametrize("case", of(ALL))
 def test_planted_mistakes_are_named(tmp_path, case):
-    path, options, word = check(tmp_path, *case)
-    side = planted.side_of(case[1])
+    (mistake, seed), side = case, planted.side_of(case[1])
+    path, options, word = mistake(tmp_path, seed)
+    text = planted.answer(lambda: ep.read_movement(path, side, reading=ep.RecordingOptions(**options)).cautions)
+    assert planted.is_named(text, word), text
     if word.startswith("reading="):
         # What the message says to give cures it.
         name = word.split('"')[1]
@@ -42,13 +42,7 @@ def test_planted_mistakes_are_named(tmp_path, case):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("case", OTHERS, ids=named)
-def test_more_planted_mistakes_are_named(tmp_path, case):
-    check(tmp_path, *case)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("case", [FIRST[0], FIRST[1], FIRST[6], FIRST[7], FIRST[10]], ids=named)
+@pytest.mark.parametrize("case", [case for case in ALL if named(case) in QUICK], ids=named)
 def test_every_door_names_planted_mistakes(tmp_path, case):
     path, options, word = case[0](tmp_path, case[1])
     for name, door in planted.doors(path, planted.side_of(case[1]), options).items():
@@ -56,6 +50,7 @@ def test_every_door_names_planted_mistakes(tmp_path, case):
         assert planted.is_named(text, word), (name, text)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_movements_of_an_arm_pass(tmp_path, side):
     for name, truth in foreign.special_movements(side).items():
@@ -77,6 +72,7 @@ def test_a_stated_start_is_held_against_the_record(tmp_path):
     assert "begins 90° from the stated start" in cautions[0]
 
 
+@pytest.mark.full
 def test_a_movement_is_held_against_the_side_of_the_device():
     truth = foreign.movement(0, "right", planted.SIDEWAYS)
     movement = ep.Movement.from_samples(truth.t, truth.poses)

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.validation import require_type
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
-from ..load_case.case import Posture
-from ..load_case.human_range import warn_outside_human_range
+from ..load_case.case import Posture, warn_outside_human_range
 from ..load_case.recordings.reading import movement_cautions
 from ..reaction import (
     Assumptions,

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.load_case.human_range import outside_human_range
+from exo_pin.load_case.case import outside_human_range
 
 
 @pytest.fixture(scope="module")

@@ -40,6 +40,8 @@ def record(
 
     Parameters
     ----------
+    recording : Path
+        The file.
     side : str
         Which arm.
     angles : str

@@ -1,7 +1,7 @@
 """Whether a person's arm can have made a recorded movement, and which other reading of the record it could have made.
 
 A shoulder's range is a region of directions of the arm, somewhat smaller than the one of which single poses warn
-(:mod:`exo_pin.load_case.human_range`), and in each direction an interval of rotation about the arm's own axis. The
+(:mod:`exo_pin.load_case.case`), and in each direction an interval of rotation about the arm's own axis. The
 middle of the interval is the arm turned by the shortest way from hanging as long as it is below the horizontal.
 Overhead it is the one in which the front of the arm faces the midline, whichever way it was raised (Codman's paradox).
 """

@@ -138,6 +138,7 @@ def _forces(folder):
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
+    ep.RecordingOptions(rate=100.0)
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
@@ -164,6 +165,7 @@ def _wrists(folder):
     exo.forward_kinematics(state.lengths)
     exo.singularity(POSE)
     exo.nearest_singularity(POSE)
+    exo.accuracy(POSES)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
@@ -264,11 +266,8 @@ def _persons(folder):
     if not has_persons():
         return
     # A person and a pose of their own: answers of programs that another test has asked are kept, and nothing is made.
-    person, exo, pose = (
-        ep.Person(1.7512, 75, "male"),
-        ep.load("prototype"),
-        ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True),
-    )
+    person, exo = ep.Person(1.7512, 75, "male"), ep.load("prototype")
+    pose = ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True)
     person.joint_contact(pose)
     person.contact_range(pose)
     person.centre_path()

@@ -8,6 +8,7 @@ import sys
 import typing
 from collections import Counter
 
+import foreign_records
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
@@ -138,7 +139,6 @@ def _forces(folder):
     heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
     ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
-    ep.RecordingOptions(rate=100.0)
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
     strong = ep.Limb(actuator=ep.Actuator("linear", 20.0, 20.0), stroke=ep.Stroke(0.3, 0.5, 2.0, 0.0))
     ep.load("prototype").replace(limbs=[strong] * 3).remedy(POSE).__str__()
@@ -146,6 +146,14 @@ def _forces(folder):
     exo.check()
     ep.ShoulderExo.from_chain(exo.chain)
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)
+
+
+def _recordings(folder):
+    truth = foreign_records.movement(0, "left")
+    for writer in (foreign_records.clinical, foreign_records.mvnx):
+        ep.read_movement(writer(folder, truth)[0], reading=ep.RecordingOptions(start=(0, 0, 0)))
+    path, _ = foreign_records.clinical(folder, truth._replace(angles=np.radians(truth.angles)))
+    assert ep.read_movement(path).cautions
 
 
 def _swing(count):
@@ -289,7 +297,7 @@ def _pictures(folder):
 #: Queries of every kind, without pictures.
 NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _devices)
 #: Queries with files, pictures and persons.
-OTHER = (_files, _pictures, _persons)
+OTHER = (_files, _recordings, _pictures, _persons)
 #: What makes the examples that no query makes.
 EXAMPLES = (
     muscle_examples,

@@ -7,6 +7,7 @@ vector (x, y, z) of {O_A} is (x, z, -y) there. In all models below the arm hangs
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import isb_rotation, mirrored, shoulder_rotation, thesis_rotation
 from ...core.errors import FileFormatError, InvalidInput
+from ...core.records import Record
 from ...core.validation import FloatArray
 from .sources import Source, as_quaternions
 
@@ -45,6 +47,18 @@ class Convention(NamedTuple):
     columns: tuple[str, ...]
     build: Callable[[FloatArray, str], Rotation]
     angles: bool = True
+
+
+def _clinical(values: FloatArray, side: str) -> Rotation:
+    return shoulder_rotation(*values.T, side)
+
+
+def _thesis(values: FloatArray, _: str) -> Rotation:
+    return thesis_rotation(*values.T)
+
+
+def _isb(values: FloatArray, side: str) -> Rotation:
+    return isb_rotation(*values.T, side)
 
 
 def _quaternion(values: FloatArray, _: str) -> Rotation:
@@ -86,11 +100,9 @@ def _mobl(values: FloatArray, side: str) -> Rotation:
 
 #: The conventions; ``{side}`` is r or l.
 CONVENTIONS = (
-    Convention(
-        "clinical angles", ("flexion", "abduction", "internal_rotation"), lambda v, s: shoulder_rotation(*v.T, s)
-    ),
-    Convention("thesis angles (4-7)", ("theta_x", "theta_y", "theta_z"), lambda v, _: thesis_rotation(*v.T)),
-    Convention("ISB angles", ("plane_of_elevation", "elevation", "axial_rotation"), lambda v, s: isb_rotation(*v.T, s)),
+    Convention("clinical angles", ("flexion", "abduction", "internal_rotation"), _clinical),
+    Convention("thesis angles (4-7)", ("theta_x", "theta_y", "theta_z"), _thesis),
+    Convention("ISB angles", ("plane_of_elevation", "elevation", "axial_rotation"), _isb),
     Convention("quaternions", ("qx", "qy", "qz", "qw"), _quaternion, False),
     Convention("matrices", tuple(f"r{row}{column}" for row in "123" for column in "123"), _matrix, False),
 )
@@ -106,7 +118,8 @@ ELBOWS = ("elbow_flexion", "elbow_flex_{side}", "elbow_flexion_{side}", "{side}_
 _UNITS = {"_deg": np.pi / 180.0, "_rad": 1.0}
 
 
-class Angles(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Angles(Record):
     """Orientations of a table, before they are built.
 
     Attributes

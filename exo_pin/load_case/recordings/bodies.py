@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ...core.errors import FileFormatError
+from ...core.records import Record
 from ...core.validation import FloatArray
 from .sources import Source, open_source
 
@@ -34,7 +35,8 @@ _HORIZONTAL = 0.5
 _SIGNS = {"r": "right", "l": "left"}
 
 
-class Bodies(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Bodies(Record):
     """Orientations of the bodies by role, quaternions x, y, z, w of shape (N, 4), NaN where missing.
 
     ``segments`` tells that the axes are those of MVNX's segments, x forward, y left, z up in the T-pose.
@@ -49,7 +51,7 @@ class Bodies(NamedTuple):
     def w_last(self) -> Bodies:
         """With the numbers of each quaternion, which are read as w, x, y, z, as x, y, z, w."""
         moved = [None if each is None else np.roll(each, 1, axis=1) for each in (self.arm, self.trunk, self.forearm)]
-        return self._replace(arm=moved[0], trunk=moved[1], forearm=moved[2])
+        return replace(self, arm=moved[0], trunk=moved[1], forearm=moved[2])
 
     def there(self) -> np.ndarray:
         """Rows in which arm and trunk are known, shape (N,)."""

@@ -103,16 +103,6 @@ class RecordingOptions(Record):
         """The readings one by one."""
         return tuple(name.strip() for name in self.reading.split(",") if name.strip())
 
-    @classmethod
-    def of(cls, given: RecordingOptions | str | None) -> RecordingOptions:
-        """Options from what a user gives: themselves, or the reading alone.
-
-        Parameters
-        ----------
-        given : RecordingOptions, str or None
-        """
-        return given if isinstance(given, cls) else cls() if given is None else cls(str(given))
-
 
 class _Record:
     """A file with its orientations, in any reading.
@@ -184,9 +174,9 @@ class _Record:
             if name in _SIGNS:
                 values = values * np.array(_SIGNS[name][1])
         if "other-order" in names:
-            angles = angles._replace(convention=_OTHER_ORDER[angles.convention.name])
+            angles = replace(angles, convention=_OTHER_ORDER[angles.convention.name])
         scale = 1.0 if "radians" in names else np.pi / 180.0 if "degrees" in names else scale
-        return angles._replace(values=values).poses(self.there, self.side, scale)
+        return replace(angles, values=values).poses(self.there, self.side, scale)
 
     def elbow(self) -> FloatArray | None:
         """Flexion of the elbow in the rows that are there, rad."""
@@ -277,7 +267,7 @@ def read_poses(
     FileFormatError
         As :func:`read_movement`; of poses that are no movement only what stands against their orientations.
     """
-    wanted = RecordingOptions.of(options)
+    wanted = options if isinstance(options, RecordingOptions) else RecordingOptions(options or "")
     record = _Record(path, as_side(side), wanted, movement or _needs_times(wanted))
     with naming_file(path):
         poses = record.poses(*wanted.names)

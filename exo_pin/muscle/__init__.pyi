@@ -12,6 +12,9 @@ from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
 from .io.measured import table as table
 from .io.measured import tables as tables
+from .io.measurement_files import Measurements as Measurements
+from .io.measurement_files import read_measurements as read_measurements
+from .io.measurement_files import read_response as read_response
 from .io.model_files import dynamic_model as dynamic_model
 from .io.model_files import dynamic_models as dynamic_models
 from .io.model_files import load_dynamic as load_dynamic

@@ -6,7 +6,8 @@ from scipy.optimize import curve_fit
 
 from exo_pin import InvalidInput
 from exo_pin.muscle import NotIdentifiable, find_region, identify_static, muscle_model, steady_states
-from exo_pin.muscle.identification.region import SECOND_ORDER, capability_line, collinear, design_matrix
+from exo_pin.muscle.identification.regimes import SECOND_ORDER, design_matrix
+from exo_pin.muscle.identification.region import capability_line, collinear
 
 
 def valid():

@@ -38,6 +38,8 @@ PRESSURES = (*_PRESSURES, *(f"{unit} absolute" for unit in _PRESSURES))
 
 _LEAST_STRAIN, _MOST_STRAIN = -0.05, 0.40
 _MOST_PRESSURE = 10.0 * BAR
+#: A force sensor's zero may be off by this share of the greatest pull.
+_SLACK = 0.05
 #: A plane that leaves more over (rms), as a share of the greatest pull, goes through two regimes.
 _PLANE = 0.04
 #: A range that at most this share of the measurements leaves is left by slips in single rows.
@@ -130,7 +132,7 @@ _MARKS = {
     "end": _Mark("a pull that ends at a strain", "%", log(0.28), 0.25, log(0.15), log(0.6), lambda v: 100 * np.exp(v)),
     "slender": _Mark("a length over diameter", "", log(25.0), 0.6, log(4.0), log(100.0), np.exp),
     "area": _Mark("a pull over pressure times cross-section", "", log(6.0), 0.5, log(2.5), log(16.0), np.exp),
-    "tube": _Mark("a least pressure that pulls", "bar", 0.4, 0.4, -0.6, 1.05),
+    "tube": _Mark("a least pressure that pulls", "bar", 0.4, 0.4, -0.6, 1.0),
 }
 
 
@@ -155,7 +157,7 @@ def _numbers(
     if gain <= 0.0:
         return found, misfit
     area = gain / BAR
-    found["tube"] = -tube / gain
+    found["tube"] = _least_pressure(bar, x / length, f)
     found["end"] = log(-(gain + tube / top) / bend) if bend < 0.0 < gain + tube / top else log(10.0)
     if diameter is None:
         found["slender"] = log(length / sqrt(4.0 * area / (pi * np.exp(_MARKS["area"].centre))))
@@ -164,13 +166,20 @@ def _numbers(
     return found, misfit
 
 
+def _least_pressure(bar: FloatArray, strain: FloatArray, f: FloatArray) -> float:
+    """Pressure in bar at which the pull begins at no contraction, of F = P (c_0 + c_1 ε + c_2 ε²) + s_0 + s_1 ε."""
+    matrix = np.column_stack([bar, bar * strain, bar * strain**2, strain, np.ones(len(f))])
+    gain, _, _, _, start = np.linalg.lstsq(matrix, f, rcond=None)[0].tolist()
+    return float(-start / gain) if gain > 0.0 else 0.0
+
+
 def _impossible(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> tuple[str, np.ndarray] | None:
     """What no muscle does, and at which measurements."""
     strain = x / length
     ranges = (
         ("a contraction", strain * 100, _LEAST_STRAIN * 100, _MOST_STRAIN * 100, f" % of {1e3 * length:g} mm"),
         ("a gauge pressure", p / BAR, 0.0, _MOST_PRESSURE / BAR, " bar"),
-        ("a pull", f, -0.02 * float(np.abs(f).max(initial=0.0)), inf, " N"),
+        ("a pull", f, -_SLACK * float(np.abs(f).max(initial=0.0)), inf, " N"),
     )
     for what, values, low, high, unit in ranges:
         beyond = (values < low - 1e-9) | (values > high + 1e-9)
@@ -200,10 +209,10 @@ def _doubts(reading: _Reading) -> tuple[list[str], float, str]:
     if misfit > _PLANE and len(x) > len(SECOND_ORDER) + 3:
         _, order, size, _ = regimes(x, p, f, SECOND_ORDER, 0.01)
         x, p, f = x[order[:size]], p[order[:size]], f[order[:size]]
-        found, _ = _numbers(x, p, f, reading.length, reading.diameter)
+        found, misfit = _numbers(x, p, f, reading.length, reading.diameter)
     if found.pop("gain", 1.0) <= 0.0:
         return [], inf, "expected a pull that rises with the pressure at one contraction, got one that falls"
-    texts, total, scatter = [], 0.0, None
+    texts, total, scatter = [], 10.0 * max(0.0, misfit - _PLANE) / _PLANE, None
     for name, value in found.items():
         mark = _MARKS[name]
         total += ((value - mark.centre) / mark.spread) ** 2
@@ -235,7 +244,8 @@ def _slips(reading: _Reading) -> list[str]:
 
 
 def _said(slips: list[str]) -> str:
-    return "; or ".join(slips) if slips else "no single slip of a unit, a sign or a column explains it"
+    alone = "no single slip of a unit, a sign or a column explains it: look whether the columns belong row by row"
+    return "; or ".join(slips) if slips else alone
 
 
 def as_measurements(
@@ -290,11 +300,14 @@ def as_measurements(
     texts, _, error = _doubts(reading)
     if not texts and not error:
         return x, p, f, ()
-    in_file = replace(reading, columns=_as_written(x, p, f, length, written), units=written)
+    # Arrays are in SI, mostly from numbers in mm and bar.
+    slips: list[str] = []
+    for units in (written, ("mm", "bar", "N")):
+        slips = slips or _slips(replace(reading, columns=_as_written(x, p, f, length, units), units=units))
     if error:
-        raise InvalidInput(f"{error}; {_said(_slips(in_file))}")
+        raise InvalidInput(f"{error}; {_said(slips)}")
     settle = " or give the diameter, if the muscle is so" if "length over diameter" in " ".join(texts) else ""
-    return x, p, f, (f"The measurements say {' and '.join(texts)}: {_said(_slips(in_file))}{settle}.",)
+    return x, p, f, (f"The measurements say {' and '.join(texts)}: {_said(slips)}{settle}.",)
 
 
 def _as_written(

@@ -19,7 +19,9 @@ Powers = tuple[tuple[int, int], ...]
 SECOND_ORDER: Powers = ((2, 1), (1, 1), (0, 1), (2, 0), (1, 0), (0, 0))
 #: Probability of calling one of the measurements of a law an outlier.
 OUTLIER_LEVEL = 0.001
-#: So many more measurements have to obey one law without a measurement for it to be an outlier.
+#: A difference from the law below this share of the greatest force is a misfit of its form: no braid, no slip in a row.
+LEAST_EXCESS = 0.05
+#: So many more measurements, or all that are left, obey one law without a measurement that is an outlier.
 _MORE = 3
 
 
@@ -175,16 +177,24 @@ def _outlier(
     matrix: FloatArray, force: FloatArray, order: NDArray[np.int_], size: int, level: float, least: float
 ) -> tuple[int, NDArray[np.int_], int] | None:
     """Index of an outlier, the order without it, and how many of that obey one law; None if there is none."""
+    most = LEAST_EXCESS * float(np.abs(force).max())
+
+    def off(index: int, others: NDArray[np.int_]) -> bool:
+        law = np.linalg.lstsq(matrix[others], force[others], rcond=None)[0]
+        return bool(abs(force[index] - matrix[index] @ law) > most)
+
     if size < len(order):
         # The first measurement that ends the regime is an outlier if others go on behind it.
         without = np.delete(order, size)
         further = _one_regime(matrix[without], force[without], level, least)
-        if further >= size + _MORE:
+        if further - size >= min(_MORE, len(without) - size) and off(order[size], without[:further]):
             return int(order[size]), without, further
     inside = order[:size]
     doubt = leave_one_out_p(matrix[inside], force[inside], least)
     worst = int(doubt.argmin())
     if doubt[worst] * len(inside) >= OUTLIER_LEVEL or size - 1 <= matrix.shape[1] + 2:
+        return None
+    if not off(inside[worst], np.delete(inside, worst)):
         return None
     without = np.delete(order, worst)
     return int(inside[worst]), without, _one_regime(matrix[without], force[without], level, least)

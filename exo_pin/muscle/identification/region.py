@@ -24,7 +24,7 @@ from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import BAR
 from ..laws.validity import Validity
 from .plausibility import as_measurements
-from .regimes import SECOND_ORDER, Powers, regimes
+from .regimes import LEAST_EXCESS, SECOND_ORDER, Powers, regimes
 
 #: Condition index above which a dependency among columns of unit length is called strong (Belsley, Kuh, Welsch).
 CONDITION_LIMIT = 30.0
@@ -158,8 +158,8 @@ def capability_line(
     return (float(answer.x[0]) / BAR, float(answer.x[1])), float(answer.x[2])
 
 
-#: An excess over the law below this share of the greatest force is a misfit of the law's form and no braid.
-_LEAST_EXCESS = 0.05
+#: What one law may leave over, as a share of the greatest force, before it is said that it does not describe the data.
+_MISFIT = 0.02
 
 
 @checked
@@ -223,14 +223,16 @@ def region_of(
     matrix, order, size, outliers = regimes(x, p, f, powers, level)
     selected = np.zeros(len(x), dtype=bool)
     selected[order[:size]] = True
-    rejected, misfit = order[size:], None
+    rejected = order[size:]
+    misfit: float | None = None
     if len(rejected):
         law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
         excess = f[rejected] - matrix[rejected] @ law
-        if np.median(excess) <= 0.0 or excess.max() < _LEAST_EXCESS * np.abs(f).max():
+        if np.median(excess) <= 0.0 or excess.max() < LEAST_EXCESS * np.abs(f).max():
             selected[rejected] = True
             law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
-            misfit = float(np.sqrt(np.mean((f - matrix @ law)[selected] ** 2)))
+            left = float(np.sqrt(np.mean((f - matrix @ law)[selected] ** 2)))
+            misfit = left if left > _MISFIT * np.abs(f).max() else None
     judged = np.ones(len(x), dtype=bool)
     judged[outliers] = False
     line, margin = capability_line(p[judged], f[judged], selected[judged])

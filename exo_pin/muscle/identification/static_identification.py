@@ -25,6 +25,8 @@ from .plausibility import as_measurements
 from .regimes import OUTLIER_LEVEL, SECOND_ORDER, Powers, design_matrix, leave_one_out_p, rounding_variance
 from .region import Region, collinear, confidence_interval, hull, region_of
 
+#: A law that leaves this share of the greatest pull (standard deviation) does not describe the measurements.
+_ROW_BY_ROW = 0.08
 _NAMES = dict(zip(SECOND_ORDER, ("K_1", "K_2", "C_1", "S_1", "S_2", "S_3"), strict=True))
 
 
@@ -98,9 +100,11 @@ class StaticIdentification(Record):
             total, outliers = len(self.region.selected), self.region.outliers
             beyond = total - int(self.region.selected.sum()) - len(outliers)
             if beyond:
+                dropped = np.setdiff1d(np.flatnonzero(~self.region.selected), outliers)
+                which = f" ({', '.join(str(index + 1) for index in dropped)})" if beyond <= 5 else ""
                 found.append(
-                    f"{beyond} of {total} measurements are beyond the capability of the muscle and not fitted: it is "
-                    "hardly contracted there and pulls more than the law, for its braid carries a part."
+                    f"{beyond} of {total} measurements{which} are beyond the capability of the muscle and not fitted: "
+                    "it is hardly contracted there and pulls more than the law, for its braid carries a part."
                 )
             if len(outliers):
                 found.append(
@@ -256,6 +260,9 @@ def identify_static(
     sigma = float(np.sqrt(residuals @ residuals / (n - k)))
     rounding = float(np.sqrt(rounding_variance(x, p, f, powers)))
     contradicted = leave_one_out_p(matrix / norms, f, rounding**2) * n < OUTLIER_LEVEL
+    if sigma > _ROW_BY_ROW * np.abs(f).max():
+        besides = "" if region else "whether some weights are beyond the muscle's capability (select='region'), and "
+        doubts += (f"The law leaves {sigma:.2g} N: look {besides}whether the columns belong row by row.",)
     inverse = np.linalg.inv(upper)
     spread = inverse @ inverse.T
     leverage = (orthogonal**2).sum(axis=1)

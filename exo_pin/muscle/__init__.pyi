@@ -30,6 +30,7 @@ from .laws.friction import ConstantFriction as ConstantFriction
 from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
+from .laws.published_laws import FestoLaw as FestoLaw
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
 from .laws.validity import Validity as Validity

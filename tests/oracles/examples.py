@@ -107,6 +107,7 @@ def muscle_examples():
         muscle.table("3-1"),
         states,
         muscle.identify_static(states.contraction, states.pressure, states.force, 0.3, select="region"),
+        muscle.FestoLaw(name="festo", reference_length=0.189, validity=static.validity, largest_strain=0.1667),
         muscle.read_measurements(REPOSITORY / "examples" / "muscle.csv", 0.3),
         model,
         ConstantFriction(),

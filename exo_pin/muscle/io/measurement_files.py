@@ -117,10 +117,13 @@ class Measurements(Record):
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> from exo_pin.muscle import read_measurements
-    >>> found = read_measurements("examples/muscle.csv", nominal_length=0.3)
+    >>> lines = ["contraction_percent,pressure_psi,force_N", "4.2,17.7,12.7", "10.0,23.6,12.7", "4.1,23.7,22.7"]
+    >>> _ = Path("lab.csv").write_text(chr(10).join(lines))
+    >>> found = read_measurements("lab.csv", nominal_length=0.3)
     >>> found.written, len(found.force), found.cautions
-    (('mm', 'bar', 'N'), 25, ())
+    (('percent', 'psi', 'N'), 3, ())
     """
 
     contraction: FloatArray

@@ -16,6 +16,7 @@ def control_examples():
     sensor = control.ImuSensor(imu, exo.mechanism)
     reading, seen = sensor.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
+    control.muscle_loop(ep.muscle.muscle_model("best", 0.25), 1.3, 0.1, duration=0.1)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
     for controller in (thesis, model):
         controller(0.0, seen)

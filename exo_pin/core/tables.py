@@ -66,11 +66,8 @@ def three_digits(value: float) -> str:
 
 
 def newtons(value: float) -> str:
-    """A force for reading: whole newtons from 10 on, else one decimal; three significant digits at most."""
-    if not math.isfinite(value):
-        return "-" if math.isnan(value) else "any"
-    rounded = float(f"{value:.3g}")
-    text = f"{rounded:.0f}" if abs(value) >= 9.95 else f"{value:.1f}"
+    """A force, or a share in percent, for reading: whole from 10 on, else with one decimal."""
+    text = f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.1f}"
     return "0" if float(text) == 0.0 else text
 
 

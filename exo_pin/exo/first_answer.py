@@ -38,7 +38,7 @@ _HANGING = float(np.cos(np.radians(15.0)))
 #: What the verdict says before the reason.
 _HEADS = re.compile(r"^(The device (probably )?can(not)? hold this pose|It is not known whether [^:;]* pose)[:;.]? ?")
 #: What was measured on wearers of devices, who keep tension; :data:`.MEASURED` has the sources.
-_MEASURED = "in studies EMG fell by 9 to 64 %"
+_MEASURED = "in studies EMG fell by {} to {} %"
 _MORE = "  More: --explain"
 
 
@@ -69,6 +69,8 @@ class _Lines:
 
     def _verdict(self) -> list[str]:
         word, reason = self._judged()
+        if self.answer.equilibrium_status == "near_singular":
+            reason = f"Almost singular, so that forces change a lot near it{self._how_near()}. {reason}"
         head = "   ".join([word, *(text for text in (self.report.pose_in_words, self._who()) if text)])
         lines = textwrap.wrap(head, self.width, max_lines=1, placeholder=" …")
         lines += self._labelled("", reason, 2) if reason else []
@@ -77,6 +79,10 @@ class _Lines:
             found = "No pose within 60° can be held." if near is None else near.sentence(self.device.side)
             lines += self._labelled("", found)
         return lines
+
+    def _how_near(self) -> str:
+        degrees = self.report.singular_distance
+        return f": a singular pose is {degrees:.2g}° away" if np.isfinite(degrees) else ""
 
     def _judged(self) -> tuple[str, str]:
         """The verdict in a word or two, and the reason."""
@@ -114,10 +120,10 @@ class _Lines:
         return bool(float(rest) * float(self.answer.determinant) < 0.0)
 
     def _who(self) -> str:
-        wearer = None if self.device.arm is None else self.device.arm.wearer
+        wearer = self.report.wearer
         if wearer is None:
             return f"{self.device.side} arm"
-        words = [f"{'man' if wearer.sex == 'male' else 'woman'}", f"{wearer.height:.3g} m", f"{wearer.mass:.3g} kg"]
+        words = [f"{'man' if wearer.sex == 'male' else 'woman'}", f"{wearer.height:.4g} m", f"{wearer.mass:.4g} kg"]
         words += [f"{wearer.payload:.3g} kg in the hand"] if wearer.payload else []
         words += [f"elbow {np.degrees(wearer.elbow_flexion):.0f}°"] if wearer.elbow_flexion else []
         return ", ".join([*words, f"{self.device.side} arm"])
@@ -149,15 +155,15 @@ class _Lines:
         reliefs = dict(self.report.reliefs)
         if not reliefs:
             return []
-        most = reliefs.pop(0.0)
+        most, measured = reliefs.pop(0.0), _MEASURED.format(*self.report.emg_fall)
         if most <= 0.0:
             text = f"none here: the joint carries {newtons(-most)} % more than without the device"
         elif not reliefs:
-            text = f"at most {newtons(most)} %: its springs set what it carries; {_MEASURED}"
+            text = f"at most {newtons(most)} %: its springs set what it carries; {measured}"
         else:
             kept = [f"{newtons(value)} %" if np.isfinite(value) else "cannot be" for value in reliefs.values()]
             shares = [f"{100.0 * share:.0f} %" for share in reliefs]
-            text = f"at most {newtons(most)} %; with {_pair(shares)} of muscle tension kept {_pair(kept)}; {_MEASURED}"
+            text = f"at most {newtons(most)} %; with {_pair(shares)} of muscle tension kept {_pair(kept)}; {measured}"
         return self._labelled("Relief", text)
 
     def _alone(self) -> list[str]:
@@ -199,7 +205,7 @@ class _Lines:
     def _limbs(self) -> list[str]:
         """What each drive does, beside its limit and its stroke; nothing of moments that a wearer adds."""
         poses, units = self.answer.source.poses, self.device.drive_units
-        bounds, rows = poses.limits, []
+        bounds, percent, rows = poses.limits, self.report.percent_of_limits, []
         for i, force in enumerate(self.answer.actuator_forces.tolist()):
             name, unit = units[i] if units else (f"limb {i + 1}", "")
             if name.startswith("wearer"):
@@ -207,7 +213,7 @@ class _Lines:
             does = f"{newtons(force)} {unit}" if unit else _pull(force)
             share = "limits not asked"
             if bounds.asked:
-                share = _share(force, float(bounds.lower[0, i]), float(bounds.upper[0, i]), unit or "N")
+                share = _share(force, float(bounds.lower[0, i]), float(bounds.upper[0, i]), unit, percent[i])
             scale, mark = (180.0 / np.pi, "°") if unit == "N m" else (1e3, " mm")
             low, high = (scale * float(end) for end in self.report.ranges[i])
             rows.append((name, does, share, f"{scale * poses.lengths[0, i]:.0f}{mark}{_ends(low, high)}"))
@@ -275,7 +281,7 @@ def _pair(words: list[str]) -> str:
 
 def plain(text: str) -> str:
     """A text without the symbols that are explained elsewhere."""
-    return re.sub(r" ?\((g = 0|worn_by, --person|\[roles\] cuff|constraint_bounds does)\)", "", text)
+    return re.sub(r" ?\((g = 0|worn_by, --person|least_tension|\[roles\] cuff|constraint_bounds does)\)", "", text)
 
 
 def _pull(force: float) -> str:
@@ -284,16 +290,16 @@ def _pull(force: float) -> str:
     return "slack" if size == "0" else f"{'pulls' if force > 0.0 else 'pushes'} {size} N"
 
 
-def _share(force: float, low: float, high: float, unit: str) -> str:
-    """A force in percent of the limit on its side."""
+def _share(force: float, low: float, high: float, unit: str, percent: float) -> str:
+    """A force in percent of the limit on its side; ``unit`` is empty of a limb."""
+    if np.isfinite(percent):
+        return f"{newtons(percent)} % of its limit"
     limit = high if force > 0.0 else -low
     if not np.isfinite(limit):
         return "limit not known"
-    if limit <= 0.0:
-        if newtons(abs(force)) == "0":
-            return "0 % of its limit"
-        return f"cannot {'pull' if force > 0.0 else 'push'}" if unit == "N" else "cannot turn this way"
-    return f"{newtons(100.0 * abs(force) / limit)} % of its limit"
+    if newtons(abs(force)) == "0":
+        return "0 % of its limit"
+    return "cannot act this way" if unit else f"cannot {'pull' if force > 0.0 else 'push'}"
 
 
 def _ends(low: float, high: float) -> str:

@@ -19,6 +19,7 @@ from ..core.conventions import shoulder_angles
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, newtons, under_verdict
 from ..core.validation import FloatArray
+from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
 from ..device.device_singularity import device_singularity
 from ..device.protocol import Device
@@ -39,9 +40,10 @@ if TYPE_CHECKING:
 
 #: Shares of their activation that muscles may keep: of the EMG of wearers 36 to 91 % is left (:data:`MEASURED`).
 KEPT = (0.3, 0.6)
-#: How much less EMG of the shoulder was measured on wearers of devices, in words with sources.
+#: How much less EMG of the shoulder was measured on wearers of devices, percent, and in words with sources.
+EMG_FALL = (9, 64)
 MEASURED = (
-    "Measured on healthy wearers, EMG of the shoulder fell by 9 to 64 %: 16 to 32 % overhead (16 persons, "
+    f"Measured on healthy wearers, EMG of the shoulder fell by {EMG_FALL[0]} to {EMG_FALL[1]} %: 16 to 32 % overhead (16 persons, "
     "doi 10.1177/10519815251329325), 33 to 43 % static (14, 10.1109/ACCESS.2020.3014285), up to 25 % with cables "
     "(10, Ding 2023), 9 to 24 % (Lauret 2025), up to 49.6 % (10, arXiv 2411.13770), up to 63.7 % in flexion (10, "
     "arXiv 2602.18212)."
@@ -93,6 +95,10 @@ class PoseReport(Result):
         poses = self.answer.source.poses
         own = super()._fields() | {
             "bare_arm_share": self.bare_arm_share,
+            "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
+            "percent_of_limits": self.percent_of_limits,
+            "force_on_head_in_socket": None if self.socket is None else -self.socket @ self.answer.shoulder_force,
+            "emg_fall_percent": self.emg_fall,
             "relief_percent": {f"{100.0 * share:.0f} % kept": relief for share, relief in self.reliefs.items()},
             "singular_kind": self.singular_kind,
             "singular_margin": float(self.answer.margin),
@@ -151,6 +157,22 @@ class PoseReport(Result):
             return None
         return self.contact.glenoid
 
+    #: How much less EMG was measured on wearers of devices, percent; :data:`MEASURED` has the sources.
+    emg_fall = EMG_FALL
+
+    @property
+    def wearer(self) -> Wearer | None:
+        """Who wears the device, if that is known."""
+        return None if self.device.arm is None else self.device.arm.wearer
+
+    @property
+    def percent_of_limits(self) -> FloatArray:
+        """Force of each drive over its limit to the same side, percent, shape (n,); NaN where that is not known."""
+        force, bounds = self.answer.actuator_forces, self.answer.source.poses.limits
+        limit = np.where(force > 0.0, bounds.upper[0], -bounds.lower[0])
+        known = np.isfinite(limit) & (limit > 0.0) & bounds.asked
+        return np.where(known, 100.0 * np.abs(force) / np.where(known, limit, 1.0), np.nan)
+
     @property
     def reliefs(self) -> dict[float, float]:
         """How much less the joint carries with the device, percent, by the share of activation that muscles keep.
@@ -192,8 +214,7 @@ class PoseReport(Result):
         if not answer.has_answer:
             parts.append("" if self.contact is None else with_muscles(self.contact))
             return "\n\n".join(part for part in parts if part)
-        if answer.equilibrium_status == "near_singular":
-            parts.append(self._near())
+        parts.append(filled(self._near()))
         parts += ["\n".join([*self._shoulder(), *self._yardstick()]), "\n".join(self._limbs())]
         parts.append("\n".join(self._footnotes()))
         return "\n\n".join(part for part in parts if part)
@@ -274,13 +295,15 @@ class PoseReport(Result):
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
-        """That the pose is close to a singular one, how close, and about which axis the drives hold least."""
+        """That the pose is close to a singular one, how close, and where the drives hold least; else empty."""
+        if self.answer.equilibrium_status != "near_singular":
+            return ""
         axis = describe_axis(self.answer.source.poses.weak_axis(0))
         text = "This pose is almost singular, and forces change a lot near it: the "
         text += f"{'drives' if self.device.drive_units else 'limbs'} hardly resist a moment about {axis}."
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
-        return filled(text)
+        return text
 
 
 def report_on_pose(

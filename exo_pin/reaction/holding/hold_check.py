@@ -254,7 +254,7 @@ def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) 
         text = f"{words[:1].upper()}{words[1:]} {verb} slack"
     else:
         each = enumerated(f"{mechanism.limb_words([limb])} in {count}" for limb, count in loose.items())
-        text = f"Slack of {len(none)} held poses: {each}"
+        text = f"Of {len(none)} held poses limbs are slack, {each}"
     yield f"{text}: a least tension of the actuator (least_tension) keeps a limb taut."
 
 

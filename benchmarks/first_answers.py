@@ -32,7 +32,8 @@ WAYS = {
     "forward": (2, 1), "backward": (2, -1),
 }  # fmt: skip
 BODY = {
-    "forward": (0, 1), "backward": (0, -1), "to the left": (1, 1), "to the right": (1, -1), "up": (2, 1), "down": (2, -1),
+    "forward": (0, 1), "backward": (0, -1), "to the left": (1, 1), "to the right": (1, -1),
+    "up": (2, 1), "down": (2, -1),
 }  # fmt: skip
 
 
@@ -173,7 +174,10 @@ def joint(report, parts):
         said = re.match(rf"at most {NUMBER} %|none here: the joint carries {NUMBER} % more", text)
         values = [(said[1] or said[2], abs(float(relief)))]
         if kept := re.search(r"tension kept (.*?) \((.*?)\);", text):
-            values += [(word, float(each.relief_percent)) for word, each in zip(kept.groups(), report.kept.values())]
+            values += [
+                (word, float(each.relief_percent))
+                for word, each in zip(kept.groups(), report.kept.values(), strict=True)
+            ]
         for word, value in values:
             number = re.match(NUMBER, word)
             if bool(number) != bool(np.isfinite(value)) or (number and not agrees(number[1], value)):
@@ -195,11 +199,22 @@ def alone(report, lines):
         body = re.search(r"along the body (.*?)(?:; statics|$)", lines[1])[1]
         wrong += directions(body, push, BODY)
     allowed, span = answer.range(), re.search(rf"allows {NUMBER} (?:to {NUMBER} N|N or more)", lines[1])
-    if span and not (agrees(span[1], float(allowed.least)) and (not span[2] or agrees(span[2], float(allowed.greatest)))):
+    if span and not (
+        agrees(span[1], float(allowed.least)) and (not span[2] or agrees(span[2], float(allowed.greatest)))
+    ):
         wrong.append(f"{span[0]}: {allowed}")
     if bool(span) != (allowed is not None and not allowed.is_single):
         wrong.append(f"range {allowed}: {lines[1]}")
     return wrong
+
+
+def _is_done(does, force):
+    """Whether a force is what the words say: pulls or pushes with so much, slack, or an effort."""
+    if does[3]:
+        return abs(force) < 0.0501
+    if does[1]:
+        return agrees(does[2], abs(force)) and (does[1] == "pulls") == (force > 0.0)
+    return agrees(does[4], force)
 
 
 def drives(report, limbs, names):
@@ -209,15 +224,9 @@ def drives(report, limbs, names):
     own = [i for i, name in enumerate(names) if not name.startswith("wearer")]
     if len(limbs) != len(own):
         return [f"{len(limbs)} lines of {len(own)} drives"]
-    for i, line in zip(own, limbs):
+    for i, line in zip(own, limbs, strict=True):
         does = re.match(rf" {re.escape(names[i])} +(?:(pulls|pushes) {NUMBER} N|(slack)|{NUMBER} N)", line)
-        if not does:
-            wrong.append(f"not understood: {line}")
-        elif does[3] and abs(force[i]) >= 0.0501:
-            wrong.append(f"{line}: {force[i]}")
-        elif does[1] and not (agrees(does[2], abs(force[i])) and (does[1] == "pulls") == (force[i] > 0.0)):
-            wrong.append(f"{line}: {force[i]}")
-        elif does[4] and not agrees(does[4], force[i]):
+        if not does or not _is_done(does, force[i]):
             wrong.append(f"{line}: {force[i]}")
         limit = float(bounds.upper[0, i] if force[i] > 0.0 else -bounds.lower[0, i]) if bounds.asked else np.nan
         share = re.search(rf"{NUMBER} % of its limit", line)
@@ -245,7 +254,9 @@ def main(count):
         if found:
             wrong[seed] = found
     lines, widths = np.array(sizes).T
-    print(f"{count} first answers: at most {lines.max()} lines beside the limbs (median {np.median(lines):.0f}), ", end="")
+    print(
+        f"{count} first answers: at most {lines.max()} lines beside the limbs (median {np.median(lines):.0f}), ", end=""
+    )
     print(f"at most {widths.max()} characters a line; {1e3 * np.median(seconds):.1f} ms of CPU to write one")
     for head, cases in heads.most_common():
         print(f"{cases:5d}  {head}")

@@ -114,7 +114,7 @@ def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
 def test_the_page_on_the_two_forces_shows_what_is_printed(monkeypatch, capsys, tmp_path):
     pytest.importorskip("myo_sim", reason="needs the extra person")
     page = site_page("which_number")
-    shown = {name: text for name, text in re.findall(r"<!-- output: (\w+) -->\n```text\n(.*?)\n```", page, re.DOTALL)}
+    shown = dict(re.findall(r"<!-- output: (\w+) -->\n```text\n(.*?)\n```", page, re.DOTALL))
     command = re.search(r"```bash\n(exo-pin .*?)\n```", page)[1]
     assert main(shlex.split(command)[1:]) == 0
     assert_same(shown["first"], capsys.readouterr().out.rstrip())
@@ -229,6 +229,7 @@ def test_every_page_with_code_is_run():
         "hand_off",
         "loops",
         "own_design",
+        "which_number",
     }
     own |= {"any_device", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)

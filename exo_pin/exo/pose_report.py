@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import current_mode, mode
 from ..core.conventions import shoulder_angles
 from ..core.results import Result
-from ..core.tables import NOTES, aligned, filled, indented, newtons, under_verdict
+from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
@@ -31,8 +31,7 @@ from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
-
-from .first_answer import first_answer
+from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
@@ -40,14 +39,6 @@ if TYPE_CHECKING:
 
 #: Shares of their activation that muscles may keep: of the EMG of wearers 36 to 91 % is left (:data:`MEASURED`).
 KEPT = (0.3, 0.6)
-#: How much less EMG of the shoulder was measured on wearers of devices, percent, and in words with sources.
-EMG_FALL = (9, 64)
-MEASURED = (
-    f"Measured on healthy wearers, EMG of the shoulder fell by {EMG_FALL[0]} to {EMG_FALL[1]} %: 16 to 32 % overhead (16 persons, "
-    "doi 10.1177/10519815251329325), 33 to 43 % static (14, 10.1109/ACCESS.2020.3014285), up to 25 % with cables "
-    "(10, Ding 2023), 9 to 24 % (Lauret 2025), up to 49.6 % (10, arXiv 2411.13770), up to 63.7 % in flexion (10, "
-    "arXiv 2602.18212)."
-)
 #: How near the limbs come, and the directions of a force.
 _CLEAR_LIMBS = "Limbs are {} mm clear of the wearer and of one another."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
@@ -98,7 +89,7 @@ class PoseReport(Result):
             "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
             "percent_of_limits": self.percent_of_limits,
             "force_on_head_in_socket": None if self.socket is None else -self.socket @ self.answer.shoulder_force,
-            "emg_fall_percent": self.emg_fall,
+            "emg_fall_percent": EMG_FALL,
             "relief_percent": {f"{100.0 * share:.0f} % kept": relief for share, relief in self.reliefs.items()},
             "singular_kind": self.singular_kind,
             "singular_margin": float(self.answer.margin),
@@ -156,9 +147,6 @@ class PoseReport(Result):
         if self.contact is None or np.isnan(self.contact.glenoid).any():
             return None
         return self.contact.glenoid
-
-    #: How much less EMG was measured on wearers of devices, percent; :data:`MEASURED` has the sources.
-    emg_fall = EMG_FALL
 
     @property
     def wearer(self) -> Wearer | None:
@@ -370,13 +358,6 @@ def _kept(exo: ShoulderExo, answer: Reaction, person: Person) -> dict[float, Joi
     return found
 
 
-def words_of_angles(angles: Sequence[float]) -> str:
-    """Clinical angles, degrees, without those that are zero: "flexion 60°, abduction 30°"."""
-    names = ("flexion", "abduction", "internal rotation")
-    shown = [f"{name} {value:.4g}°" for name, value in zip(names, angles, strict=True) if abs(value) >= 0.05]
-    return ", ".join(shown) or "arm hanging"
-
-
 def nearby_query(answer: Reaction) -> dict[str, Any]:
     """The question of an answer, for poses near its own.
 
@@ -406,21 +387,6 @@ def with_muscles(contact: JointContact) -> str:
         return filled(f"{own} the closest forces that it can give: they do not hold this pose.")
     less = f"{abs(float(relief)):.0f} % {'less' if relief >= 0.0 else 'more'}"
     return filled(f"{own} it, {less}. exo-pin person has the details.")
-
-
-def relief_words(reliefs: Mapping[float, float]) -> str:
-    """Reliefs of :attr:`PoseReport.reliefs` in sentences: at most, and of wearers who keep tension."""
-    most, others = reliefs[0.0], {share: value for share, value in reliefs.items() if share}
-    if most <= 0.0:
-        return f"The device relieves nothing here: the joint carries {newtons(-most)} % more than without it."
-    text = f"That is a relief of at most {newtons(most)} %: people keep more tension than the least effort."
-    for share, value in others.items():
-        who = f"muscles that keep {100.0 * share:.0f} % of their activation while the device carries the rest"
-        if np.isfinite(value):
-            text += f" With {who} it is {newtons(value)} %."
-        else:
-            text += f" There is no answer with {who}: device, strength and socket do not allow it."
-    return text if others else f"{text} The springs of the device set what it carries."
 
 
 def moving_mass(device: Device) -> str:

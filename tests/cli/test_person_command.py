@@ -124,7 +124,9 @@ def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     data = json.loads(capsys.readouterr().out)["with_muscles"]
     assert data["magnitude"] == pytest.approx(contact.magnitude, rel=1e-6)
     # A pose without limb forces still has its yardstick.
-    assert main(["reaction", "prototype", "--abduction", "90", "--person", "1.75,75,male", "--muscles", "--explain"]) == 0
+    assert (
+        main(["reaction", "prototype", "--abduction", "90", "--person", "1.75,75,male", "--muscles", "--explain"]) == 0
+    )
     text = " ".join(capsys.readouterr().out.split())
     assert "N without the device" in text
     assert "The device has no limb forces in this pose." in text

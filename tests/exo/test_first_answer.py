@@ -48,7 +48,8 @@ def test_a_wrong_number_is_found(worn, monkeypatch):
         ("More: --explain", ""),
     ):
         assert right in text
-        monkeypatch.setattr(type(told), "__str__", lambda _, changed=text.replace(right, wrong, 1): changed)
+        changed = text.replace(right, wrong, 1)
+        monkeypatch.setattr(type(told), "__str__", lambda _, words=changed: words)
         assert first_answers.read_back(told), right
 
 

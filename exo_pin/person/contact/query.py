@@ -186,7 +186,9 @@ def contact_forces(
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
         held = np.array(np.broadcast_to(action.held, query.shape))
-        kept = options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
+        kept = (
+            options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
+        )
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by}, kept)
         result = replace(
             with_device, without_device=result, caution=action.caution, held=held, drive_units=action.drive_units
@@ -258,7 +260,10 @@ def _answer(
         status=np.array(STATUS)[status].reshape(shape),
         missing_moment=solved.missing[:, :3].reshape(*shape, 3),
         missing_elbow=solved.missing[:, 3:].reshape(*shape, 2),
-        residual=_residual(balance, a, wrench, solved.missing, arm.is_straight).reshape(shape),
+        # What something else holds is missing from nothing.
+        residual=_residual(
+            balance._replace(constant=balance.constant + solved.missing), a, wrench, arm.is_straight
+        ).reshape(shape),
         kkt=solved.kkt.reshape(shape),
         gap=solved.gap.reshape(shape),
         body_weight=arm.person.mass * STANDARD_GRAVITY,
@@ -359,12 +364,10 @@ def _without_muscles(arm: _Arm, action: DeviceAction, out: _Solved) -> _Solved:
     return out
 
 
-def _residual(
-    balance: Balance, a: FloatArray, wrench: FloatArray, missing: FloatArray, stopped: bool
-) -> FloatArray:
-    """What the moment balance misses besides what is known to be missing, over the sum of the sizes of its terms."""
+def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool) -> FloatArray:
+    """What the moment balance misses, over the sum of the sizes of its terms."""
     terms = balance.rows * a[:, None, :]
-    outer = balance.constant + missing
+    outer = balance.constant.copy()
     outer[:, :3] += wrench[:, 3:]
     miss = terms.sum(axis=2) + outer
     if stopped:

@@ -53,26 +53,6 @@ def test_reaction_as_json_and_with_a_bound(capsys):
     assert not data["minimal"]["trivial"]
 
 
-def test_a_payload_that_no_muscle_holds_is_said(capsys):
-    """The muscles are not added, and not for want of --person."""
-    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
-    status, out, _ = run(
-        capsys,
-        "reaction",
-        "four-linear-actuators-worn",
-        "--flexion",
-        "80",
-        "--person",
-        "1.75,75,male",
-        "--payload",
-        "14",
-    )
-    assert status == 0
-    words = " ".join(out.split())
-    assert "they are not added: without the device the muscles are too weak to hold the arm in this pose." in words
-    assert "--person adds them" not in words
-
-
 def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
     ep.load("prototype").save(tmp_path / "mine.toml")
     forces = []

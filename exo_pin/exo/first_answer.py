@@ -66,7 +66,7 @@ class _Lines:
         """Every line, the verdict first."""
         lines = [*self._verdict(), *self._joint(), *self._relief()]
         if self.answer.has_answer:
-            lines += [*self._alone(), *self._limbs()]
+            lines += [*self._alone(), *self._limbs(), *self._placed()]
         return [*lines, *self._worn(), *self._minded(), self._assumed()]
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
@@ -228,6 +228,11 @@ class _Lines:
         if not rows:
             return []
         return [line[: self.width] for line in aligned([tuple(f" {cell}" for cell in row) for row in rows], words=4)]
+
+    def _placed(self) -> list[str]:
+        """What an error of the drives does, where they alone do not place the arm."""
+        seen = self.report.accuracy
+        return self._labelled("Placed", f"{seen.sensitivity()}.", 2) if seen.is_doubtful else []
 
     def _worn(self) -> list[str]:
         """How the device sits on the wearer."""

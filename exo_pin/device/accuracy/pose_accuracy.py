@@ -31,9 +31,9 @@ from .twins import SPACING, TWIN_ANGLE, WIDE_SPACING, Twins, find_twins
 
 #: Of drives that state neither play nor resolution: of all that slide together, m, and of a hinge, rad.
 LENGTHS, HINGE = 2e-3, float(np.radians(0.5))
-#: Weakest rate, mm/° or °/°, below which drives are said not to place the arm, and angle of a twin, rad, up to which an
-#: arm may come to it: further ones lie beyond poses in which the drives stand otherwise.
-WEAK, NEAR_TWIN = 0.3, float(np.radians(45.0))
+#: Weakest rate, mm/° or °/°, below which drives are said not to place the arm, and difference half way to a twin, in
+#: tolerances, up to which an arm may come to it.
+WEAK, _EASY = 0.3, 3.0
 #: Tolerance of drives whose play and resolution are stated as zero, m or rad: what is below it is rounding.
 _ROUNDING = 1e-6
 
@@ -60,6 +60,9 @@ class PoseAccuracy(Result, ReadOnly):
         How far away that pose is, shape (...), rad; NaN where there is none.
     twin_matrices : ndarray
         Its orientation, shape (..., 3, 3).
+    barrier : ndarray
+        Root mean square as of ``twin_difference`` half way to that pose, shape (...): where it is large, the drives
+        keep the arm from it.
     differences : ndarray
         What the drives' positions differ by, shape (..., n), m or rad.
     free_turn : ndarray
@@ -82,6 +85,7 @@ class PoseAccuracy(Result, ReadOnly):
     twin_difference: FloatArray
     twin_angle: FloatArray
     twin_matrices: FloatArray
+    barrier: FloatArray
     differences: FloatArray
     free_turn: FloatArray
     side: str
@@ -107,7 +111,7 @@ class PoseAccuracy(Result, ReadOnly):
     @property
     def is_doubtful(self) -> NDArray[np.bool_]:
         """Shape (...): whether the drives alone do not place the arm: weak rates, or a twin that it may come to."""
-        return np.asarray((self.has_twin & (self.twin_angle < NEAR_TWIN)) | (self.mm_per_degree < WEAK))
+        return np.asarray((self.has_twin & (self.barrier < _EASY)) | (self.mm_per_degree < WEAK))
 
     def sensitivity(self, row: int = 0) -> str:
         """What an error of the drives does in one of the poses, and which pose looks the same, in words.
@@ -238,6 +242,7 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         return placed_readings(chain, device_equilibrium(chain, as_query(Rotation.from_matrix(asked))))
 
     count, n, own = len(matrices), len(device.drives), np.arange(len(matrices))
+    share = tolerances(device)
     positions, rates = readings(matrices, own)
     value, axis = weakest_rates(device, rates)
     found = Twins(np.full(count, np.inf), np.full((count, 3, 3), np.nan))
@@ -246,13 +251,15 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         if record is not None:
             spacing, none = SPACING, np.zeros((1, 3))
             limbs = np.array(record.geometry.base_points), np.array(record.geometry.platform_points), none, none
-        found = find_twins(readings, matrices, tolerances(device), device.side, least_angle, spacing, limbs=limbs)
+        found = find_twins(readings, matrices, share, device.side, least_angle, spacing, limbs=limbs)
     there = np.isfinite(found.difference)
-    angle, differences = np.full(count, np.nan), np.full((count, n), np.nan)
+    angle, barrier, differences = np.full(count, np.nan), np.full(count, np.nan), np.full((count, n), np.nan)
     if there.any():
         turn = Rotation.from_matrix(found.matrices[there] @ matrices[there].mT)
         angle[there] = turn.magnitude()
         differences[there] = readings(found.matrices[there], own[there])[0] - positions[there]
-    fields = value, axis, are_hinges(device).any(), found.difference, angle, found.matrices, differences
+        half = Rotation.from_rotvec(0.5 * turn.as_rotvec()).as_matrix() @ matrices[there]
+        barrier[there] = np.linalg.norm((readings(half, own[there])[0] - positions[there]) / share, axis=1)
+    fields = value, axis, are_hinges(device).any(), found.difference, angle, found.matrices, barrier, differences
     stacked = [bool(each) if np.ndim(each) == 0 else np.reshape(each, (*shape, *each.shape[1:])) for each in fields]
     return PoseAccuracy(*stacked, _free_turn(device, rates).reshape(shape), device.side)

@@ -51,7 +51,7 @@ def drive_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> dict[s
     Forces and slides apart from torques and hinges; NaN where there is none of the kind, and where no limit is known.
     """
     count = drive_count(exo)
-    units = np.array([unit for _, unit in answer.drive_units][:count] or ["N"] * count)
+    units = np.array([unit for _, unit in answer.drive_units][:count])
     held = np.asarray(answer.held).reshape(-1)
     efforts = answer.actuator_forces.reshape(len(held), -1)[:, :count]
     limits = answer.source.poses.limits

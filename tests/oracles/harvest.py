@@ -164,6 +164,7 @@ def _wrists(folder):
     exo.forward_kinematics(state.lengths)
     exo.singularity(POSE)
     exo.nearest_singularity(POSE)
+    exo.accuracy(POSES)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
@@ -264,11 +265,8 @@ def _persons(folder):
     if not has_persons():
         return
     # A person and a pose of their own: answers of programs that another test has asked are kept, and nothing is made.
-    person, exo, pose = (
-        ep.Person(1.7512, 75, "male"),
-        ep.load("prototype"),
-        ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True),
-    )
+    person, exo = ep.Person(1.7512, 75, "male"), ep.load("prototype")
+    pose = ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True)
     person.joint_contact(pose)
     person.contact_range(pose)
     person.centre_path()

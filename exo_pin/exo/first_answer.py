@@ -105,7 +105,7 @@ class _Lines:
             moment, others = left
             size = float(np.linalg.norm(moment))
             text = f"{newtons(size)} N m about {describe_axis(moment)}" if size >= 5e-3 else "less than 0.01 N m"
-            if not others:
+            if not others and not self.device.drives:
                 return "IT SUPPORTS, and the wearer holds.", f"It leaves the wearer's muscles {text}."
         if limits.violated:
             return ("PROBABLY NOT." if limits.unknown else "NO, it cannot hold."), reason
@@ -167,7 +167,8 @@ class _Lines:
         if most <= 0.0:
             text = f"none here: the joint carries {newtons(-most)} % more than without the device"
         elif not reliefs:
-            text = f"at most {newtons(most)} %: its springs set what it carries; {_MEASURED}"
+            carried = "" if self.device.drives else ": its springs set what it carries"
+            text = f"at most {newtons(most)} %{carried}; {_MEASURED}"
         else:
             kept = [f"{newtons(value)} %" if np.isfinite(value) else "cannot be" for value in reliefs.values()]
             shares = [f"{100.0 * share:.0f} %" for share in reliefs]

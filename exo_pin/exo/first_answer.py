@@ -246,8 +246,8 @@ class _Lines:
         """What to mind and what was not checked, in one line."""
         told = self.answer.cautions
         own = [text for text in told if not text.startswith(NOTES)]
-        notes = [text for text in told if text.startswith("Not checked")]
-        text = " ".join([*own, *notes])
+        posture, unchecked = ([text for text in told if text.startswith(note)] for note in ("Posture: ", "Not checked"))
+        text = " ".join([*posture, *own, *unchecked])
         return self._labelled("Mind", plain(text)) if text else []
 
     def _assumed(self) -> str:

@@ -108,7 +108,8 @@ class StaticIdentification(Record):
                 )
             if len(outliers):
                 found.append(
-                    f"{_measurements(outliers)} not fitted: the others contradict it. Look for a slip in its row."
+                    f"{_measurements(outliers.tolist())} not fitted: the others contradict it. "
+                    "Look for a slip in its row."
                 )
             if self.region.misfit is not None:
                 found.append(

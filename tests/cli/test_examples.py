@@ -42,6 +42,7 @@ ANSWERS = {
     "muscle pressure": r"30\.00 +20\.00 +\d\.\d+",
     "muscle identify": r"\d+ of \d+ measurements",
     "muscle step": r"settling time +\d",
+    "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
     "warm-up": r"kernels are ready",
 }

@@ -29,6 +29,7 @@ from ..wrist_chain import PARTS
 from ..wrist_chain.wrist_urdf import write_published_urdf
 from . import options
 from .command import deliver, draws, writes
+from .recordings.recording_options import ReadAs, Recording
 
 Step = Annotated[
     options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")
@@ -139,6 +140,7 @@ def calibrate(
     length_noise: options.Millimetres | None = None,
     orientation_noise: options.Degrees = 0.0,
     tolerance: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    read_as: ReadAs = ReadAs(),
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
@@ -166,7 +168,7 @@ def calibrate(
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {design}")
     nominal = load(design, side=side)
-    run = read_run(measured, nominal.side)
+    run = read_run(measured, nominal.side, read_as.options)
     if length_noise is not None and not length_noise > 0.0:
         raise InvalidInput(f"expected --length-noise in mm, above zero, got {length_noise:g}")
     if not orientation_noise >= 0.0:
@@ -195,7 +197,7 @@ def _poses(
     exo: ShoulderExo,
     pose: options.Pose,
     way: options.Way,
-    recording: options.Recording,
+    recording: Recording,
     step: float,
     limits: str,
     split: str | None,
@@ -219,7 +221,7 @@ def sweep(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
@@ -298,11 +300,12 @@ def compare(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
     split: options.Split | None = None,
+    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -324,6 +327,9 @@ def compare(
     others : str
         The designs to compare it with. Any of these may be a .csv file with one design a row: its column design names a
         preset or a file, its others parameters as those of sweep --vary, such as r_A_mm.
+    muscles : bool, optional
+        First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
+        (default: with --person, if the extra 'person' is installed, and of no movement).
     detailed : bool
         Which kind for what, some seconds a design: poses clear of the wearer's body, singular poses, a failed drive,
         efforts and strokes, moving mass, contact force with the wearer's muscles, 10 mm off the centre (needs the extra
@@ -342,5 +348,8 @@ def compare(
     exo, *rest = [each for group in (first, *more) for each in group]
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
-    table = compared(exo, *rest, **query, person=person, detailed=detailed, progress=progress)
+    counted = muscles
+    if muscles is None:
+        counted = person is not None and not recording and not detailed and options.has_muscles()
+    table = compared(exo, *rest, **query, person=person, joint=bool(counted), detailed=detailed, progress=progress)
     deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)

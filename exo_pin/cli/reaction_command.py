@@ -25,6 +25,7 @@ from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reacti
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import deliver, draws, writes
+from .recordings.recording_options import Recording
 
 
 def reaction(
@@ -37,7 +38,7 @@ def reaction(
     worn: options.Worn = options.Worn(),
     offset: options.Offset = None,
     limits: options.LimitsText = "design",
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     posture: options.Posture = (),
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
@@ -95,16 +96,19 @@ def reaction(
 
     Notes
     -----
-    columns of --trajectory FILE, a CSV file with one header line:
+    columns of --trajectory FILE, a CSV file in any dialect:
       time_s                                              seconds, rising
       and one of
       flexion_deg, abduction_deg, internal_rotation_deg   clinical angles on the design's side (or ..._rad)
       theta_x_deg, theta_y_deg, theta_z_deg               angles of (4-7) in the thesis (or ..._rad)
+      plane_of_elevation_deg, elevation_deg, axial_rotation_deg    ISB (or ..._rad)
       qx, qy, qz, qw                                      unit quaternion, arm to base frame
+      r11, r12, r13, r21, ..., r33                        matrix, arm to base frame
       such as
       time_s,flexion_deg,abduction_deg,internal_rotation_deg
       0.00,0.0,0.0,0.0
       0.02,0.3,0.0,0.0
+    or .mot and .sto of OpenSim, .mvnx, Xsens DOT and Awinda, APDM, .c3d; exo-pin record FILE says what it holds
     """
     exo = _fitted(worn.load(design, side), shoulder_stiffness, guide)
     query = {
@@ -174,7 +178,7 @@ def _bounds(limit: str | None) -> ConstraintBounds:
 
 
 def _movement(
-    exo: ShoulderExo, query: dict[str, Any], recording: options.Recording, progress: bool, files: dict[str, Any]
+    exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: dict[str, Any]
 ) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
@@ -277,7 +281,7 @@ def uncertainty(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     offset: options.Offset = None,

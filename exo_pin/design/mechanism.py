@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -17,7 +17,6 @@ from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.tables import limb_list
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
@@ -140,32 +139,18 @@ class Mechanism(Record):
 
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
-        """Empty: limbs have numbers, and tensions in N."""
-        return ()
+        """Name and unit of each tension: "limb 1" and on, N."""
+        return tuple((f"limb {i}", "N") for i in range(1, 1 + self.limb_count))
+
+    @property
+    def has_limbs(self) -> bool:
+        """Whether efforts are the tensions of limbs."""
+        return True
 
     @property
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
         return "limb forces f", "side forces g"
-
-    def limb_words(self, numbers: Sequence[int]) -> str:
-        """Limbs of these numbers, counted from 1, in words: "limbs 1 and 3".
-
-        Parameters
-        ----------
-        numbers : sequence of int
-            From 1.
-
-        Returns
-        -------
-        str
-
-        Examples
-        --------
-        >>> ep.load("four-cables").mechanism.limb_words([2, 3, 4])
-        'limbs 2, 3 and 4'
-        """
-        return limb_list(numbers)
 
     @cached_property
     def is_upu(self) -> NDArray[np.bool_]:

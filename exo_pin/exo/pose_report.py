@@ -100,7 +100,7 @@ class PoseReport(Result):
             "singular_margin": float(self.answer.margin),
             "singular_distance": self.singular_distance,
         }
-        if self.device.drive_units:
+        if not self.device.has_limbs:
             units = [list(pair) for pair in self.device.drive_units]
             return own | {"drive_coordinates": poses.lengths[0], "drive_units": units}
         return own | {"limb_lengths": poses.lengths[0], "strokes": self.ranges}
@@ -240,7 +240,7 @@ class PoseReport(Result):
         """On what the forces of a pose that is not held rest."""
         if not self.device.holds_alone:
             return ", with what is listed below from the wearer"
-        part, force = ("drives", "efforts") if self.device.drive_units else ("limbs", "forces")
+        part, force = ("limbs", "forces") if self.device.has_limbs else ("drives", "efforts")
         return f", if the {part} could supply the {force} below"
 
     def _yardstick(self) -> list[str]:
@@ -263,12 +263,13 @@ class PoseReport(Result):
     def _limbs(self) -> list[str]:
         """Position and effort of each drive beside its limits; limbs have numbers, and one unit."""
         poses, units = self.answer.source.poses, self.device.drive_units
+        limbs = self.device.has_limbs
         bounds, forces = poses.limits, self.answer.actuator_forces
         rows = [("drive", "coordinate", "range", "effort", "limits")]
-        if not units:
+        if limbs:
             rows = [("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")]
-        numbers = [(str(k), "") for k in range(1, 1 + len(forces))]
-        for i, ((name, unit), (low, high)) in enumerate(zip(units or numbers, self.ranges, strict=True)):
+            units = tuple((name.removeprefix("limb "), "") for name, _ in units)
+        for i, ((name, unit), (low, high)) in enumerate(zip(units, self.ranges, strict=True)):
             scale, at = (180.0 / np.pi, " °") if unit == "N m" else (1e3, " mm" if unit else "")
             own = ("", "")
             if not name.startswith("wearer"):
@@ -280,7 +281,7 @@ class PoseReport(Result):
         return aligned(rows)
 
     def _footnotes(self) -> list[str]:
-        named = bool(self.device.drive_units)
+        named = not self.device.has_limbs
         lines = [] if named else ["Tension is positive; a negative one is a push."]
         if self.accuracy.is_doubtful:
             lines.append(filled(str(self.accuracy)))
@@ -301,7 +302,7 @@ class PoseReport(Result):
             return ""
         axis = describe_axis(self.answer.source.poses.weak_axis(0))
         text = "This pose is almost singular, and forces change a lot near it: the "
-        text += f"{'drives' if self.device.drive_units else 'limbs'} hardly resist a moment about {axis}."
+        text += f"{'limbs' if self.device.has_limbs else 'drives'} hardly resist a moment about {axis}."
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
         return text
@@ -421,8 +422,7 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
     columns["|F_s|, N"] = answer.magnitude
     if answer.percent_body_weight is not None:
         columns["% of weight"] = answer.percent_body_weight
-    names = [f"{name}, {unit}" for name, unit in answer.drive_units]
-    names = names or [f"limb {i}, N" for i in range(1, 1 + answer.actuator_forces.shape[-1])]
+    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
     columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
     # + 0.0, so that no minus stands before zero.
     cells = [

@@ -174,7 +174,7 @@ def _is_stated(drive: Any) -> bool:
 def are_hinges(device: Device) -> NDArray[np.bool_]:
     """Shape (n,): drives in hinges, whose effort is a moment."""
     count = len(device.drives)
-    units = [unit for _, unit in device.drive_units[:count]] or ["N"] * count
+    units = [unit for _, unit in device.drive_units[:count]]
     return np.array([unit != "N" for unit in units], dtype=bool)
 
 

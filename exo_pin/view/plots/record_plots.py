@@ -58,7 +58,7 @@ def task_status_figure(inside: Mapping[str, ArrayLike]) -> Figure:
     figure, axis = new_figure(7.6, 1.2 + 0.7 * len(rows))
     places = [-_APART * k for k in range(len(rows))]
     for k, (place, values) in enumerate(zip(places, rows.values(), strict=True)):
-        status = as_real("inside", values).ravel()
+        status = as_real("inside", np.asarray(values, dtype=np.float64)).ravel()
         percent = np.linspace(0.0, 100.0, len(status))
         axis.step(percent, place + status, where="mid", linewidth=1.6, **line(k))
     axis.set_yticks(

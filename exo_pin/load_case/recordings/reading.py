@@ -133,7 +133,7 @@ class _Record:
             self.bodies = bodies_of(self.source, clock, side, options.sensors)
         if self.angles is not None:
             self.convention = self.angles.convention.name
-            there = np.isfinite(self.angles.values).all(axis=1)
+            there = np.asarray(np.isfinite(self.angles.values).all(axis=1))
         elif self.bodies is not None:
             self.convention = "segments" if self.bodies.segments else "sensors"
             there = self.bodies.there()
@@ -141,7 +141,7 @@ class _Record:
             raise FileFormatError(
                 f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}", path
             )
-        self.there: np.ndarray = there if self.times is None else there & np.isfinite(self.times)
+        self.there: np.ndarray = there if self.times is None else np.asarray(there & np.isfinite(self.times))
 
     def _clock(self, unit: float) -> FloatArray:
         """Times if they were in another unit."""
@@ -276,7 +276,7 @@ def read_poses(
         if lost:
             cautions.append(f"{lost} of {len(record.there)} rows have no orientation or no time and count as gaps.")
         if AS_NAMED not in wanted.names and len(poses) > 1:
-            start = None if wanted.start is None else CONVENTIONS[0].build(np.radians([wanted.start]), side)[0]
+            start = None if wanted.start is None else _clinical_pose(wanted.start, side)
             found = doubt(poses, times if movement else None, side, record.readings(), start)
             if found is not None and found.is_refused and movement:
                 raise FileFormatError(found.text, path)
@@ -285,6 +285,10 @@ def read_poses(
             poses, times, record.elbow(), record.source.format, record.convention, tuple(cautions), record.source,
             record.there,
         )  # fmt: skip
+
+
+def _clinical_pose(angles: ArrayLike, side: str) -> Rotation:
+    return CONVENTIONS[0].build(np.radians(np.atleast_2d(angles)), side)[0]
 
 
 def _needs_times(options: RecordingOptions) -> bool:

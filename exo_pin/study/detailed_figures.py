@@ -218,10 +218,15 @@ def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float
     return float(np.median(left[known] / bare[known])) if known.any() else np.nan
 
 
+def sampled(poses: Rotation, most: int) -> Rotation:
+    """At most so many of the poses, evenly spaced over the flat stack."""
+    flat = Rotation.from_quat(poses.as_quat().reshape(-1, 4))
+    return flat[np.unique(np.linspace(0, len(flat) - 1, min(most, len(flat))).round().astype(int))]
+
+
 def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
     """What 10 mm of misalignment does, at rest, without load and limits."""
-    flat = Rotation.from_quat(poses.as_quat().reshape(-1, 4))
-    some = flat[np.unique(np.linspace(0, len(flat) - 1, min(_OFF_POSES, len(flat))).round().astype(int))]
+    some = sampled(poses, _OFF_POSES)
     keys = ("split", "constraint_bounds", "weights")
     split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
     follows, change = _worst_change(exo, some, split)

@@ -66,7 +66,7 @@ class _Lines:
         """Every line, the verdict first."""
         lines = [*self._verdict(), *self._joint(), *self._relief()]
         if self.answer.has_answer:
-            lines += [*self._alone(), *self._limbs()]
+            lines += [*self._alone(), *self._limbs(), *self._placed()]
         return [*lines, *self._worn(), *self._minded(), self._assumed()]
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
@@ -105,7 +105,7 @@ class _Lines:
             moment, others = left
             size = float(np.linalg.norm(moment))
             text = f"{newtons(size)} N m about {describe_axis(moment)}" if size >= 5e-3 else "less than 0.01 N m"
-            if not others:
+            if not others and not self.device.drives:
                 return "IT SUPPORTS, and the wearer holds.", f"It leaves the wearer's muscles {text}."
         if limits.violated:
             return ("PROBABLY NOT." if limits.unknown else "NO, it cannot hold."), reason
@@ -198,6 +198,8 @@ class _Lines:
                 ways = ways.replace(" down", " down (traction)")
         if len(text) + len(ways) + 2 > self.width - _LABEL:
             ways = ways.replace(" (distraction)", "")
+        if len(whose) + len(span) > self.width - _LABEL:
+            whose = whose.removeprefix("of arm and device; ")
         lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
         return lines if socket is not None else [*lines, *self._bare_arm()]
 
@@ -215,7 +217,7 @@ class _Lines:
         poses, units = self.answer.source.poses, self.device.drive_units
         bounds, percent, rows = poses.limits, self.report.percent_of_limits, []
         for i, force in enumerate(self.answer.actuator_forces.tolist()):
-            name, unit = units[i] if units else (f"limb {i + 1}", "")
+            name, unit = units[i][0], "" if self.device.has_limbs else units[i][1]
             if name.startswith("wearer"):
                 continue
             does = f"{newtons(force)} {unit}" if unit else _pull(force)
@@ -228,6 +230,11 @@ class _Lines:
         if not rows:
             return []
         return [line[: self.width] for line in aligned([tuple(f" {cell}" for cell in row) for row in rows], words=4)]
+
+    def _placed(self) -> list[str]:
+        """What an error of the drives does, where they alone do not place the arm."""
+        seen = self.report.accuracy
+        return self._labelled("Placed", f"{seen.sensitivity()}.", 2) if seen.is_doubtful else []
 
     def _worn(self) -> list[str]:
         """How the device sits on the wearer."""

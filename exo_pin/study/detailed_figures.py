@@ -51,7 +51,7 @@ def drive_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> dict[s
     Forces and slides apart from torques and hinges; NaN where there is none of the kind, and where no limit is known.
     """
     count = drive_count(exo)
-    units = np.array([unit for _, unit in answer.drive_units][:count] or ["N"] * count)
+    units = np.array([unit for _, unit in answer.drive_units][:count])
     held = np.asarray(answer.held).reshape(-1)
     efforts = answer.actuator_forces.reshape(len(held), -1)[:, :count]
     limits = answer.source.poses.limits
@@ -128,6 +128,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         "clear": float(clear.mean()),
         "held_and_clear": np.nan if passive else float((held * clear).mean()),
         **singularity_figures(exo, poses),
+        **_accuracy(exo, poses),
         "held_after_failure": np.nan if passive else held_after_failure(exo, poses, question),
         **drive_figures(exo, poses, answer),
         **_masses(exo),
@@ -176,6 +177,15 @@ def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) ->
         least[lost] = most[lost] = 0.0
         shares.append(float(exo.reaction(poses, **(question | {"limits": (least, most)})).held.mean()))
     return min(shares)
+
+
+def _accuracy(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
+    """Rate of the drives that 99 % of the reached poses exceed, mm/° or °/° of hinges; share of poses with twins."""
+    closed = exo.device.accelerate("rates") is not None
+    seen = exo.accuracy(poses, twins=closed)
+    rate = seen.mm_per_degree[np.isfinite(seen.rate)]
+    twins = float(seen.has_twin.mean()) if closed else np.nan
+    return {"weakest_rate": float(np.quantile(rate, 0.01)) if rate.size else np.nan, "twins": twins}
 
 
 def _masses(exo: ShoulderExo) -> dict[str, float]:
@@ -297,6 +307,7 @@ _OF_SOME = {
     "mass_of_links_kg": "its file gives its limbs no mass",
     "effort_share": "no limit of a drive is known",
     "left_to_wearer": "of passive supports alone",
+    "twins": "looked for among limbs between two joint centres alone",
     "change_on_cuff_N": "of devices with a frame at the cuff alone",
 }
 
@@ -314,7 +325,7 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
     passive, holds = is_passive(exo), row["holdable"] > 0.0
     if name == "left_to_wearer" and passive:
         return "no arm of a person hangs in it, or its weight has no moment"
-    if name in ("held_and_clear", "held_after_failure", "singular", "median_margin") and passive:
+    if name in ("held_and_clear", "held_after_failure", "singular", "median_margin", "weakest_rate") and passive:
         return _NO_DRIVES
     if name == "held_after_failure":
         return "the question gives no numbers for the limits of its drives"

@@ -247,6 +247,8 @@ def compare(
     ``singular`` : fraction of the reached poses that are singular, or whose :attr:`exo_pin.Reaction.margin` is below
     0.05, as in a workspace; ``median_margin`` : median of that margin. NaN of a device whose drives do not hold the arm
     about all axes in any pose.
+    ``weakest_rate`` : rate of the drives' positions about the arm's worst axis that 99 % of the reached poses exceed,
+    mm/°, of hinges °/° (:meth:`exo_pin.ShoulderExo.accuracy`); ``twins`` : fraction of poses with a twin.
     ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
     without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;

@@ -223,7 +223,7 @@ def muscle_loop(
                 rig.advance(_part(fills * period - (t - pulse)), _part(t + _STEP - pulse - (1.0 - vents) * period))
     x, v, p, duty_given = rows.T
     return MuscleLoop(
-        time=frozen(np.arange(samples) * _SAMPLE),
+        time=frozen(np.linspace(0.0, (samples - 1) * _SAMPLE, samples)),
         contraction=frozen(x.copy()),
         velocity=frozen(v.copy()),
         pressure=frozen(p.copy()),

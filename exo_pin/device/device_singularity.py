@@ -79,6 +79,16 @@ def _filled(found: DeviceEquilibrium) -> NDArray[np.bool_]:
     return found.reached & np.isfinite(found.margin)
 
 
+def placed_readings(device: ChainDevice, found: DeviceEquilibrium) -> tuple[FloatArray, FloatArray]:
+    """Positions of the drives (N, n) and their rates (N, n, 3), NaN where they were not found; see below."""
+    n = len(device.drives)
+    known = _filled(found)[:, None]
+    pulls = np.array([drive.pulls or drive.route is not None for drive in device.drives], dtype=bool)
+    work = np.swapaxes(found.state.moment_of_f[:, :3, :n], 1, 2)
+    rates = np.where(pulls, -1.0, 1.0)[:, None] * np.where(known[..., None], work, np.nan)
+    return np.where(known, found.coordinates[:, :n], np.nan), rates
+
+
 def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
     """Power of the drives per effort and angular velocity, shape (..., n, 3); NaN where it was not found.
 
@@ -92,8 +102,8 @@ def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
 
 def position_rates(device: ChainDevice, poses: Rotation) -> FloatArray:
     """Rates of what :func:`drive_positions` returns: of a drive that pulls, of its length."""
-    pulls = np.array([drive.pulls or drive.route is not None for drive in device.drives], dtype=bool)
-    return np.where(pulls, -1.0, 1.0)[:, None] * device_jacobian(device, poses)
+    query = as_query(poses)
+    return placed_readings(device, device_equilibrium(device, query))[1].reshape(*query.shape, len(device.drives), 3)
 
 
 def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:

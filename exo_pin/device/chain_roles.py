@@ -105,11 +105,12 @@ def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable
         law, points = spring.law, () if spring.route is None else _points(spring.route)
         if isinstance(law, ConstantForce) and law.value:
             found.append(Cable(spring.name, points, constant=law.value, joint=spring.joint))
-        # MuJoCo takes -1 for the length as drawn.
-        is_plain = isinstance(law, LinearSpring) and (law.slack >= 0.0 if points else not law.only_pulls)
-        if is_plain and law.slack != -1.0:
-            spring_of = law.stiffness, law.slack, law.only_pulls
-            found.append(Cable(spring.name, points, None, *spring_of, joint=spring.joint))
+        # MuJoCo takes a length of -1 for that as drawn.
+        elif (
+            isinstance(law, LinearSpring) and law.slack != -1.0 and (law.slack >= 0.0 if points else not law.only_pulls)
+        ):
+            own = law.stiffness, law.slack, law.only_pulls
+            found.append(Cable(spring.name, points, None, *own, joint=spring.joint))
     return tuple(found)
 
 

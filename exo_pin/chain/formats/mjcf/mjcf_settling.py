@@ -170,7 +170,7 @@ def cables(source: Compiled) -> dict[int, Cable]:
         if stiffness or constant or tension is not None:
             name = source.name("TENDON", tendon) or f"tendon_{tendon}"
             spring = (stiffness, high, low != high) if stiffness else (0.0, 0.0, False)
-            found[tendon] = Cable(name, points, tension, *spring, constant, joint)
+            found[tendon] = Cable(name, points, tension, *spring, constant=constant, joint=joint)
     return found
 
 

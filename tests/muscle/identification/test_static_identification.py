@@ -237,3 +237,10 @@ def test_digits_of_the_data_bound_the_uncertainty():
     ).all()
     exact = identify_static(x, p, truth.unchecked_force(x, p).round(2), 0.3)
     assert exact.rounding > exact.sigma * 0.5
+
+
+def test_the_pull_bounds_the_diameter():
+    x, p, f = valid()
+    least, most = identify_static(x, p, f, 0.3).diameters
+    assert least < 0.006 < most < 3 * least
+    assert identify_static(x, p, f / 9.80665, 0.3).diameters[1] < 0.004

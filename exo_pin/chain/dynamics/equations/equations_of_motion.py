@@ -43,7 +43,7 @@ STILL = OPENING * REST
 EXACT = 1e-7
 #: A motion whose inertia is below this share of the largest counts as moving no mass.
 MASSLESS = 1e-13
-#: Axes of hinges no farther apart are in one line, rad and m.
+#: Axes of hinges no farther apart are in one line, rad and characteristic lengths.
 _IN_LINE = 1e-3
 #: A singular value above this is certain in an exact geometry.
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
@@ -412,6 +412,7 @@ def massless_motion(state: ChainState, q: FloatArray, basis: FloatArray) -> Mass
     found = sorted((name for name in names if moved[name] > 0.1 * largest), key=lambda name: -moved[name])
     pin.computeJointJacobians(state.model, state.buffers.data, q)
     world = np.array(state.buffers.data.J).reshape(6, -1)
+    world[:3] /= state.topology.length
     hinges = {name: world[:, own.start] for name in found if (own := state.velocity_slice(name)).stop == own.start + 1}
     for one, other in combinations(sorted(hinges, key=names.index), 2):
         pair = np.array([hinges[one], hinges[other]])

@@ -73,9 +73,9 @@ def test_a_tolerance_of_an_opening_closes_three_times_it(units):
     named = five_bar()
     chain = units.chain(named.chain())
     q = named.q + np.array([1e-4, 0.0, 0.0, 0.0])
-    gap = np.abs(chain.residual(q)).max()
+    gap = np.abs(chain.residual(q)).max() / chain.characteristic_length
     chain._state.buffers.linearise(q)
-    assert chain.with_tolerance(_opening(chain._state))._state.closed == pytest.approx(3.0 * gap)
+    assert chain.with_tolerance(_opening(chain._state))._state.contradiction == pytest.approx(3.0 * gap)
 
 
 def test_the_joints_of_least_inertia_are_the_same(units):

@@ -198,6 +198,8 @@ class _Lines:
                 ways = ways.replace(" down", " down (traction)")
         if len(text) + len(ways) + 2 > self.width - _LABEL:
             ways = ways.replace(" (distraction)", "")
+        if len(whose) + len(span) > self.width - _LABEL:
+            whose = whose.removeprefix("of arm and device; ")
         lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
         return lines if socket is not None else [*lines, *self._bare_arm()]
 

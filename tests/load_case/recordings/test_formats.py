@@ -207,7 +207,7 @@ def test_arm26_turns_about_its_axis(tmp_path):
 
 
 def test_points_of_c3d_by_a_map(tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="C3D files: pip install ezc3d")
+    ezc3d = pytest.importorskip("ezc3d", reason="needs the extra recordings: pip install '.[recordings]'")
     truth = foreign.movement(2, "left", noise=0.0)
     file = ezc3d.c3d()
     file["parameters"]["POINT"]["LABELS"]["value"] = ("LShoulderAngles",)

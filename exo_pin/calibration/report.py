@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .length_model import CalibrationProblem, Estimate, labels, whitening
+from .length_model import UNITS, CalibrationProblem, Estimate, labels, whitening
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -25,6 +25,9 @@ _OTHERS, _ELSEWHERE = 3, 1e-4
 def report(found: Calibration) -> str:
     """Verdict, residuals, unknowns with their standard deviations, what is undetermined, other devices, outliers."""
     lines = [found.verdict, "", *_fit(found), "", *_unknowns(found)]
+    if found.known:
+        lines += ["", "Taken as known, and what an error of it would do (standard deviations, in the body's frame):"]
+        lines += [f"  {each}{'; would show in the residuals' if each.shows else ''}" for each in found.known]
     if found.undetermined:
         lines += ["", "Not determined by these measurements:"]
         if found.lengths.size < found.model.size:
@@ -82,7 +85,7 @@ def _unknowns(found: Calibration) -> list[str]:
     lines = [f"{'unknown':22}{'nominal':>24}{'found':>24}{'standard deviation':>24}"]
     for name, place in model.places.items():
         parts = labels(name, model.limb_count)
-        unit, factor = ("deg", np.degrees(1.0)) if name.endswith("mounting") else ("mm", 1e3)
+        unit, factor = UNITS[name]
         nominal = {"base_points": model.base, "platform_points": model.platform}.get(name)
         if nominal is not None:
             values = nominal + model.group(name, found.values, nominal.shape)
@@ -167,8 +170,9 @@ def _lack_of_fit(problem: CalibrationProblem, found: Estimate) -> float:
     count, n = here.values.shape
     columns = np.concatenate([np.ones((count, 1)), measured.reshape(-1, 9)], axis=1)
     smooth = np.zeros((count, n, n, 11))
+    spread = model.length_scale(found.values) * here.values + model.length_offsets(found.values)
     for i in range(n):
-        spans = here.values[:, i] + model.length_offsets(found.values)[i]
+        spans = spread[:, i]
         smooth[:, i, i] = np.column_stack([columns / spans[:, None], np.ones(count)])
     smooth = whitening(here, noise, problem.errors.orientation_noise) @ smooth.reshape(count, n, -1)
     small = found.jacobian * model.scales

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from ..calibration import calibrate as calibrated
 from ..calibration.calibrate_device import JOINTS
+from ..calibration.length_model import UNITS
 from ..control import read_run
 from ..core.errors import InvalidInput
 from ..core.files import as_file_stem, require_folder, write_text
@@ -143,21 +144,23 @@ def calibrate(
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
 
-    Lists what the measurements cannot determine, and the other devices that fit equally well.
+    Begins with what was taken as known and lengths cannot show, such as how the sensors are mounted, and what an error
+    of it does. Lists what the measurements cannot determine, and the other devices that fit equally well.
 
     Parameters
     ----------
     measured : str
         Columns of orientations (as of reaction --trajectory), length_1_mm, ...
     unknowns : str
-        What to find, with commas between, of base_points, platform_points, length_offsets, base_offset, cuff_offset,
-        torso_mounting, arm_mounting.
+        What to find, with commas between, of base_points, platform_points, length_offsets, length_scale, base_offset,
+        cuff_offset, torso_mounting, arm_mounting.
     length_noise : float, optional
         Standard deviation of a length, mm (default: found from the data).
     orientation_noise : float
         Standard deviation of an orientation about each axis, degrees.
     tolerance : tuple of str
-        Standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated.
+        Standard deviation of what is known before, mm, degrees or % (of the scale), such as base_points=1 of the
+        design or torso_mounting=2 of a sensor; may be repeated. What is not unknown is known to it.
 
     Examples
     --------
@@ -188,7 +191,7 @@ def calibrate(
 def _tolerance(text: str) -> tuple[str, float]:
     """Name and SI value of one --tolerance."""
     name, (value,) = options.named_numbers(text, "--tolerance NAME=SIZE", 1)
-    return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value
+    return name, value / UNITS.get(name, ("", 1.0))[1]
 
 
 def _poses(

@@ -144,10 +144,13 @@ def calibrate(
     for name in searched:
         free[model.places[name]] = np.inf
     problem = CalibrationProblem(model, measured, values, errors, free)
+    if not searched:
+        warn_of_mix_ups(model, poses, values)
     fits, count = solutions(problem, searched)
     devices = [FittedDevice(nominal, *near_body_axes(model, device, searched)) for device in fits]
     model = devices[0].model
-    warn_of_mix_ups(model, poses, values)
+    if searched:
+        warn_of_mix_ups(model, poses, values)
     problem = problem._replace(model=model, prior=prior)
     found = estimate(problem, devices[0].values, near=False)
     if not np.isfinite(found.scale):

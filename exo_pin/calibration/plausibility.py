@@ -28,10 +28,12 @@ _UNITS = {
 }
 #: A range of lengths from which a unit can be told, m.
 _CHANGES = 5e-3
-#: A limb is longer or shorter by a constant if it is so by more than this, m, and varies by less than that part of it.
-_CONSTANT, _VARIES = 0.025, 0.3
+#: A limb is longer or shorter by a constant if it is so by more than this, m, and half of its lengths vary by less.
+_CONSTANT, _VARIES = 0.04, 0.006
 #: Lengths that differ from the nominal ones by no more than this, m (root of the mean square), look right.
 _NEAR = 0.005
+#: Poses from which a shift by a row can be told.
+_FEWEST = 10
 #: Another reading must leave this part of the differences or less.
 _CLEARLY_BETTER = 0.35
 
@@ -98,24 +100,23 @@ def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray) ->
     """Warn (:class:`SuspectMeasurements`) if another reading of the data fits the nominal design far better.
 
     The readings are: limbs in another order, orientations inverted, of the other side of the body, quaternions with w
-    first, or made from angles of the other order, swapped or in radians. A constant per limb is left out of the
-    comparison, and named where no offset is unknown. Where mountings are unknown, only the limbs are judged.
+    first, or made from angles of the other order, swapped or in radians, and rows of lengths shifted. A
+    constant per limb is left out of the comparison, and named where no offset is unknown. Where mountings are unknown,
+    only the limbs are judged.
     """
-    if "length_offsets" not in model.unknowns:
-        _warn_of_constants(model.lengths(np.zeros(model.size), poses.as_matrix()) - lengths)
     squares = _misfits(model, poses, lengths)
     base = float(np.sqrt(np.diag(squares).mean()))
-    if base <= _NEAR:
-        return
-    best, cause = _CLEARLY_BETTER * base, ""
+    best, cause = (0.0 if base <= _NEAR else _CLEARLY_BETTER * base), ""
     order = scipy.optimize.linear_sum_assignment(squares)[1]
     swapped = float(np.sqrt(squares[np.arange(len(order)), order].mean()))
     if swapped < best:
         moved = [f"column {j + 1} is limb {i + 1}" for i, j in enumerate(order.tolist()) if i != j]
         best, cause = swapped, f"the limbs are in another order: {', '.join(moved)}"
     if not {"torso_mounting", "arm_mounting"} & set(model.unknowns):
-        for reading, other in _readings(poses):
-            left = float(np.sqrt(np.diag(_misfits(model, other, lengths)).mean()))
+        late = ("lengths are a row late", poses[:-1], lengths[1:]), ("lengths are a row early", poses[1:], lengths[:-1])
+        readings = [(reading, other, lengths) for reading, other in _readings(poses)]
+        for reading, other, own in (*readings, *(late if len(poses) > _FEWEST else ())):
+            left = float(np.sqrt(np.diag(_misfits(model, other, own)).mean()))
             if left < best:
                 best, cause = left, reading
     if cause:
@@ -124,13 +125,15 @@ def warn_of_mix_ups(model: LengthModel, poses: Rotation, lengths: FloatArray) ->
             f"{1e3 * best:.3g} mm if {cause}",
             SuspectMeasurements,
         )
+    elif "length_offsets" not in model.unknowns:
+        _warn_of_constants(model.lengths(np.zeros(model.size), poses.as_matrix()) - lengths)
 
 
 def _warn_of_constants(missing: FloatArray) -> None:
     """Warn of limbs whose lengths lack a constant; ``missing`` has shape (N, n), m."""
     middle = np.median(missing, axis=0)
     spread = np.median(np.abs(missing - middle), axis=0)
-    constant = np.flatnonzero((np.abs(middle) > _CONSTANT) & (spread < _VARIES * np.abs(middle)))
+    constant = np.flatnonzero((np.abs(middle) > _CONSTANT) & (spread < _VARIES))
     if len(constant):
         said = ", ".join(f"limb {i + 1} by {1e3 * middle[i]:+.3g} mm" for i in constant.tolist())
         warn(

@@ -113,6 +113,8 @@ def _numbers(values: FloatArray, digits: int) -> str:
 
 #: Residuals beyond this many standard deviations are outliers.
 OUTLIER = 4.0
+#: Share of the squares of residuals that names one length, and one limb.
+_MOST, _ALL_BUT = 0.4, 0.9
 #: Residuals that are less probable than this contradict the stated noise.
 _IMPROBABLE = 1e-3
 #: Standard deviation of a normal distribution over the median of its absolute values.
@@ -144,17 +146,30 @@ def contradiction(problem: CalibrationProblem, found: Estimate, z: FloatArray, p
     chance = np.exp(_CHANCE * _SPREAD / np.sqrt(z.size))
     stated = errors.length_noise is not None
     if probability < _IMPROBABLE:
-        return f"The residuals contradict the stated noise: they are {size:.2g} times as large."
+        said = f"The residuals contradict the stated noise: they are {size:.2g} times as large"
+        where = _where(z)
+        return f"{said}: {where}." if where else f"{said}."
     if not stated and middle > 0.0 and size > chance * middle:
         return (
             "The residuals are not those of one normally distributed noise: their root of the mean square is "
-            f"{size / middle:.2g} times what their median says (outliers, a slack muscle?)."
+            f"{size / middle:.2g} times what their median says ({_where(z) or 'outliers, a slack muscle?'})."
         )
     if _lack_of_fit(problem, found) < _IMPROBABLE:
         return (
             "The residuals change with the pose as no noise does: something that was taken as known is wrong, a muscle "
             "is slack, or the shoulder's centre moves."
         )
+    return ""
+
+
+def _where(z: FloatArray) -> str:
+    """The one length, or the one limb, that most of the squares of residuals are of; nothing where it is none."""
+    squares = z**2
+    worst, limbs = np.unravel_index(int(squares.argmax()), z.shape), squares.sum(axis=0)
+    if squares[worst] > _MOST * squares.sum():
+        return f"most of it is pose {worst[0]}, limb {worst[1] + 1}, an outlier"
+    if limbs.max() > _ALL_BUT * limbs.sum():
+        return f"nearly all of it is of limb {limbs.argmax() + 1}, whose muscle may be slack or sensor wrong"
     return ""
 
 

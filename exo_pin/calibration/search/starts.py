@@ -26,7 +26,7 @@ def limb_options(model: LengthModel, minima: FloatArray, measured: FloatArray) -
     The first is that of the first minimum. Where both rings are unknown, limbs of different minima may be combined.
     """
     u, v = in_sensors(model, minima)
-    offsets, found = model.length_offsets(minima), []
+    offsets, found = model.length_offsets(minima) / model.length_scale(minima)[:, None], []
     for i in range(model.limb_count):
         options = np.zeros((0, 7))
         for own, to, offset in zip(u[:, i], v[:, i], offsets[:, i], strict=True):
@@ -66,8 +66,8 @@ def _pairs(reach: float, u: FloatArray, v: FloatArray, measured: FloatArray) -> 
 
 
 def in_sensors(model: LengthModel, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """u_i and v_i of vectors of unknowns (..., p), shape (..., n, 3) each."""
-    a, b = model.joints(values)
+    """u_i and v_i of vectors of unknowns (..., p), shape (..., n, 3) each, in lengths as the sensors show them."""
+    a, b = (points / model.length_scale(values)[..., None, None] for points in model.joints(values))
     torso, arm = (mounting.as_matrix() for mounting in model.mountings(values))
     return a @ torso, b @ np.swapaxes(arm, -1, -2)
 

@@ -10,13 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from ..core.errors import FileFormatError, InvalidInput
-from ..core.files.csv_tables import read_csv
-from ..core.files.toml_tables import naming_file
+from ..core.errors import InvalidInput
 from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ..muscle.identification.static_identification import StaticIdentification, identify_static
+from ..muscle.io.measurement_files import read_measurements, read_response
 from ..muscle.io.model_files import (
     dynamic_model,
     dynamic_models,
@@ -38,8 +37,8 @@ from .command import deliver, draws, writes
 
 _Identification = StaticIdentification | DynamicIdentification
 
-_REST = ("contraction_mm", "pressure_bar", "force_N")
-_RESPONSE = ("time_s", "contraction_mm", "pressure_bar")
+#: The dynamic model that a step is of unless said otherwise, and its static law, with which responses are fitted.
+_DYNAMIC, _STATIC = "tang-3-31", "tang-3-25"
 Several = Parameter(consume_multiple=True)
 
 
@@ -77,41 +76,18 @@ def named_static(name: str) -> StaticModel:
     return load_parameters(name) if name.endswith(".toml") else muscle_model(name)
 
 
-def read_columns(path: str, names: Sequence[str]) -> FloatArray:
-    """Read numbers from a CSV file whose first line that is no comment (#) names the columns.
-
-    Parameters
-    ----------
-    path : str
-        The file.
-    names : sequence of str
-        Columns to read; others are left out.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, len(names)).
-
-    Raises
-    ------
-    FileFormatError
-        If the file cannot be read, a column is missing, or a cell is no finite number; it names the line.
-    """
-    table = read_csv(path)
-    if not table.rows:
-        raise FileFormatError("expected at least one line of numbers below the header", path)
-    return table.numbers(names)
-
-
 def muscle_identify(
     csv: Annotated[str | None, options.called("FILE")] = None,
     /,
     *,
     length_mm: options.Millimetres | None = None,
     response: Annotated[tuple[tuple[str, str], ...], options.called("CSV WEIGHT_N")] = (),
-    static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = "best",
+    diameter_mm: options.Millimetres | None = None,
+    static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = _STATIC,
     all: bool = False,
     level: Annotated[float, options.called("SHARE")] = 0.95,
+    minutes: Annotated[float, options.called("MIN")] = 5.0,
+    progress: options.Progress = False,
     name: Annotated[str, options.called("NAME")] = "identified",
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
@@ -120,16 +96,21 @@ def muscle_identify(
     Parameters
     ----------
     csv : str, optional
-        CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N.
+        CSV file of measurements at rest. Its headers say the units: contraction_mm (percent), strain or length_mm;
+        pressure_bar (kPa, MPa, psi; _abs if absolute); force_N (kgf, lbf) or mass_kg.
     length_mm : float, optional
         Nominal length of the muscle, mm, for measurements at rest.
     response : tuple of tuple, optional
-        CSV file of the response of a hung weight, N, with the columns time_s, contraction_mm, pressure_bar; may be
-        repeated.
+        CSV file of the response of a hung weight, N, with a column of time (time_s, time_ms), contraction and pressure;
+        may be repeated.
+    diameter_mm : float, optional
+        Diameter of the muscle at rest, mm, against which the pull is checked.
     all : bool
         Fit every measurement instead of the region where the law holds.
     level : float
         Confidence of the intervals, 0 to 1.
+    minutes : float
+        When the fit to responses ends at the latest, with the best coefficients so far.
     name : str
         Name of the parameter set.
 
@@ -140,23 +121,28 @@ def muscle_identify(
     if (csv is None) == (not response):
         raise InvalidInput("expected either a CSV of measurements at rest or --response, got both or neither")
     if csv is None:
-        recordings = [_recording(path, weight) for path, weight in response]
-        names = ", ".join(Path(path).name for path, _ in response)
-        found: Any = identify_dynamic(recordings, named_static(static), name=name, source=f"identified from {names}")
+        law = named_static(static)
+        recordings = [_recording(path, weight, law) for path, weight in response]
+        source = f"identified from {', '.join(Path(path).name for path, _ in response)}"
+        limit = 60.0 * as_positive("--minutes", minutes)
+        found: Any = identify_dynamic(recordings, law, name=name, source=source, time_limit=limit, progress=progress)
         print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
         table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
     else:
         if length_mm is None:
             raise InvalidInput("expected --length-mm, the nominal length of the muscle")
-        columns = read_columns(csv, _REST)
+        diameter = None if diameter_mm is None else as_positive("--diameter-mm", diameter_mm) / 1e3
+        data = read_measurements(csv, as_positive("--length-mm", length_mm) / 1e3, diameter)
         found = identify_static(
-            columns[:, 0] / 1e3,
-            columns[:, 1] * BAR,
-            columns[:, 2],
-            nominal_length=length_mm / 1e3,
+            data.contraction,
+            data.pressure,
+            data.force,
+            data.nominal_length,
             select="all" if all else "region",
             name=name,
             source=f"identified from {Path(csv).name}",
+            diameter=diameter,
+            written=data.written,
         )
         used = len(found.residuals)
         total = used if found.region is None else len(found.region.selected)
@@ -185,13 +171,10 @@ def muscle_identify(
         print(out)
 
 
-def _recording(path: str, weight: str) -> Recording:
+def _recording(path: str, weight: str, law: StaticModel) -> Recording:
     """The response of a hung weight."""
     (newtons,) = options.numbers(weight, f"the weight behind {path} to be a number of N", 1)
-    columns = read_columns(path, _RESPONSE)
-    mass = as_positive(f"the weight behind {path}", newtons) / G
-    with naming_file(path):
-        return Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass)
+    return read_response(path, as_positive(f"the weight behind {path}", newtons) / G, law.length)
 
 
 def _deliver(
@@ -292,7 +275,7 @@ def muscle_step(
     from_bar: options.Bar = 0.0,
     lag_s: options.Seconds = 0.1,
     duration_s: options.Seconds = 4.0,
-    model: Annotated[str, _model("Dynamic model", dynamic_models())] = "tang-3-31",
+    model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
     out: Annotated[Path | None, writes(".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,

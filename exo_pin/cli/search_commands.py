@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import json as texts
 import shlex
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,6 +17,8 @@ from ..core.optional_packages import require_extra
 from ..core.results import plain
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
+from ..device.accuracy.pose_accuracy import are_hinges
+from ..device.accuracy.twins import TWIN_ANGLE
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import DAILY_RANGES
@@ -31,6 +34,8 @@ from .command import deliver, draws, writes
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
+#: 1 mm/°, m/rad.
+_MM_DEGREE = 0.18 / np.pi
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
 
 
@@ -66,6 +71,11 @@ class Judged:
     without_limb : float, optional
         Additional moment that the other limbs must resist when any one limb fails, N m; 0: they must hold the arm
         (default: not checked).
+    rate : float, optional
+        Least rate of the drives about the arm's worst axis, mm of their lengths per degree, of hinges degrees per
+        degree (default: not checked).
+    no_twins : bool
+        No pose 10° away or more may look the same to the drives.
     least_margin : float
         Least margin to a singular pose, 0 to 1.
     stroke_rule : str
@@ -84,6 +94,8 @@ class Judged:
     cuff_slip: options.Millimetres | None = None
     above_elbow: options.Millimetres | None = None
     without_limb: Annotated[float | None, options.called("NM")] = None
+    rate: Annotated[float | None, options.called("MM")] = None
+    no_twins: bool = False
     least_margin: float = 0.05
     stroke_rule: Literal["each", "not all short"] = "each"
 
@@ -108,6 +120,8 @@ class Judged:
             largest_cuff_slip=_metres(self.cuff_slip),
             least_above_elbow=_metres(self.above_elbow),
             least_moment_without_limb=self.without_limb,
+            least_rate=None if self.rate is None else self.rate * (1.0 if are_hinges(exo.device).any() else _MM_DEGREE),
+            least_twin_angle=TWIN_ANGLE if self.no_twins else None,
             least_gap=1e-3 * self.gap,
             wearers=(*([own] if others and own is not None else []), *others),
             elbow_range=None if bend is None else (bend[0], bend[1]),
@@ -405,12 +419,18 @@ def optimise(
 def _command(given: dict[str, Any], design: str | None) -> str:
     """The command that finds the same design again, whatever the storage."""
     flat: dict[str, Any] = {}
+    own_defaults = inspect.signature(optimise).parameters
     for name, value in given.items():
-        flat |= vars(value) if is_dataclass(value) else {name: value}
+        group = is_dataclass(value)
+        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}  # type: ignore[arg-type]
+        # What is empty or zero is said where it is not so by default.
+        flat |= {
+            key: each for key, each in (vars(value) if group else {name: value}).items() if each or each != own[key]
+        }
     words = ["exo-pin optimise", *([] if design is None else [design])]
     for name, value in flat.items():
         option = f"--{name.replace('_', '-')}"
-        if name in ("design", "storage", "name", "progress", "json", "out", "plot") or value in (None, False, (), 0.0):
+        if name in ("design", "storage", "name", "progress", "json", "out", "plot"):
             continue
         if value is True:
             words.append(option)

@@ -326,6 +326,16 @@ class Limb:
         """Greatest mechanical power, W."""
         return None if self.actuator is None else self.actuator.power_limit
 
+    @property
+    def play(self) -> float | None:
+        """How far its length may shift while the actuator stands, m."""
+        return None if self.actuator is None else self.actuator.play
+
+    @property
+    def resolution(self) -> float | None:
+        """Least difference of lengths that its sensor tells apart, m."""
+        return None if self.actuator is None else self.actuator.resolution
+
     def missing_limits(self, known_forces: bool) -> list[str]:
         """Limits that are not known, in words; those of the force are left out with ``known_forces``.
 

@@ -19,7 +19,7 @@ from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design.shoulder import PRESSURE_LIMITS
-from ..device.device_singularity import device_singularity
+from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
@@ -101,7 +101,8 @@ class PoseReport(Result):
         """See ``kind`` of :meth:`exo_pin.ShoulderExo.singularity`."""
         record = self._device.accelerate("singularity")
         if record is None:
-            return str(device_singularity(self._device.as_chain(), self._pose).kind)
+            found = device_singularity(self._device.as_chain(), self._pose)
+            return str(with_doubts(self._device, self._pose, found).kind)
         return str(singularity(record.geometry, self._pose, record.is_upu).kind)
 
     @cached_property

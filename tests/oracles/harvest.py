@@ -164,6 +164,7 @@ def _wrists(folder):
     exo.forward_kinematics(state.lengths)
     exo.singularity(POSE)
     exo.nearest_singularity(POSE)
+    exo.accuracy(POSES)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)

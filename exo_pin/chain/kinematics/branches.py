@@ -39,8 +39,9 @@ _ALIKE = 1e-4
 _CLOSED, _STEPS = 1e-12, 60
 #: How often steps that are stuck start anew.
 _ROUNDS = 4
-#: How often each configuration has to be found.
-_OFTEN = 3
+#: How often each configuration has to be found, and how much rarer than the rarest one may be that is not seen: of
+#: that a search would have had three hits since the last new one, and has none with a probability of exp(-3).
+_OFTEN, _RARER = 3, 3.0
 #: Singular values up to this share of the largest are zero where two configurations meet.
 _MEETING = 1e-4
 
@@ -60,6 +61,8 @@ class Assemblies(Record):
         configurations meet, such as at a double root.
     starts : int
         Random starts, those whose loops did not close among them.
+    since : int
+        Closed ones after the first hit of the last one that was new.
 
     Examples
     --------
@@ -73,18 +76,19 @@ class Assemblies(Record):
     hits: NDArray[np.int64]
     margins: FloatArray
     starts: int
+    since: int
 
     def __len__(self) -> int:
         return len(self.hits)
 
     @property
     def is_complete(self) -> bool:
-        """Whether each was found three times."""
-        return bool(len(self) and self.hits.min() >= _OFTEN)
+        """Whether each was found three times, and one three times rarer than the rarest would be with 95 %."""
+        return _is_enough(self.hits, self.since)
 
     @property
     def unseen(self) -> float:
-        """About how many more there are, at least, by Chao's estimate; 0 where each was found three times."""
+        """About how many more there are, at least, by Chao's estimate; 0 where each was found twice."""
         once, twice = (int((self.hits == count).sum()) for count in (1, 2))
         return once * (once - 1) / (2 * (twice + 1))
 
@@ -96,14 +100,19 @@ class Assemblies(Record):
     def __str__(self) -> str:
         met = f", {int(self.meeting.sum())} of them where two meet" if self.meeting.any() else ""
         rest = (
-            f"each found {_OFTEN} times or more"
+            f"each found {_OFTEN} times or more, and none new in the last {self.since} that closed"
             if self.is_complete
-            else f"about {self.unseen:.1f} or more unseen: give more starts"
+            else f"about {self.unseen:.1f} or more unseen, none new in the last {self.since}: give more starts"
         )
         head = (
             f"{len(self)} closed configurations{met} from {self.starts} starts, {int(self.hits.sum())} closed; {rest}"
         )
         return "\n".join([head, f"hits     {', '.join(map(str, self.hits))}"])
+
+
+def _is_enough(hits: NDArray[np.int64], since: int) -> bool:
+    """Whether a search may stop: see :attr:`Assemblies.is_complete`."""
+    return bool(len(hits) and hits.min() >= _OFTEN and since * hits.min() >= 3.0 * _RARER * hits.sum())
 
 
 def assemblies(
@@ -118,7 +127,8 @@ def assemblies(
     """All closed configurations with some joints held that random starts lead to.
 
     Starts are spread over whole turns of the hinges and balls, over the limits of slides, and over two characteristic
-    lengths about q where these have none. The search stops where every configuration was found three times. Joint
+    lengths about q where these have none. The search stops where every configuration was found three times and none was
+    new for so long that one three times rarer than the rarest would have been seen with a probability of 95 %. Joint
     limits do not count: :meth:`beyond_limits` says which a configuration breaks.
 
     Parameters
@@ -161,7 +171,7 @@ def assemblies(
     scale[:, 3] = 1.0 / top.length
     bodies = slice(1, None) if frame is None else slice(state.body_index(frame), state.body_index(frame) + 1)
     scale = scale[: len(range(state.model.njoints)[bodies])]
-    is_fixed = False
+    is_fixed, since = False, 0
     found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
     for done in track(range(0, most, BLOCK), "closing", progress):
         count = min(BLOCK, most - done)
@@ -172,6 +182,7 @@ def assemblies(
         for row in rows[closed]:
             poses = (forest.kinematics(row[None])[0][0, bodies] * scale).ravel()
             near = np.flatnonzero(np.abs(places - poses).max(axis=1, initial=0.0) <= _ALIKE)
+            since = since + 1 if near.size else 0
             if near.size:
                 hits[near[0]] += 1
                 continue
@@ -179,12 +190,12 @@ def assemblies(
         if len(found) and not is_fixed:
             _refuse_loose(state, found[0], np.flatnonzero(weight))
             is_fixed = True
-        if hits.min(initial=_OFTEN) >= _OFTEN and len(hits):
+        if _is_enough(hits, since):
             break
     order = np.argsort(-hits, kind="stable")
     free = np.flatnonzero(weight)
     margins = [_margin(scaled_jacobian(state, row)[0][:, free]) for row in found[order]]
-    return Assemblies(frozen(found[order]), frozen(hits[order]), frozen(np.array(margins)), done + count)
+    return Assemblies(frozen(found[order]), frozen(hits[order]), frozen(np.array(margins)), done + count, since)
 
 
 def _starts(state: ChainState, q: FloatArray, weight: FloatArray, rng: np.random.Generator, count: int) -> FloatArray:
@@ -331,7 +342,7 @@ def inverse_kinematics(
         return nearest_closed(there, q, held, CLOSED_TO, STEPS)[0]
 
     try:
-        if state.buffers.residual(start) <= state.closed:
+        if state.is_closed(state.buffers.residual(start), state.scaled_gap()):
             q = follow(state, start, reach, correct)
             if not respect_limits or limits.holds(q):
                 return q

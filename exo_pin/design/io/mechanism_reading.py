@@ -110,6 +110,8 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
         _Key("power_limit", "power", required=False),
         _Key("travel_limit", "length", required=False),
         _Key("least_tension", "force", required=False),
+        _Key("play", "length", required=False),
+        _Key("resolution", "length", required=False),
         _Key("tackle", Tackle),
     ),
     Wearer: (

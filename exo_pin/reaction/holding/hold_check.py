@@ -18,6 +18,7 @@ from ...core.results import Result
 from ...core.tables import enumerated, limb_list
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
+from ...device.device_singularity import in_doubt
 from ..constraints.actuator_limits import LimbLimits
 from ..evidence import AnswerSource
 from ..splits.pose_stack import UNFELT
@@ -221,6 +222,10 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
     """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
     yield from device.doubts
+    placed = source.poses.placed
+    if placed is not None and (doubt := in_doubt(device.chain, placed.q)).any():  # type: ignore[attr-defined]
+        where = f" in {doubt.sum()} of {len(doubt)} poses" if len(doubt) > 1 else ""
+        yield f"Undetermined{where}: the digits of the robot's file may make or hide a singular pose."
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "

@@ -299,6 +299,9 @@ def describe_axis(axis: FloatArray) -> str:
 def angle_words(poses: Rotation, side: str) -> str:
     """Clinical angles of a single pose in words: "flexion 10°, abduction 90°, internal rotation 0°"."""
     angles = shoulder_angles(poses, side, degrees=True)
+    # Two triples say the same: the one with less of flexion and rotation, as a person would say it.
+    other = (angles * [1.0, -1.0, 1.0] + 360.0) % 360.0 - 180.0
+    angles = other if np.abs(other[::2]).sum() < np.abs(angles[::2]).sum() else angles
     names = ("flexion", "abduction", "internal rotation")
     # "+ 0.0" turns -0 into 0.
     return ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 from mujoco_exact import ExactMujoco
-from rounded_files import rounded_urdf
+from rounded_files import FORMATS, rounded_urdf
 from rounded_mechanisms import MECHANISMS, mechanism
 from singular_poses import POSES, REGULAR
 
@@ -185,6 +185,25 @@ def test_random_roundings_count_the_same_freedoms(name):
             assert found.degrees_of_freedom == exact.degrees_of_freedom
             assert found.locked.degrees_of_freedom == exact.locked.degrees_of_freedom
             assert (found.verdict == "regular") == (name in REGULAR)
+
+
+@pytest.mark.parametrize(
+    ("form", "seed", "digits"),
+    [
+        pytest.param(form, seed, digits, marks=() if (form, seed, digits) == ("mjcf", 1, 5) else pytest.mark.full)
+        for form in FORMATS
+        for seed in (1, 2)
+        for digits in (8, 7, 6, 5, 4)
+    ],
+)
+def test_a_singular_drawing_is_known_by_every_format(form, seed, digits, tmp_path):
+    """Hinges are two points each in MJCF, which its digits leave open, one file's by less than others of its digits."""
+    exact = POSES["3-UPU at home"].chain(seed=seed)
+    chain = FORMATS[form](exact, digits, tmp_path)
+    found = chain.mobility(chain.close(chain.reference_configuration()))
+    assert found.freedoms[0] <= 5 <= found.freedoms[1]
+    assert found.locked.freedoms[0] <= 2 <= found.locked.freedoms[1]
+    assert found.verdict in ("singular", "undetermined within the digits")
 
 
 @pytest.mark.parametrize("digits", [8, 4])

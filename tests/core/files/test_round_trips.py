@@ -125,7 +125,7 @@ def limb(draw):
 
 
 def actuator(draw):
-    common = dict.fromkeys(("speed_limit", "power_limit", "travel_limit"), draw.number)
+    common = dict.fromkeys(("speed_limit", "power_limit", "travel_limit", "play", "resolution"), draw.number)
     common["pull_limit"] = lambda: draw.number(10.0, 99.0)
     kind = draw.rng.integers(3)
     if kind == 0:

@@ -325,7 +325,7 @@ def checked_equations(
     """The equations of motion with what the kernel found; see :func:`equations_of_motion`."""
     worst, gap, speed, size, opening_v, opening_a = found
     if check_closed:
-        if not worst <= state.closed:
+        if not state.is_closed(worst, gap):
             raise LoopNotClosed(q.copy(), worst, 0)
         refuse_opening(state, opening_v, speed)
         refuse_opening(state, opening_a, size, "acceleration")

@@ -135,7 +135,7 @@ def _reduced(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
     work, top = state.buffers, state.topology
-    J, gap = work.jacobian, residual_of_rank(state, q, float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    J, gap = work.jacobian, residual_of_rank(state, q, state.scaled_gap())
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis, _ = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import ExoPinError, control
+from exo_pin import ExoPinError, SuspectMeasurements, control
 
 
 def lengths_of(device, seen):
@@ -191,7 +191,7 @@ def judged(seed):
     generated = case(seed)
     try:
         found = generated.calibrated()
-    except ExoPinError:
+    except (ExoPinError, SuspectMeasurements):
         return "refused", generated.kind
     if error(found, generated.device) < max(0.02, 10.0 * stated_error(found)):
         return "right", generated.kind

@@ -143,9 +143,7 @@ def main():
     every = np.concatenate(list(per.values()))
     print(f"| all |  | {len(every)} | {100 * every[:, 0].mean():.1f} % | {100 * every[:, 1].mean():.1f} % |  |  |")
     print()
-    print(
-        "| mistake | largest joint error, mm | F_s off, % | ninth decile | verdict: mm | verdict: % | contradicted |"
-    )
+    print("| mistake | largest joint error, mm | F_s off, % | ninth decile | verdict: mm | verdict: % | contradicted |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     count = max(cases // 25, 2)
     for text, *numbers, shown in without_prior(count):

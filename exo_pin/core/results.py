@@ -30,7 +30,12 @@ _SCREEN, _FIELD = 1200, 80
 
 
 #: Effects of what was taken as known, in words.
-_EFFECTS = {"joints_mm": "mm of the joints", "F_s_percent": "% of |F_s|"}
+_EFFECTS = {
+    "joints_mm": "mm of the joints",
+    "F_s_percent": "% of |F_s|",
+    "pose_deg": "deg of the pose",
+    "force_percent": "% of the force",
+}
 
 
 @dataclasses.dataclass(frozen=True)

@@ -30,6 +30,7 @@ from ..wrist_chain import PARTS
 from ..wrist_chain.wrist_urdf import write_published_urdf
 from . import options
 from .command import deliver, draws, writes
+from .recordings.recording_options import ReadAs, Recording
 
 Step = Annotated[
     options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")
@@ -140,6 +141,7 @@ def calibrate(
     length_noise: options.Millimetres | None = None,
     orientation_noise: options.Degrees = 0.0,
     tolerance: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    read_as: ReadAs = ReadAs(),
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
@@ -169,7 +171,7 @@ def calibrate(
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {design}")
     nominal = load(design, side=side)
-    run = read_run(measured, nominal.side)
+    run = read_run(measured, nominal.side, read_as.options)
     if length_noise is not None and not length_noise > 0.0:
         raise InvalidInput(f"expected --length-noise in mm, above zero, got {length_noise:g}")
     if not orientation_noise >= 0.0:
@@ -198,7 +200,7 @@ def _poses(
     exo: ShoulderExo,
     pose: options.Pose,
     way: options.Way,
-    recording: options.Recording,
+    recording: Recording,
     step: float,
     limits: str,
     split: str | None,
@@ -222,7 +224,7 @@ def sweep(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
@@ -301,7 +303,7 @@ def compare(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,

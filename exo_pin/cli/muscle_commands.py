@@ -1,4 +1,4 @@
-"""``exo-pin muscle force|pressure|identify|step``: pneumatic muscles."""
+"""``exo-pin muscle force|pressure|identify|step|loop``: pneumatic muscles."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from ..muscle.laws.friction import ConstantFriction
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
-from ..view.plots.muscle_plots import plot_force_map, plot_responses
+from ..view.plots.muscle_plots import plot_force_map, plot_loop, plot_responses
 from . import options
 from .command import deliver, draws, writes
 
@@ -304,10 +304,8 @@ def muscle_step(
     --------
     exo-pin muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv
     """
-    if (mass_kg is None) == (weight_N is None):
-        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+    mass = _mass(mass_kg, weight_N)
     law: DynamicModel = load_dynamic(model) if model.endswith(".toml") else dynamic_model(model)
-    mass = weight_N / G if weight_N is not None else float(mass_kg or 0.0)
     pressure = PressureStep(from_bar * BAR, to_bar * BAR, time_constant=lag_s)
     end = options.duration("--duration-s", duration_s)
     times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
@@ -326,6 +324,13 @@ def muscle_step(
     deliver("\n".join(lines), columns=lambda: _columns(response), figure=figure, out=out, plot=plot)
 
 
+def _mass(mass_kg: float | None, weight_N: float | None) -> float:
+    """The hung mass, kg."""
+    if (mass_kg is None) == (weight_N is None):
+        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+    return weight_N / G if weight_N is not None else float(mass_kg or 0.0)
+
+
 def _step_facts(response: StepResponse) -> list[str]:
     """Lines about overshoot and settling, which a mass that ends where it began does not have."""
     try:
@@ -341,3 +346,73 @@ def _columns(response: StepResponse) -> dict[str, Any]:
     names = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar")
     columns = {name: np.round(values, 6) for name, values in zip(names, scaled, strict=True)}
     return columns | {"inside": response.inside.astype(int)}
+
+
+def muscle_loop(
+    *,
+    to_percent: options.Percent,
+    mass_kg: options.Kilograms | None = None,
+    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    length_mm: options.Millimetres = 250.0,
+    friction_N: Annotated[options.Newtons, Parameter(name="--friction-N")] = 2.5,
+    gain: Annotated[float | None, options.called("K_C")] = None,
+    integral_s: options.Seconds | None = None,
+    duration_s: options.Seconds = 5.0,
+    model: Annotated[str, _model("Force law", muscle_models())] = "best",
+    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("contraction, pressure and duty over time")] = None,
+) -> None:
+    """Compute a step of one muscle under its PI controller, with a hung mass (Figure 5-10 of the thesis).
+
+    Parameters
+    ----------
+    to_percent : float
+        Wanted contraction, % of the nominal length.
+    mass_kg : float, optional
+        Hung mass, kg.
+    weight_N : float, optional
+        Weight of the hung mass, N, instead of its mass.
+    length_mm : float
+        Nominal length of the muscle, mm.
+    friction_N : float
+        Dry friction of the muscle, N.
+    gain : float, optional
+        Proportional gain, share of time the valve fills per percent of error (default: Table 5-5).
+    integral_s : float, optional
+        Integral time, s (default: Table 5-5).
+    duration_s : float
+        How long to simulate, s.
+
+    Examples
+    --------
+    exo-pin muscle loop --to-percent 15 --weight-N 12.74
+    """
+    from ..control.controllers.thesis_controller import PIGains, table_5_5_gains
+    from ..control.experiments.muscle_loop import muscle_loop as simulated
+    from ..control.plant.options import PlantOptions
+
+    law = named_static(model).scaled(as_positive("--length-mm", length_mm) / 1e3)
+    printed = table_5_5_gains([law.length])[0]
+    gains = PIGains(printed.K_c if gain is None else gain, printed.T_i if integral_s is None else integral_s)
+    estimates = PlantOptions(muscle_friction=ConstantFriction(as_positive("--friction-N", friction_N, zero=True)))
+    mass = _mass(mass_kg, weight_N)
+    end = options.duration("--duration-s", duration_s)
+    run = simulated(law, mass, to_percent / 100.0, gains=gains, options=estimates, duration=end)
+    settled = f"{run.settling_time:.2f} s (5 %)" if np.isfinite(run.settling_time) else "longer than the run (5 %)"
+    lines = [
+        f"{law.name}, {1e3 * law.length:g} mm, {mass:.3f} kg, K_c {gains.K_c:g} a percent, T_i {gains.T_i:g} s",
+        *(f"Caution: {text}" for text in run.cautions),
+        f"contraction    {1e3 * run.contraction[-1]:.2f} mm of {1e3 * run.wanted:.2f} mm",
+        f"steady error   {100 * run.steady_error:.1f} %",
+        f"overshoot      {100 * run.overshoot:.1f} %",
+        f"settling time  {settled}",
+    ]
+    columns = {
+        "time_s": run.time,
+        "contraction_mm": 1e3 * run.contraction,
+        "wanted_mm": np.full(len(run.time), 1e3 * run.wanted),
+        "pressure_bar": run.pressure / BAR,
+        "duty": run.duty,
+        "inside": run.inside.astype(int),
+    }
+    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_loop(columns), out=out, plot=plot)

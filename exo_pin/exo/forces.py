@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import require_type
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Posture, warn_outside_human_range
+from ..load_case.recordings.reading import movement_cautions
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
@@ -220,7 +221,8 @@ def follow(
     """
     require_type("movement", movement, Movement)
     motion = None if static else movement.motion
-    case = Case(movement.poses, motion, load, centre_offset, None, movement.pose_cautions, posture)
+    doubts = movement_cautions(movement, self.side)
+    case = Case(movement.poses, motion, load, centre_offset, None, doubts, posture)
     assumed = Assumptions(split, constraint_bounds=constraint_bounds, **within)
     return movement_reaction(self, movement, case, assumed, progress)
 

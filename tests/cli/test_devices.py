@@ -16,7 +16,7 @@ SERIAL, SUPPORT = str(URDF / "serial-y-x-z.urdf"), str(URDF / "spring-support.ur
 def test_reaction_says_what_the_drives_give(capsys):
     assert main(["reaction", SERIAL, "--flexion", "60", "--abduction", "30"]) == 0
     text = capsys.readouterr().out
-    assert "The device can hold this pose." in text
+    assert "YES, it holds." in text
     assert "flexion" in text
     assert "N m" in text
     assert "a cuff that puts no couple on the arm" in text
@@ -29,7 +29,8 @@ def test_reaction_says_what_the_drives_give(capsys):
 def test_a_passive_support_says_what_the_wearer_must_add(capsys):
     assert main(["reaction", SUPPORT, "--abduction", "60"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert "the wearer's own muscles would have to add" in text
+    assert "IT SUPPORTS, and the wearer holds." in text
+    assert "It leaves the wearer's muscles 6.3 N m about the forward axis" in text
     assert "No pose within" not in text
 
 

@@ -8,6 +8,7 @@ import sys
 import typing
 from collections import Counter
 
+import foreign_records
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
@@ -145,6 +146,14 @@ def _forces(folder):
     exo.check()
     ep.ShoulderExo.from_chain(exo.chain)
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)
+
+
+def _recordings(folder):
+    truth = foreign_records.movement(0, "left")
+    for writer in (foreign_records.clinical, foreign_records.mvnx):
+        ep.read_movement(writer(folder, truth)[0], reading=ep.RecordingOptions(start=(0, 0, 0)))
+    path, _ = foreign_records.clinical(folder, truth._replace(angles=np.radians(truth.angles)))
+    assert ep.read_movement(path).cautions
 
 
 def _swing(count):
@@ -288,7 +297,7 @@ def _pictures(folder):
 #: Queries of every kind, without pictures.
 NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _devices)
 #: Queries with files, pictures and persons.
-OTHER = (_files, _pictures, _persons)
+OTHER = (_files, _recordings, _pictures, _persons)
 #: What makes the examples that no query makes.
 EXAMPLES = (
     muscle_examples,

@@ -234,7 +234,7 @@ class Tracking(Result, ReadOnly):
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
         known = [f"Taken as known: {each}." for each in self.known]
-        return "\n".join([self.verdict, *known, *cautions, *(f"- {text}" for text in self.findings), "", *lines])
+        return "\n".join([self.verdict, *cautions, *known, *(f"- {text}" for text in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
         """Everything over time, by name with its unit.

@@ -197,7 +197,8 @@ def find_region(
 
     Notes
     -----
-    Source: thesis Section 3.2.1; the test is that of G. Chow, Econometrica 28 (1960) 591, of predictions.
+    The region is that of Section 3.2.1 of the thesis, the test that of predictions by G. Chow, Econometrica 28 (1960)
+    591.
 
     Examples
     --------

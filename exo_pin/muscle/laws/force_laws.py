@@ -143,7 +143,7 @@ class PolynomialModel(StaticModel):
 
         Notes
         -----
-        Source: thesis Table 2-4 (2).
+        Source: thesis Table 2-4.
 
         Examples
         --------

@@ -250,12 +250,17 @@ def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) 
     f = source.values[held, : mechanism.limb_count]
     none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1, initial=0.0)[:, None]
     none &= source.poses.limits.lower[held] == 0.0
-    loose = [i + 1 for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None and none[:, i].any()]
-    if loose:
-        poses = f" in {int(none.any(axis=1).sum())} of {len(none)} held poses" if len(none) > 1 else ""
-        verb = "is" if len(loose) == 1 else "are"
-        words = mechanism.limb_words(loose)
-        yield f"{words[:1].upper()}{words[1:]} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
+    counts = {i + 1: int(none[:, i].sum()) for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None}
+    loose = {limb: count for limb, count in counts.items() if count}
+    if not loose:
+        return
+    if len(none) == 1:
+        words, verb = mechanism.limb_words(list(loose)), "is" if len(loose) == 1 else "are"
+        text = f"{words[:1].upper()}{words[1:]} {verb} slack"
+    else:
+        each = enumerated(f"{mechanism.limb_words([limb])} in {count}" for limb, count in loose.items())
+        text = f"Of {len(none)} held poses limbs are slack, {each}"
+    yield f"{text}: a least tension of the actuator (least_tension) keeps a limb taut."
 
 
 def _large_side_forces(source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:

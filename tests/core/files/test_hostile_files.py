@@ -187,8 +187,9 @@ def test_csv_texts_that_are_wrong(kind, tmp_path):
     check("", "is empty")
     check("# only a comment\n\n", "is empty")
     check(head + "," + head.split(",")[0] + "\n", "names '.*' twice")
-    check(good.replace(",", ";"), "separated by commas")
-    check(good.replace(",", "\t"), "separated by commas")
+    if kind != "movement":  # recordings come in every dialect
+        check(good.replace(",", ";"), "separated by commas")
+        check(good.replace(",", "\t"), "separated by commas")
     check(head + "\n\n# c\n" + first + ",7\n", r"line 4: expected \d cells")
     check(head + "\n" + first.rsplit(",", 1)[0] + "\n", r"line 2: expected \d cells")
     check(head + '\n"' + first + "\n", "line 2: not CSV")

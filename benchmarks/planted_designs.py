@@ -136,7 +136,7 @@ def genuine_calibrations(seed=1):
     for number in range(8):
         rng = np.random.default_rng([seed, number])
         exo = ep.load("prototype")
-        arm = poses(rng, 40) if number % 2 else Rotation.random(40, rng)
+        arm = poses(rng, 40)
         more = {} if number < 4 else {"unknowns": (*JOINTS, "length_offsets")} if number < 6 else {"unknowns": CENTRE}
         moved = {"joints": 0.003} if number < 6 else {"joints": 0.0, "rings": (0.006, 0.006)}
         device = near(exo, rng, **moved, offsets=0.05 if 4 <= number < 6 else 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,7 +14,7 @@ from ..calibration import calibrate as calibrated
 from ..calibration.calibrate_device import JOINTS
 from ..calibration.length_model import UNITS
 from ..control import read_run
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, SuspectMeasurements
 from ..core.files import as_file_stem, require_folder, write_text
 from ..core.progress import processes
 from ..core.tables import filled
@@ -171,7 +172,12 @@ def calibrate(
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {design}")
     nominal = load(design, side=side)
-    run = read_run(measured, nominal.side, read_as.options)
+    names = [name.strip() for name in unknowns.split(",")]
+    with warnings.catch_warnings():
+        if any(name.endswith("mounting") for name in names):
+            # Orientations of sensors, which are not those of an arm: lengths say what they are.
+            warnings.simplefilter("ignore", SuspectMeasurements)
+        run = read_run(measured, nominal.side, read_as.options)
     if length_noise is not None and not length_noise > 0.0:
         raise InvalidInput(f"expected --length-noise in mm, above zero, got {length_noise:g}")
     if not orientation_noise >= 0.0:
@@ -180,7 +186,7 @@ def calibrate(
         run.poses,
         run.lengths,
         nominal,
-        unknowns=[name.strip() for name in unknowns.split(",")],
+        unknowns=names,
         length_noise=None if length_noise is None else 1e-3 * length_noise,
         orientation_noise=float(np.radians(orientation_noise)),
         tolerances=dict(_tolerance(text) for text in tolerance),

@@ -258,13 +258,17 @@ def _evaluated(answer: Reaction) -> Reaction:
 
 
 def _taken_as_known(quantity: Any, magnitude: float, assumptions: Assumptions) -> Iterator[Known]:
-    """The effect of one unit of a quantity that counts as certain; nothing where the question cannot be asked."""
+    """The effect of one unit of a quantity that counts as certain, of a ball in the worst direction by differences.
+
+    Nothing where the question cannot be asked.
+    """
     name, _, unit = quantity.name.rpartition("_")
     try:
-        effect = _tried(quantity._replace(size=1.0), magnitude, assumptions)
+        answers = [solve(*quantity.changed(axis), assumptions) for axis in np.eye(quantity.dimensions)]
     except ExoPinError:
         return
-    share = 100.0 * effect.change(magnitude) / max(magnitude, 1e-300)
+    slope = [float(answer.magnitude) - magnitude if answer.has_answer else np.inf for answer in answers]
+    share = 100.0 * float(np.linalg.norm(slope)) / max(magnitude, 1e-300)
     yield Known(name.replace("_", " "), 1.0, {"percent": "%"}.get(unit, unit), {"F_s_percent": share}, shows=False)
 
 

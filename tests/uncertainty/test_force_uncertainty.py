@@ -186,7 +186,8 @@ def test_what_counts_as_certain_is_listed_with_its_effect():
     slope = []
     for axis in np.radians(0.5) * np.eye(3):
         leant = [
-            exo.replace(gravity=Rotation.from_rotvec(sign * axis).as_matrix() @ exo.gravity) for sign in (1.0, -1.0)
+            exo.replace(gravity=Rotation.from_rotvec(sign * axis).as_matrix() @ exo.device.gravity)
+            for sign in (1.0, -1.0)
         ]
         ahead, behind = (float(each.reaction(LIFTED).magnitude) for each in leant)
         slope.append(ahead - behind)

@@ -314,6 +314,7 @@ def compare(
     limits: options.LimitsText = "design",
     step: Step = 10.0,
     split: options.Split | None = None,
+    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -335,6 +336,9 @@ def compare(
     others : str
         The designs to compare it with. Any of these may be a .csv file with one design a row: its column design names a
         preset or a file, its others parameters as those of sweep --vary, such as r_A_mm.
+    muscles : bool, optional
+        First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
+        (default: with --person, if the extra 'person' is installed, and of no movement).
     detailed : bool
         Which kind for what, some seconds a design: poses clear of the wearer's body, singular poses, a failed drive,
         efforts and strokes, moving mass, contact force with the wearer's muscles, 10 mm off the centre (needs the extra
@@ -353,5 +357,8 @@ def compare(
     exo, *rest = [each for group in (first, *more) for each in group]
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
-    table = compared(exo, *rest, **query, person=person, detailed=detailed, progress=progress)
+    counted = muscles
+    if muscles is None:
+        counted = person is not None and not recording and not detailed and options.has_muscles()
+    table = compared(exo, *rest, **query, person=person, joint=bool(counted), detailed=detailed, progress=progress)
     deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)

@@ -70,7 +70,8 @@ def track(
     list : bool
         List the experiments.
     controller : str, optional
-        One PI controller for each limb (pi), or a model-based controller (model) (default: as in the experiment).
+        One PI controller for each limb (pi), or a model-based controller (model) (default: as in the
+        experiment; of a redundant design that measures more than lengths model, else pi).
     flange : bool
         With the second flange bearing of Section 5.4.3.
     supply : float, optional
@@ -128,6 +129,8 @@ def track(
         changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
     chosen = chosen.replace(**changes)
     progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
+    for text in chosen.foreseen:
+        options.caution(text)
     tracking = chosen.run(progress)
     exo = ShoulderExo.from_mechanism(chosen.mechanism)
     felt = {}

@@ -157,6 +157,11 @@ def muscle_identify(
     if csv is not None:
         strain, pressure = found.model.validity.strain, found.model.validity.pressure
         low, high = pressure[0] / BAR, pressure[1] / BAR
+        if diameter_mm is None:
+            least, most = (1e3 * diameter for diameter in found.diameters)
+            print(
+                f"pulls like a muscle of {least:.0f} to {most:.0f} mm diameter (--diameter-mm checks the force by it)"
+            )
         print(f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {low:.2f} to {high:.2f} bar")
     if out:
         table |= {

@@ -15,7 +15,7 @@ from cyclopts import Parameter
 from scipy.spatial.transform import Rotation
 
 from ..chain.formats.leaving_out import LEAVE_OUT
-from ..core.errors import InvalidInput, OutsideHumanRange
+from ..core.errors import InvalidInput, MissingExtra, OutsideHumanRange
 from ..core.optional_packages import require_extra
 from ..core.validation import FloatArray, as_positive
 from ..design import Wearer
@@ -302,6 +302,16 @@ def with_muscles(own: Wearer, **more: Any) -> Person:
     from ..person import Person  # here, because few queries need one
 
     return Person(own.height, own.mass, own.sex, elbow_flexion=own.elbow_flexion, payload=own.payload, **more)
+
+
+def has_muscles() -> bool:
+    """Whether the extra with the wearer's muscles is installed; a line on standard error says if it is not."""
+    try:
+        require_extra("person")
+    except MissingExtra as error:
+        caution(f"the wearer's own muscles are not counted: {error}")
+        return False
+    return True
 
 
 def own_wearer(exo: ShoulderExo) -> Wearer | None:

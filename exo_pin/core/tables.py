@@ -118,3 +118,10 @@ def limb_list(numbers: Iterable[int]) -> str:
     """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"; "no limb" of none."""
     every = [str(number) for number in numbers]
     return f"limb{'s' * (len(every) > 1)} {enumerated(every)}" if every else "no limb"
+
+
+def drive_list(drive_units: Sequence[tuple[str, str]], rows: Iterable[int]) -> str:
+    """Drives of these rows by their names, from 0: "flexion and abduction", or "limbs 1 and 3"."""
+    names = [drive_units[row][0] for row in rows]
+    numbers = [name.removeprefix("limb ") for name in names]
+    return limb_list(map(int, numbers)) if all(map(str.isdigit, numbers)) else enumerated(names)

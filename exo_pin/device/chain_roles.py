@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -13,11 +14,15 @@ from ..chain.structure.description import Cable
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm
-from .device_record import arm_index_of
 from .parts.drives import Drive, Spring
 from .parts.laws import LinearSpring
 from .parts.routes import Route
 
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
+
+#: Placement of the arm's joint or link, m and rad, that is rounding.
+_SAME = 1e-9
 #: Share of an arm's mass, and of its moments of mass, that is rounding of a file.
 SAME_ARM = 1e-6
 
@@ -135,3 +140,63 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
         greatest=known(ends[1]),
         speed_limit=known(speed, speed > 0.0),
     )
+
+
+def soft_bodies(device: ChainDevice) -> dict[int, str]:
+    """Joints whose bodies give way, with the names of the links.
+
+    Raises
+    ------
+    InvalidInput
+        If a link that gives way is part of the arm or of the torso, or two are one body.
+    """
+    state, found = device.chain._state, dict[int, str]()
+    for soft in device.soft_links:
+        joint = int(state.model.frames[state.frame_index(soft.link)].parentJoint)
+        if joint in (0, device.arm_index):
+            body = "torso" if joint == 0 else "arm"
+            raise InvalidInput(f"expected a link that moves on its own, got {soft.link!r}, which is part of the {body}")
+        if joint in found:
+            raise InvalidInput(f"{soft.link!r} and {found[joint]!r} are one body: give it one spring")
+        found[joint] = soft.link
+    return found
+
+
+def arm_index_of(chain: ClosedChain) -> int:
+    """Index of the joint that the arm hangs on, in the model.
+
+    Raises
+    ------
+    InvalidInput
+        If the roles name no arm.
+    """
+    arm = chain.roles.arm
+    if arm is None:
+        raise InvalidInput(f"robot {chain.description.name!r} names no arm among its roles: [roles] arm = LINK")
+    return int(chain.model.frames[chain._state.frame_index(arm)].parentJoint)
+
+
+def carries_arm(chain: ClosedChain) -> bool:
+    """Whether a device can be made of a chain."""
+    try:
+        check_arm(chain)
+    except InvalidInput:
+        return False
+    return True
+
+
+def check_arm(chain: ClosedChain) -> None:
+    """Raise unless the arm hangs on the torso by a spherical joint, with the arm's axes."""
+    name, model = chain.description.name, chain.model
+    index = arm_index_of(chain)
+    kind = model.joints[index].shortname() if index else "none"
+    if kind != "JointModelSpherical" or model.parents[index] != 0:
+        raise InvalidInput(
+            f"expected the arm {chain.roles.arm!r} of robot {name!r} on a spherical joint of the torso at the "
+            f"shoulder's centre, got joint {model.names[index]!r} ({kind}): in a URDF the arm is the root link, with "
+            '[root] joint = "spherical"'
+        )
+    frame = model.frames[chain._state.frame_index(str(chain.roles.arm))]
+    for what, place in (("joint", model.jointPlacements[index].rotation), ("link", frame.placement.rotation)):
+        if np.abs(place - np.eye(3)).max() > _SAME:
+            raise InvalidInput(f"expected the axes of the arm's {what} along those of the world at rest, got {place}")

@@ -66,7 +66,7 @@ class _Lines:
         """Every line, the verdict first."""
         lines = [*self._verdict(), *self._joint(), *self._relief()]
         if self.answer.has_answer:
-            lines += [*self._alone(), *self._limbs()]
+            lines += [*self._alone(), *self._limbs(), *self._placed()]
         return [*lines, *self._worn(), *self._minded(), self._assumed()]
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
@@ -101,11 +101,11 @@ class _Lines:
             return "NOT KNOWN.", reason
         if not answer.has_answer:
             return "NO, it cannot hold.", reason
-        if left := self.report.left_to_wearer:
+        if not limits.can_hold and (left := self.report.left_to_wearer):
             moment, others = left
             size = float(np.linalg.norm(moment))
             text = f"{newtons(size)} N m about {describe_axis(moment)}" if size >= 5e-3 else "less than 0.01 N m"
-            if not others:
+            if not others and not self.device.drives:
                 return "IT SUPPORTS, and the wearer holds.", f"It leaves the wearer's muscles {text}."
         if limits.violated:
             return ("PROBABLY NOT." if limits.unknown else "NO, it cannot hold."), reason
@@ -167,7 +167,7 @@ class _Lines:
         if most <= 0.0:
             text = f"none here: the joint carries {newtons(-most)} % more than without the device"
         elif not reliefs:
-            text = f"at most {newtons(most)} %: its springs set what it carries; {_MEASURED}"
+            text = f"at most {newtons(most)} %; not known if muscles keep tension; {_MEASURED}"
         else:
             kept = [f"{newtons(value)} %" if np.isfinite(value) else "cannot be" for value in reliefs.values()]
             shares = [f"{100.0 * share:.0f} %" for share in reliefs]
@@ -198,6 +198,8 @@ class _Lines:
                 ways = ways.replace(" down", " down (traction)")
         if len(text) + len(ways) + 2 > self.width - _LABEL:
             ways = ways.replace(" (distraction)", "")
+        if len(whose) + len(span) > self.width - _LABEL:
+            whose = whose.removeprefix("of arm and device; ")
         lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
         return lines if socket is not None else [*lines, *self._bare_arm()]
 
@@ -215,7 +217,7 @@ class _Lines:
         poses, units = self.answer.source.poses, self.device.drive_units
         bounds, percent, rows = poses.limits, self.report.percent_of_limits, []
         for i, force in enumerate(self.answer.actuator_forces.tolist()):
-            name, unit = units[i] if units else (f"limb {i + 1}", "")
+            name, unit = units[i][0], "" if self.device.has_limbs else units[i][1]
             if name.startswith("wearer"):
                 continue
             does = f"{newtons(force)} {unit}" if unit else _pull(force)
@@ -229,11 +231,16 @@ class _Lines:
             return []
         return [line[: self.width] for line in aligned([tuple(f" {cell}" for cell in row) for row in rows], words=4)]
 
+    def _placed(self) -> list[str]:
+        """What an error of the drives does, where they alone do not place the arm."""
+        seen = self.report.accuracy
+        return self._labelled("Placed", f"{seen.sensitivity()}.", 2) if seen.is_doubtful else []
+
     def _worn(self) -> list[str]:
         """How the device sits on the wearer."""
         answer, texts = self.answer, []
         if answer.clearance >= 0.0 and np.isfinite(answer.clearance):
-            texts.append(f"{1e3 * float(answer.clearance):.0f} mm clear of the wearer")
+            texts.append(f"{1e3 * float(answer.clearance):.0f} mm clear all round")
         if answer.is_worn and np.isfinite(answer.cuff_pull):
             pull = float(answer.cuff_pull)
             way = "" if abs(pull) < 0.05 else f" to the {'shoulder' if pull < 0.0 else 'hand'}"
@@ -246,8 +253,8 @@ class _Lines:
         """What to mind and what was not checked, in one line."""
         told = self.answer.cautions
         own = [text for text in told if not text.startswith(NOTES)]
-        notes = [text for text in told if text.startswith("Not checked")]
-        text = " ".join([*own, *notes])
+        posture, unchecked = ([text for text in told if text.startswith(note)] for note in ("Posture: ", "Not checked"))
+        text = " ".join([*posture, *own, *unchecked])
         return self._labelled("Mind", plain(text)) if text else []
 
     def _assumed(self) -> str:
@@ -304,7 +311,7 @@ def relief_words(reliefs: Mapping[float, float]) -> str:
             text += f" With {who} it is {newtons(value)} %."
         else:
             text += f" There is no answer with {who}: device, strength and socket do not allow it."
-    return text if others else f"{text} The springs of the device set what it carries."
+    return text if others else f"{text} The device cannot carry a share of all moments, to leave them the rest."
 
 
 def words_of_angles(angles: Sequence[float]) -> str:

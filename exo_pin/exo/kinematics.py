@@ -276,7 +276,7 @@ def workspace(
 def track(
     self: ShoulderExo,
     reference: Reference | str | PathLike[str],
-    controller: str | Callable[[float, Any], Any] = "pi",
+    controller: str | Callable[[float, Any], Any] | None = None,
     *,
     options: PlantOptions | None = None,
     duration: float | None = None,
@@ -294,7 +294,8 @@ def track(
     reference : Reference, str or path-like
         A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
         of orientations, as :func:`exo_pin.read_movement` reads it.
-    controller : {"pi", "model"} or callable
+    controller : {"pi", "model"} or callable, optional
+        "model" of a redundant design, unless it states that it measures lengths alone, else "pi", if left out.
         "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
         actuators their lengths. "model": tensions of least shoulder force and their pressures or motor forces,
         with feedback. Or any function ``(t, measurement) -> commands``, see

@@ -21,6 +21,7 @@ from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
 from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
+from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
 from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
@@ -84,7 +85,11 @@ class PoseReport(Result):
     def _fields(self) -> dict[str, Any]:
         # Beside the answer, which has its own.
         poses = self.answer.source.poses
+        seen = self.accuracy
         own = super()._fields() | {
+            "weakest_rate": float(seen.mm_per_degree),
+            "weakest_rate_unit": seen.unit,
+            "twin_degrees": float(np.degrees(seen.twin_angle)) if seen.has_twin else None,
             "bare_arm_share": self.bare_arm_share,
             "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
             "percent_of_limits": self.percent_of_limits,
@@ -95,7 +100,7 @@ class PoseReport(Result):
             "singular_margin": float(self.answer.margin),
             "singular_distance": self.singular_distance,
         }
-        if self.device.drive_units:
+        if not self.device.has_limbs:
             units = [list(pair) for pair in self.device.drive_units]
             return own | {"drive_coordinates": poses.lengths[0], "drive_units": units}
         return own | {"limb_lengths": poses.lengths[0], "strokes": self.ranges}
@@ -124,6 +129,11 @@ class PoseReport(Result):
         return str(singularity(record.geometry, self._pose, record.is_upu).kind)
 
     @cached_property
+    def accuracy(self) -> PoseAccuracy:
+        """How well the drives place the arm; twins are looked for where there are closed forms."""
+        return pose_accuracy(self.device, self._pose, self.device.accelerate("rates") is not None)
+
+    @cached_property
     def singular_distance(self) -> float:
         """Angle to the nearest singular pose, degrees; NaN of other than wrists of three limbs, without a surface."""
         record = self.device.accelerate("singularity")
@@ -140,7 +150,7 @@ class PoseReport(Result):
     @property
     def pose_in_words(self) -> str:
         """The pose, without angles that are zero."""
-        return self.pose_words or words_of_angles(shoulder_angles(self._pose, self.device.side, degrees=True))
+        return self.pose_words or words_of_angles(shoulder_angles(self._pose, self.device.side, degrees=True).tolist())
 
     @property
     def socket(self) -> FloatArray | None:
@@ -230,7 +240,7 @@ class PoseReport(Result):
         """On what the forces of a pose that is not held rest."""
         if not self.device.holds_alone:
             return ", with what is listed below from the wearer"
-        part, force = ("drives", "efforts") if self.device.drive_units else ("limbs", "forces")
+        part, force = ("limbs", "forces") if self.device.has_limbs else ("drives", "efforts")
         return f", if the {part} could supply the {force} below"
 
     def _yardstick(self) -> list[str]:
@@ -253,12 +263,13 @@ class PoseReport(Result):
     def _limbs(self) -> list[str]:
         """Position and effort of each drive beside its limits; limbs have numbers, and one unit."""
         poses, units = self.answer.source.poses, self.device.drive_units
+        limbs = self.device.has_limbs
         bounds, forces = poses.limits, self.answer.actuator_forces
         rows = [("drive", "coordinate", "range", "effort", "limits")]
-        if not units:
+        if limbs:
             rows = [("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")]
-        numbers = [(str(k), "") for k in range(1, 1 + len(forces))]
-        for i, ((name, unit), (low, high)) in enumerate(zip(units or numbers, self.ranges, strict=True)):
+            units = tuple((name.removeprefix("limb "), "") for name, _ in units)
+        for i, ((name, unit), (low, high)) in enumerate(zip(units, self.ranges, strict=True)):
             scale, at = (180.0 / np.pi, " °") if unit == "N m" else (1e3, " mm" if unit else "")
             own = ("", "")
             if not name.startswith("wearer"):
@@ -270,8 +281,10 @@ class PoseReport(Result):
         return aligned(rows)
 
     def _footnotes(self) -> list[str]:
-        named = bool(self.device.drive_units)
+        named = not self.device.has_limbs
         lines = [] if named else ["Tension is positive; a negative one is a push."]
+        if self.accuracy.is_doubtful:
+            lines.append(filled(str(self.accuracy)))
         if self.answer.clearance >= 0.0:
             what = "The device is {} mm clear of the wearer." if named else _CLEAR_LIMBS
             lines.append(what.format(f"{1e3 * self.answer.clearance:.0f}"))
@@ -289,7 +302,7 @@ class PoseReport(Result):
             return ""
         axis = describe_axis(self.answer.source.poses.weak_axis(0))
         text = "This pose is almost singular, and forces change a lot near it: the "
-        text += f"{'drives' if self.device.drive_units else 'limbs'} hardly resist a moment about {axis}."
+        text += f"{'limbs' if self.device.has_limbs else 'drives'} hardly resist a moment about {axis}."
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
         return text
@@ -409,8 +422,7 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
     columns["|F_s|, N"] = answer.magnitude
     if answer.percent_body_weight is not None:
         columns["% of weight"] = answer.percent_body_weight
-    names = [f"{name}, {unit}" for name, unit in answer.drive_units]
-    names = names or [f"limb {i}, N" for i in range(1, 1 + answer.actuator_forces.shape[-1])]
+    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
     columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
     # + 0.0, so that no minus stands before zero.
     cells = [

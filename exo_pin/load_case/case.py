@@ -34,7 +34,7 @@ BACKWARD = float(np.sin(np.radians(65.0)))
 #: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
 INTO_BODY, IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
 #: Turns of the arm about its own axis, rad: those of the daily-life box, -90.7 and 134.5°, with room.
-INWARD, OUTWARD = float(np.radians(-95.0)), float(np.radians(135.0))
+INWARD, OUTWARD = float(np.radians(-95.0)) - 1e-9, float(np.radians(135.0)) + 1e-9
 
 
 @dataclass(frozen=True, eq=False)

@@ -236,7 +236,7 @@ class _Rates:
     def __init__(self, mechanism: Device | Mechanism, movement: Movement | None) -> None:
         device = as_device(mechanism)
         own = device.drives
-        units = [unit for _, unit in device.drive_units[: len(own)]] or ["N"] * len(own)
+        units = [unit for _, unit in device.drive_units[: len(own)]]
         self.turning = np.array([unit != "N" for unit in units], dtype=bool)
         limits = [(None, None) if each is None else (each.speed_limit, each.power_limit) for each in own]
         self.limits = np.array(limits, dtype=np.float64).reshape(len(own), 2).T

@@ -34,6 +34,17 @@ def test_a_passive_support_says_what_the_wearer_must_add(capsys):
     assert "No pose within" not in text
 
 
+@pytest.mark.full
+def test_drives_that_cannot_turn_the_arm_about_itself_do_not_hold_it(capsys):
+    # With the forearm across, the arm's weight turns it about itself, and the cuff of the 3RPS turns freely there.
+    words = ["--flexion", "90", "--internal-rotation", "45", "--person", "1.755,85,male", "--elbow-flexion", "90"]
+    assert main(["reaction", str(URDF / "3rps-passive-ball.urdf"), *words]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "NO, it cannot hold." in text
+    assert "The wearer's own muscles would have to add 2.41 N m about the arm." in text
+    assert "springs" not in text
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -16,8 +16,9 @@ from ...core.files.csv_tables import csv_text
 from ...core.results import Known, Result, drawn
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
-from ..controllers.tension_program import HELD, missing_moments
+from ..controllers.tension_program import missing_moments
 from ..plant.run import Run
+from .foresight import holdable
 from .tracking_report import columns_of, continuous_angles, findings, known_of, labelled, summary_of, verdict_of
 
 if TYPE_CHECKING:
@@ -102,13 +103,7 @@ class Tracking(Result, ReadOnly):
     @property
     def reachable(self) -> np.ndarray:
         """Shape (N,), bool: whether the drives can hold the wanted pose at rest, within the strokes of motor drives."""
-        plant = self.run.plant
-        lengths = plant.contractions.lengths(self.wanted)
-        held = self.missing_moment <= HELD
-        for drive, length in zip(plant.drives, lengths.T, strict=True):
-            if drive.is_motor:
-                held &= drive.spans(length)
-        return np.asarray(held)
+        return holdable(self.run.plant, self.wanted)
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:
         """Angles of the arm, or of the reference, over time.
@@ -222,8 +217,8 @@ class Tracking(Result, ReadOnly):
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """Those of a measured reference and of the run; and that forces after a fault depend on estimates."""
-        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions)
+        """Of a measured reference, of the run and of what was foreseen; and that forces after a fault are estimates."""
+        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions, *self.experiment.foreseen)
         if not self.experiment.faults:
             return found
         text = "Forces after a fault depend on estimated data of the plant: repeat the run with other estimates."

@@ -31,6 +31,9 @@ from .twins import SPACING, TWIN_ANGLE, WIDE_SPACING, Twins, find_twins
 
 #: Of drives that state neither play nor resolution: of all that slide together, m, and of a hinge, rad.
 LENGTHS, HINGE = 2e-3, float(np.radians(0.5))
+#: Weakest rate, mm/° or °/°, below which drives are said not to place the arm, and difference half way to a twin, in
+#: tolerances, up to which an arm may come to it.
+WEAK, _EASY = 0.3, 3.0
 #: Tolerance of drives whose play and resolution are stated as zero, m or rad: what is below it is rounding.
 _ROUNDING = 1e-6
 
@@ -57,6 +60,9 @@ class PoseAccuracy(Result, ReadOnly):
         How far away that pose is, shape (...), rad; NaN where there is none.
     twin_matrices : ndarray
         Its orientation, shape (..., 3, 3).
+    barrier : ndarray
+        Root mean square as of ``twin_difference`` half way to that pose, shape (...): where it is large, the drives
+        keep the arm from it.
     differences : ndarray
         What the drives' positions differ by, shape (..., n), m or rad.
     free_turn : ndarray
@@ -79,6 +85,7 @@ class PoseAccuracy(Result, ReadOnly):
     twin_difference: FloatArray
     twin_angle: FloatArray
     twin_matrices: FloatArray
+    barrier: FloatArray
     differences: FloatArray
     free_turn: FloatArray
     side: str
@@ -100,6 +107,48 @@ class PoseAccuracy(Result, ReadOnly):
         """Turn of the arm about its worst axis over an error of the drives, shape (...), °/mm, or °/°."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.mm_per_degree)
+
+    @property
+    def is_doubtful(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the drives alone do not place the arm: weak rates, or a twin that it may come to."""
+        return np.asarray((self.has_twin & (self.barrier < _EASY)) | (self.mm_per_degree < WEAK))
+
+    def sensitivity(self, row: int = 0) -> str:
+        """What an error of the drives does in one of the poses, and which pose looks the same, in words.
+
+        Parameters
+        ----------
+        row : int
+            Of the poses, counted over all dimensions.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> exo = ep.load("four-linear-actuators-worn")
+        >>> print(exo.accuracy(exo.pose(80)).sensitivity())
+        1 mm of the drives turns the arm by 4.1°, and a pose 18.5° away has the same positions to 0.34 mm
+        """
+        unit, scale = ("°", 180.0 / np.pi) if self.has_hinges else (" mm", 1e3)
+        text = f"1{unit} of the drives turns the arm by {self.degrees_per_mm.flat[row]:.2g}°"
+        if not self.has_twin.flat[row]:
+            return text
+        off = scale * np.linalg.norm(self.differences.reshape(-1, self.differences.shape[-1])[row])
+        away = np.degrees(self.twin_angle.flat[row])
+        return f"{text}, and a pose {away:.1f}° away has the same positions to {off:.2f}{unit}"
+
+    def __str__(self) -> str:
+        if self.rate.ndim:
+            low, high = np.nanmin(self.mm_per_degree), np.nanmax(self.mm_per_degree)
+            return f"weakest rate {low:.2g} to {high:.2g} {self.unit}; twins of {self.has_twin.mean():.0%} of the poses"
+        if not np.isfinite(self.rate):
+            return "How well the drives place the arm is not known here."
+        text = f"The weakest rate of the drives is {float(self.mm_per_degree):.2g} {self.unit}: {self.sensitivity()}."
+        if np.isfinite(self.free_turn):
+            text += f" Play and resolution leave the arm {np.degrees(self.free_turn):.2g}° to either side."
+        return f"{text} A sensor of the arm's orientation tells them apart." if self.has_twin else text
 
     @property
     def unit(self) -> str:
@@ -125,7 +174,7 @@ def _is_stated(drive: Any) -> bool:
 def are_hinges(device: Device) -> NDArray[np.bool_]:
     """Shape (n,): drives in hinges, whose effort is a moment."""
     count = len(device.drives)
-    units = [unit for _, unit in device.drive_units[:count]] or ["N"] * count
+    units = [unit for _, unit in device.drive_units[:count]]
     return np.array([unit != "N" for unit in units], dtype=bool)
 
 
@@ -193,6 +242,7 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         return placed_readings(chain, device_equilibrium(chain, as_query(Rotation.from_matrix(asked))))
 
     count, n, own = len(matrices), len(device.drives), np.arange(len(matrices))
+    share = tolerances(device)
     positions, rates = readings(matrices, own)
     value, axis = weakest_rates(device, rates)
     found = Twins(np.full(count, np.inf), np.full((count, 3, 3), np.nan))
@@ -201,13 +251,15 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         if record is not None:
             spacing, none = SPACING, np.zeros((1, 3))
             limbs = np.array(record.geometry.base_points), np.array(record.geometry.platform_points), none, none
-        found = find_twins(readings, matrices, tolerances(device), device.side, least_angle, spacing, limbs=limbs)
+        found = find_twins(readings, matrices, share, device.side, least_angle, spacing, limbs=limbs)
     there = np.isfinite(found.difference)
-    angle, differences = np.full(count, np.nan), np.full((count, n), np.nan)
+    angle, barrier, differences = np.full(count, np.nan), np.full(count, np.nan), np.full((count, n), np.nan)
     if there.any():
         turn = Rotation.from_matrix(found.matrices[there] @ matrices[there].mT)
         angle[there] = turn.magnitude()
         differences[there] = readings(found.matrices[there], own[there])[0] - positions[there]
-    fields = value, axis, are_hinges(device).any(), found.difference, angle, found.matrices, differences
+        half = Rotation.from_rotvec(0.5 * turn.as_rotvec()).as_matrix() @ matrices[there]
+        barrier[there] = np.linalg.norm((readings(half, own[there])[0] - positions[there]) / share, axis=1)
+    fields = value, axis, are_hinges(device).any(), found.difference, angle, found.matrices, barrier, differences
     stacked = [bool(each) if np.ndim(each) == 0 else np.reshape(each, (*shape, *each.shape[1:])) for each in fields]
     return PoseAccuracy(*stacked, _free_turn(device, rates).reshape(shape), device.side)

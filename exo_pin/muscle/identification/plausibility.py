@@ -38,6 +38,8 @@ PRESSURES = (*_PRESSURES, *(f"{unit} absolute" for unit in _PRESSURES))
 
 _LEAST_STRAIN, _MOST_STRAIN = -0.05, 0.40
 _MOST_PRESSURE = 10.0 * BAR
+#: Pull over pressure times cross-section at rest of braids, least and greatest.
+AREA_SHARES = (2.5, 16.0)
 #: A force sensor's zero may be off by this share of the greatest pull.
 _SLACK = 0.05
 #: A plane that leaves more over (rms), as a share of the greatest pull, goes through two regimes.
@@ -131,7 +133,9 @@ _MARKS = {
     "supply": _Mark("a highest pressure", "bar", log(4.0), 0.5, log(1.0), log(10.0), np.exp),
     "end": _Mark("a pull that ends at a strain", "%", log(0.28), 0.25, log(0.15), log(0.6), lambda v: 100 * np.exp(v)),
     "slender": _Mark("a length over diameter", "", log(25.0), 0.6, log(4.0), log(100.0), np.exp),
-    "area": _Mark("a pull over pressure times cross-section", "", log(6.0), 0.5, log(2.5), log(16.0), np.exp),
+    "area": _Mark(
+        "a pull over pressure times cross-section", "", log(6.0), 0.5, log(AREA_SHARES[0]), log(AREA_SHARES[1]), np.exp
+    ),
     "tube": _Mark("a least pressure that pulls", "bar", 0.4, 0.4, -0.6, 1.0),
 }
 

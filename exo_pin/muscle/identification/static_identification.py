@@ -22,7 +22,7 @@ from ...core.results import Known
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.force_laws import PolynomialModel
 from ..laws.validity import Validity
-from .plausibility import as_measurements
+from .plausibility import AREA_SHARES, as_measurements
 from .regimes import OUTLIER_LEVEL, SECOND_ORDER, Powers, design_matrix, leave_one_out_p, rounding_variance
 from .region import Region, collinear, confidence_interval, hull, region_of
 
@@ -109,7 +109,8 @@ class StaticIdentification(Record):
                 )
             if len(outliers):
                 found.append(
-                    f"{_measurements(outliers)} not fitted: the others contradict it. Look for a slip in its row."
+                    f"{_measurements(outliers.tolist())} not fitted: the others contradict it. "
+                    "Look for a slip in its row."
                 )
             if self.region.misfit is not None:
                 found.append(
@@ -145,6 +146,15 @@ class StaticIdentification(Record):
                 ("force sensor's scale", 1.0, "%", 1e-2 * force()),
             )
         )
+
+    @property
+    def diameters(self) -> tuple[float, float]:
+        """Least and greatest diameter at rest of a muscle that pulls so, m: what bounds the unit of the force."""
+        limits = self.model.validity
+        strain = max(0.0, limits.strain[0])
+        gain = float(self.model.pressure_gain(strain * self.model.length, limits.pressure[1], "mark").data)
+        least, most = (float(np.sqrt(4.0 * max(gain, 0.0) / (np.pi * share))) for share in AREA_SHARES[::-1])
+        return least, most
 
     @property
     def degrees_of_freedom(self) -> int:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
-from ...core.tables import enumerated, limb_list
+from ...core.tables import drive_list, enumerated, limb_list
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck
 
@@ -164,9 +164,7 @@ def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     error, length, fast = check.force_error, check.length_error, check.excess_speed
 
     def words(rows: NDArray[np.intp]) -> str:
-        if not check.drives:
-            return limb_list((rows + 1).tolist())
-        return enumerated(named[row][0] for row in rows)
+        return drive_list(named, rows)
 
     # An effort of a slide that is no tension pushes where it is positive.
     sign = np.where(pulls, 1.0, -1.0)

@@ -155,7 +155,12 @@ def test_pictures(run, tmp_path):
     map_path, step_path = tmp_path / "map.png", tmp_path / "step.png"
     run("force", "--contraction-mm", 50, "--pressure-bar", 3, "--plot", map_path)
     run("step", "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6, "--duration-s", 1.5, "--plot", step_path)
-    for path in (map_path, step_path):
+    loop_path = tmp_path / "loop.png"
+    out = run("loop", "--to-percent", 15, "--weight-N", 12.74, "--plot", loop_path)
+    page = (DOCS / "howto" / "muscle_data.md").read_text()
+    error, overshoot = (re.search(rf"{word} +(-?[0-9.]+) %", out)[1] for word in ("steady error", "overshoot"))
+    assert f"the steady error is {error.lstrip('-')} % (it sticks beyond), the overshoot {overshoot} %" in page
+    for path in (map_path, step_path, loop_path):
         assert path.read_bytes().startswith(b"\x89PNG")
 
 

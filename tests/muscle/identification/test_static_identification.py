@@ -253,3 +253,10 @@ def test_what_the_fit_took_as_known_is_the_change_of_a_fit_with_the_mistake():
         assert 100.0 * off == pytest.approx(known.effects["force_percent"], rel=1e-6)
         # Nothing of it shows.
         np.testing.assert_allclose(other.rms, found.rms, rtol=0.011)
+
+
+def test_the_pull_bounds_the_diameter():
+    x, p, f = valid()
+    least, most = identify_static(x, p, f, 0.3).diameters
+    assert least < 0.006 < most < 3 * least
+    assert identify_static(x, p, f / 9.80665, 0.3).diameters[1] < 0.004

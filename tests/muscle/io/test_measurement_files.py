@@ -5,7 +5,7 @@ import runpy
 
 import numpy as np
 import pytest
-from places import REPOSITORY
+from places import DOCS, REPOSITORY
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.muscle import find_region, identify_static, read_measurements, read_response, steady_states
@@ -75,7 +75,7 @@ SLIPS = [  # factors and shifts of the three columns, the words of the first sug
 
 
 @pytest.mark.parametrize(("contraction", "pressure", "force", "words", "refused"), SLIPS)
-@pytest.mark.parametrize("valid", [True, False])
+@pytest.mark.parametrize("valid", [True, pytest.param(False, marks=pytest.mark.full)])
 def test_slips_are_named_at_both_doors(tmp_path, valid, contraction, pressure, force, words, refused):
     states = steady_states(valid_only=valid)
     given = 1e3 * states.contraction, 1e-5 * states.pressure, states.force
@@ -120,12 +120,15 @@ def test_planted_mistakes_are_named_and_genuine_sets_pass(capsys, monkeypatch):
     out = capsys.readouterr().out
     assert "25 of 25 refused or named at both doors; planted cause first in 25 of 25" in out
     assert "0 false alarms" in out
+    assert out.split("\n\n")[0] in (DOCS / "evidence" / "planted_mistakes.md").read_text()
 
 
 @pytest.mark.full
 def test_regions_lose_no_good_states(capsys, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["muscle_regions.py", "--sets", "60"])
+    monkeypatch.setattr("sys.argv", ["muscle_regions.py"])
     runpy.run_path(str(REPOSITORY / "benchmarks" / "muscle_regions.py"), run_name="__main__")
-    lost, good = map(int, re.search(r"lost (\d+) of (\d+) good", capsys.readouterr().out).groups())
-    assert good > 2000
+    out = capsys.readouterr().out
+    lost, good = map(int, re.search(r"lost (\d+) of (\d+) good", out).groups())
+    assert good > 10_000
     assert lost <= 0.005 * good
+    assert out.split("\n\n")[0] in (DOCS / "evidence" / "muscle_identification.md").read_text()

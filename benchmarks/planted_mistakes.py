@@ -2,9 +2,9 @@
 
 ::
 
-    python benchmarks/planted_records.py          # reading alone, seconds
-    python benchmarks/planted_records.py --doors  # every door that takes a record, five minutes
-    python benchmarks/planted_records.py --all    # each mistake in 16 drawn raises, a minute
+    python benchmarks/planted_mistakes.py          # reading alone, seconds
+    python benchmarks/planted_mistakes.py --doors  # every door that takes a record, five minutes
+    python benchmarks/planted_mistakes.py --all    # each mistake in 16 drawn raises, a minute
 
 Each mistake is planted in a generated record of a known movement. It counts as named where an error or a caution names
 the planted cause before any other. Genuine records are the same movements, and those that look least like a raise, in

@@ -119,8 +119,8 @@ def reaction(
         "posture": options.posture_of(posture),
     }
     files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
-    of_one_pose = {"compare": compare, "muscles": muscles, "table": table, "over_postures": over_postures}
-    of_one_pose |= {"explain": explain, "strength": strength}
+    of_one_pose: dict[str, Any] = {"compare": compare, "muscles": muscles, "table": table, "explain": explain}
+    of_one_pose |= {"over_postures": over_postures, "strength": strength}
     if recording:
         options.refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
         options.refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)

@@ -15,7 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm
 from .parts.drives import Drive, Spring
-from .parts.laws import LinearSpring
+from .parts.laws import ConstantForce, LinearSpring
 from .parts.routes import Route
 
 if TYPE_CHECKING:
@@ -85,16 +85,21 @@ def _drive_along(cable: Cable) -> Drive:
 
 
 def springs_of(chain: ClosedChain) -> tuple[Spring, ...]:
-    """The springs between links that the robot's file has."""
+    """The springs between links, and those in joints beside the chain's own, that the robot's file has."""
     return tuple(
-        Spring(own.name, LinearSpring(own.stiffness, own.slack, own.only_pulls), route=Route.over(*own.points))
+        Spring(
+            own.name,
+            ConstantForce(own.constant) if own.constant else LinearSpring(own.stiffness, own.slack, own.only_pulls),
+            own.joint,
+            None if own.joint is not None else Route.over(*own.points),
+        )
         for own in chain.description.cables
-        if own.stiffness
+        if own.stiffness or own.constant
     )
 
 
 def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable, ...]:
-    """Routed drives and linear springs as a robot's file may have them."""
+    """Routed drives, and springs that are linear or of constant force, as a robot's file may have them."""
     found = []
     for drive in drives:
         if drive.route is not None:
@@ -102,9 +107,15 @@ def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable
             tension = (float(np.nan_to_num(least)), float("inf") if np.isnan(greatest) else greatest)
             found.append(Cable(drive.name, _points(drive.route), tension))
     for spring in springs:
-        law = spring.law
-        if spring.route is not None and isinstance(law, LinearSpring) and law.slack >= 0.0:
-            found.append(Cable(spring.name, _points(spring.route), None, law.stiffness, law.slack, law.only_pulls))
+        law, points = spring.law, () if spring.route is None else _points(spring.route)
+        if isinstance(law, ConstantForce) and law.value:
+            found.append(Cable(spring.name, points, constant=law.value, joint=spring.joint))
+        # MuJoCo takes a length of -1 for that as drawn.
+        elif (
+            isinstance(law, LinearSpring) and law.slack != -1.0 and (law.slack >= 0.0 if points else not law.only_pulls)
+        ):
+            own = law.stiffness, law.slack, law.only_pulls
+            found.append(Cable(spring.name, points, None, *own, joint=spring.joint))
     return tuple(found)
 
 

@@ -150,7 +150,7 @@ class PoseReport(Result):
     @property
     def pose_in_words(self) -> str:
         """The pose, without angles that are zero."""
-        return self.pose_words or words_of_angles(shoulder_angles(self._pose, self.device.side, degrees=True))
+        return self.pose_words or words_of_angles(shoulder_angles(self._pose, self.device.side, degrees=True).tolist())
 
     @property
     def socket(self) -> FloatArray | None:

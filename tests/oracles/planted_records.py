@@ -36,6 +36,8 @@ from exo_pin.workspace import task_reach
 QUATERNION = ("time_s", "qx", "qy", "qz", "qw")
 THESIS = ("time_s", "theta_x_deg", "theta_y_deg", "theta_z_deg")
 ISB = ("time_s", "plane_of_elevation_deg", "elevation_deg", "axial_rotation_deg")
+#: Whether every mistake is planted in drawn raises, also in those that stay in the range of a shoulder with it.
+DRAWN = False
 #: Raises in which the mistake leaves the range of a shoulder; others are movements of an arm, too.
 SIDEWAYS, OVERHEAD = (15, 95, -5), (150, 10, 0)
 
@@ -45,7 +47,7 @@ def side_of(seed):
 
 
 def truth_of(seed, target=None):
-    return movement(seed, side_of(seed), target)
+    return movement(seed, side_of(seed), None if DRAWN else target)
 
 
 def as_quaternions(folder, truth, poses):

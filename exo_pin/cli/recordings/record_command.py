@@ -59,7 +59,7 @@ def record(
     movement = read_movement(recording, side, reading=read_as.options)
     paths = {recording.stem: movement}
     if against is not None:
-        paths[f"{against.stem} "] = read_movement(against, side, reading=read_as.options)
+        paths[f"{against.stem} (against)"] = read_movement(against, side, reading=read_as.options)
     deliver(
         _report(read.format, read.convention, movement, side),
         as_json=lambda: _as_json(read, movement, side),

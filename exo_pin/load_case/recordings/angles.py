@@ -50,7 +50,8 @@ class Convention(NamedTuple):
 
 
 def _clinical(values: FloatArray, side: str) -> Rotation:
-    return shoulder_rotation(*values.T, side)
+    flexion, abduction, internal = values.T
+    return shoulder_rotation(flexion, abduction, internal, side)
 
 
 def _thesis(values: FloatArray, _: str) -> Rotation:
@@ -58,7 +59,8 @@ def _thesis(values: FloatArray, _: str) -> Rotation:
 
 
 def _isb(values: FloatArray, side: str) -> Rotation:
-    return isb_rotation(*values.T, side)
+    plane, elevation, axial = values.T
+    return isb_rotation(plane, elevation, axial, side)
 
 
 def _quaternion(values: FloatArray, _: str) -> Rotation:

@@ -50,8 +50,8 @@ class Bodies(Record):
 
     def w_last(self) -> Bodies:
         """With the numbers of each quaternion, which are read as w, x, y, z, as x, y, z, w."""
-        moved = [None if each is None else np.roll(each, 1, axis=1) for each in (self.arm, self.trunk, self.forearm)]
-        return replace(self, arm=moved[0], trunk=moved[1], forearm=moved[2])
+        forearm = None if self.forearm is None else np.roll(self.forearm, 1, axis=1)
+        return replace(self, arm=np.roll(self.arm, 1, axis=1), trunk=np.roll(self.trunk, 1, axis=1), forearm=forearm)
 
     def there(self) -> np.ndarray:
         """Rows in which arm and trunk are known, shape (N,)."""

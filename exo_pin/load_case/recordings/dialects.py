@@ -95,7 +95,10 @@ def parse_layout(text: str, path: str | PathLike[str] | None, encoding: str = ""
     FileFormatError
         If there is no header, a column is named twice, or a row has more or fewer cells than the header.
     """
-    comments, lines, header, opensim = [], [], {}, False
+    comments: list[str] = []
+    lines: list[tuple[int, str]] = []
+    header: dict[str, str] = {}
+    opensim = False
     for number, line in enumerate(io.StringIO(text, newline=None), 1):
         mark = next((each for each in _MARKS if line.startswith(each)), None)
         if mark is not None:

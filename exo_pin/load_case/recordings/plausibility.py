@@ -240,7 +240,8 @@ def _said(reasons: list[str], own: Evidence, found: Mapping[str, Evidence], is_m
     best = fits[0]
     more = f" It also fits {_listed(fits[1:3])}." if len(fits) > 1 else ""
     advice = f'It fits an arm where {READINGS[best]}: reading="{best}" (--reading {best}).{more}'
-    impossible = own.outside > _IMPOSSIBLE or own.speed > _FASTEST
+    begins = own.raised and found[best].hanging and own.outside > _DOUBTFUL
+    impossible = own.outside > _IMPOSSIBLE or own.speed > _FASTEST or (is_movement and begins)
     return Doubt(
         f'{said} {advice} If the record is right as it is: reading="{AS_NAMED}" (--reading {AS_NAMED}).',
         tuple(fits),

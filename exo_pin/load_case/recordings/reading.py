@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import as_side, shoulder_rotation
+from ...core.conventions import as_side
 from ...core.errors import FileFormatError
 from ...core.errors.checked import checked
 from ...core.files.toml_tables import naming_file, read_toml
@@ -133,16 +133,15 @@ class _Record:
             self.bodies = bodies_of(self.source, clock, side, options.sensors)
         if self.angles is not None:
             self.convention = self.angles.convention.name
-            self.there = np.isfinite(self.angles.values).all(axis=1)
+            there = np.asarray(np.isfinite(self.angles.values).all(axis=1))
         elif self.bodies is not None:
             self.convention = "segments" if self.bodies.segments else "sensors"
-            self.there = self.bodies.there()
+            there = self.bodies.there()
         else:
             raise FileFormatError(
                 f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}", path
             )
-        if self.times is not None:
-            self.there = self.there & np.isfinite(self.times)
+        self.there: np.ndarray = there if self.times is None else np.asarray(there & np.isfinite(self.times))
 
     def _clock(self, unit: float) -> FloatArray:
         """Times if they were in another unit."""
@@ -277,7 +276,7 @@ def read_poses(
         if lost:
             cautions.append(f"{lost} of {len(record.there)} rows have no orientation or no time and count as gaps.")
         if AS_NAMED not in wanted.names and len(poses) > 1:
-            start = None if wanted.start is None else shoulder_rotation(*wanted.start, side, degrees=True)  # type: ignore[misc]
+            start = None if wanted.start is None else _clinical_pose(wanted.start, side)
             found = doubt(poses, times if movement else None, side, record.readings(), start)
             if found is not None and found.is_refused and movement:
                 raise FileFormatError(found.text, path)
@@ -286,6 +285,10 @@ def read_poses(
             poses, times, record.elbow(), record.source.format, record.convention, tuple(cautions), record.source,
             record.there,
         )  # fmt: skip
+
+
+def _clinical_pose(angles: ArrayLike, side: str) -> Rotation:
+    return CONVENTIONS[0].build(np.radians(np.atleast_2d(angles)), side)[0]
 
 
 def _needs_times(options: RecordingOptions) -> bool:

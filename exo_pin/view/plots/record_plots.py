@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import as_mapping, as_real
 from ...load_case import Movement
-from .plot_style import WIDEST, legend_below, line, new_figure, pyplot, tidy
+from .plot_style import WIDEST, line, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,13 +22,15 @@ _APART = 1.6
 
 
 @checked
-def task_status_figure(inside: Mapping[str, ArrayLike]) -> Figure:
+def task_status_figure(inside: Mapping[str, ArrayLike], times: Mapping[str, ArrayLike] | None = None) -> Figure:
     """Draw over the time of each task which poses are inside a workspace (1) and which are not (0).
 
     Parameters
     ----------
     inside : mapping of str to array_like
-        By name of the task: shape (N,), whether each sample is inside, evenly over the task.
+        By name of the task: shape (N,), whether each sample is inside.
+    times : mapping of str to array_like, optional
+        By the same names: shape (N,), rising; evenly over the task if left out.
 
     Returns
     -------
@@ -57,9 +59,10 @@ def task_status_figure(inside: Mapping[str, ArrayLike]) -> Figure:
         raise InvalidInput("expected at least one task")
     figure, axis = new_figure(7.6, 1.2 + 0.7 * len(rows))
     places = [-_APART * k for k in range(len(rows))]
-    for k, (place, values) in enumerate(zip(places, rows.values(), strict=True)):
-        status = as_real("inside", values).ravel()
-        percent = np.linspace(0.0, 100.0, len(status))
+    for k, (place, (name, values)) in enumerate(zip(places, rows.items(), strict=True)):
+        status = as_real("inside", np.asarray(values, dtype=np.float64)).ravel()
+        when = np.arange(len(status)) if times is None else as_real("times", times[name])
+        percent = 100.0 * (when - when[0]) / (when[-1] - when[0])
         axis.step(percent, place + status, where="mid", linewidth=1.6, **line(k))
     axis.set_yticks(
         [place + level for place in places for level in (0, 1)],
@@ -113,8 +116,10 @@ def elbow_paths_figure(movements: Mapping[str, Movement]) -> Figure:
         axis.scatter(*path[0], s=22, color=line(k)["color"])
     axis.scatter(0.0, 0.0, 0.0, s=40, color="0.2")
     axis.text(0.0, 0.0, 0.06, "shoulder", fontsize=9)
-    axis.set(xlabel="forward", ylabel="left", zlabel="up", xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+    ends, ticks = (-1.0, 1.0), (-1.0, -0.5, 0.0, 0.5, 1.0)
+    axis.set(xlabel="forward", ylabel="left", zlabel="up", xlim=ends, ylim=ends, zlim=ends)
+    axis.set(xticks=ticks, yticks=ticks, zticks=ticks, title="Elbow, in lengths of the upper arm; dots: start")
     axis.set_box_aspect((1, 1, 1))
     axis.view_init(22, -60)
-    legend_below(axis)
+    axis.legend(loc="upper left", frameon=False)
     return figure

@@ -149,15 +149,15 @@ _LENGTHS = (1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071)
 
 
 @pytest.mark.full
-def test_most_of_dietmaiers_forty_are_found_and_what_is_missing_is_said():
-    """Several lie within 1e-3 of each other; a few starts lead to them."""
+def test_dietmaiers_forty_are_found():
+    """A general platform on six legs with forty real postures, the most; several lie within 1e-3 of each other."""
     drawn = np.array(_TIPS) + np.array([0.1, 0.2, 1.5])
     chain = _legs(_FEET, drawn).chain()
     q = chain.neutral()
     for name, length, foot, tip in zip(chain.roles.actuated, _LENGTHS, _FEET, drawn, strict=True):
         q[chain.configuration_slice(name)] = length - np.linalg.norm(tip - foot)
-    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=20_000)
-    assert 34 <= int((found.hits >= 3).sum()) <= len(found) <= 40
+    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=8192)
+    assert len(found) == 40
     assert max(np.abs(chain.residual(row)).max() for row in found.configurations) <= 1e-11
 
 

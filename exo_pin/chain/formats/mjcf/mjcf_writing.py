@@ -305,9 +305,14 @@ class _Writer:
         return name
 
     def add_cable(self, cable: Cable, actuators: ET.Element) -> None:
-        """Add a cable as a tendon over sites, with its spring, and a motor whose control is the tension."""
+        """Add a cable as a tendon over sites, with its spring, and a motor whose control is the tension.
+
+        A spring in a joint is a tendon of that joint, and one of constant force an actuator with a bias and no gain.
+        """
         name = free_name(cable.name, self._taken)
-        tendon = ET.SubElement(self.tendons, "spatial", name=name)
+        tendon = ET.SubElement(self.tendons, "spatial" if cable.joint is None else "fixed", name=name)
+        if cable.joint is not None:
+            ET.SubElement(tendon, "joint", joint=cable.joint, coef="1")
         if cable.stiffness:
             low = 0.0 if cable.only_pulls else cable.slack
             tendon.set("stiffness", as_numbers(cable.stiffness))
@@ -317,6 +322,9 @@ class _Writer:
             at = as_numbers(frame.placement.act(np.array(point)))
             ET.SubElement(self._elements[int(frame.parentJoint)], "site", name=site, pos=at)
             ET.SubElement(tendon, "site", site=site)
+        if cable.constant:
+            force = {"gainprm": "0", "biastype": "affine", "biasprm": as_numbers([-cable.constant, 0.0, 0.0])}
+            ET.SubElement(actuators, "general", {"name": name, "tendon": name} | force)
         if cable.tension is not None:
             given = {"name": name, "tendon": name, "gear": "-1"}
             low, high = np.clip(cable.tension, 0.0, NO_LIMIT)

@@ -148,6 +148,7 @@ def muscle_identify(
         total = used if found.region is None else len(found.region.selected)
         print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
         table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
+        print(f"Taken as known: {'; '.join(map(str, found.known))}.")
     intervals = found.intervals(level)
     for text in found.cautions:
         print(f"Caution: {text}")

@@ -381,7 +381,7 @@ def _command(given: dict[str, Any], design: str | None) -> str:
     own_defaults = inspect.signature(optimise).parameters
     for name, value in given.items():
         group = is_dataclass(value)
-        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}  # type: ignore[arg-type]
+        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}
         # What is empty or zero is said where it is not so by default.
         flat |= {
             key: each for key, each in (vars(value) if group else {name: value}).items() if each or each != own[key]

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Columns of a line where it is not known how wide the screen is, and of the words before the numbers.
 _WIDTH, _LABEL = 120, 17
+#: Most lines beside those of the limbs.
+_MOST = 10
 #: Parts of a force that are smaller than this share of it are left out.
 _SMALL = 0.1
 #: Ways along the axes of the socket and of the body; the last is that of a left shoulder and of a right one.
@@ -61,9 +63,17 @@ class _Lines:
     def __init__(self, report: PoseReport, width: int) -> None:
         self.report, self.width, self.answer, self.contact = report, width, report.answer, report.contact
         self.device: Any = report.device
+        self.is_tight = False
 
     def all(self) -> list[str]:
-        """Every line, the verdict first."""
+        """Every line, the verdict first; where they would be more than ten beside the limbs, no text has a second."""
+        lines = self._every()
+        if len(lines) - sum(line[:1] == " " and line[1:2] != " " for line in lines) > _MOST:
+            self.is_tight = True
+            lines = self._every()
+        return lines
+
+    def _every(self) -> list[str]:
         lines = [*self._verdict(), *self._joint(), *self._relief()]
         if self.answer.has_answer:
             lines += [*self._alone(), *self._limbs(), *self._placed()]
@@ -71,7 +81,7 @@ class _Lines:
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
         """A text behind a label, in at most so many lines."""
-        room = self.width - _LABEL
+        room, most = self.width - _LABEL, 1 if self.is_tight else most
         lines = textwrap.wrap(text, room, max_lines=most, placeholder=" …")
         return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * most], lines, strict=False)]
 

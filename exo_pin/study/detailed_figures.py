@@ -128,7 +128,6 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         "clear": float(clear.mean()),
         "held_and_clear": np.nan if passive else float((held * clear).mean()),
         **singularity_figures(exo, poses),
-        **_accuracy(exo, poses),
         "held_after_failure": np.nan if passive else held_after_failure(exo, poses, question),
         **drive_figures(exo, poses, answer),
         **_masses(exo),
@@ -136,6 +135,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         "left_to_wearer": left_to_wearer(exo, poses, answer) if passive else np.nan,
         "undetermined": int(exo.device.is_upu.sum()),
         **misalignment_figures(exo, poses, question),
+        **_accuracy(exo, poses),
     }
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from ...core.results import Known
 from ...core.validation import FloatArray
 from ...device.accuracy.pose_accuracy import pose_accuracy
-from ...device.wrist_device import WristDevice
+from ...device.wrist_device import WristDevice, as_device
+from ...load_case import Case
 from ...load_case.case import beyond_motion
+from ...reaction import Assumptions, solve
 from ...wrist.clearance.gaps import LimbGaps
 from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
 
@@ -352,3 +356,20 @@ def verdict_of(tracking: Tracking) -> str:
     text = f"{tracking.experiment.title}: {end} ({numbers['rms_error_deg']:.1f}° rms); {force}."
     touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
     return f"{text} {touching}".rstrip()
+
+
+#: Step of the differences, degrees: the effect of 1° is the derivative's.
+_STEP = 0.1
+
+
+def known_of(tracking: Tracking) -> tuple[Known, ...]:
+    """The mounting of the sensor, and what 1° of it about each axis does to the last pose and its |F_s| at rest."""
+    mechanism, last = tracking.experiment.mechanism, tracking.run.rotations[-1]
+    steps = _STEP * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    turns = Rotation.from_rotvec(steps, degrees=True)
+    answer = solve(as_device(mechanism), Case(turns * last), Assumptions(limits="none"))
+    size, ahead, behind = answer.magnitude[0], answer.magnitude[1:4], answer.magnitude[4:]
+    share = 100.0 * float(np.linalg.norm(ahead - behind)) / (2.0 * _STEP) / max(float(size), 1e-300)
+    if not np.isfinite(share):
+        return ()
+    return (Known("mounting of the arm's sensor", 1.0, "deg", {"pose_deg": 1.0, "F_s_percent": share}, shows=False),)

@@ -260,6 +260,19 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         differences[there] = readings(found.matrices[there], own[there])[0] - positions[there]
         half = Rotation.from_rotvec(0.5 * turn.as_rotvec()).as_matrix() @ matrices[there]
         barrier[there] = np.linalg.norm((readings(half, own[there])[0] - positions[there]) / share, axis=1)
-    fields = value, axis, are_hinges(device).any(), found.difference, angle, found.matrices, barrier, differences
-    stacked = [bool(each) if np.ndim(each) == 0 else np.reshape(each, (*shape, *each.shape[1:])) for each in fields]
-    return PoseAccuracy(*stacked, _free_turn(device, rates).reshape(shape), device.side)
+
+    def stacked(array: FloatArray) -> FloatArray:
+        return array.reshape((*shape, *array.shape[1:]))
+
+    return PoseAccuracy(
+        stacked(value),
+        stacked(axis),
+        bool(are_hinges(device).any()),
+        stacked(found.difference),
+        stacked(angle),
+        stacked(found.matrices),
+        stacked(barrier),
+        stacked(differences),
+        stacked(_free_turn(device, rates)),
+        device.side,
+    )

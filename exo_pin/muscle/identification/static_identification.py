@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput, NotIdentifiable
 from ...core.errors.checked import checked
 from ...core.records import Record
+from ...core.results import Known
 from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.force_laws import PolynomialModel
 from ..laws.validity import Validity
@@ -123,6 +124,28 @@ class StaticIdentification(Record):
         if self.indistinct:
             found.append(f"The data cannot distinguish {', '.join(self.indistinct)}: compare forces.")
         return tuple(found)
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """What the fit took as known of the sensors, and how much an error of it changes the law, of the middle force.
+
+        Residuals show none of it: the law of a shifted gauge, ruler or scale has the same form.
+        """
+        ranges = ((self.model.reference_length, self.model.validity.strain), (1.0, self.model.validity.pressure))
+        x, p = np.meshgrid(*(size * np.linspace(*range_, 9) for size, range_ in ranges))
+
+        def force(dx: float = 0.0, dp: float = 0.0) -> FloatArray:
+            return np.asarray(np.ma.getdata(self.model.force(x - dx, p - dp, outside="mark")))
+
+        middle = np.median(np.abs(force()))
+        return tuple(
+            Known(name, size, unit, {"force_percent": float(100.0 * np.median(np.abs(off)) / middle)}, shows=False)
+            for name, size, unit, off in (
+                ("gauge's zero", 0.1, "bar", force(dp=1e4) - force()),
+                ("contraction's zero", 1.0, "mm", force(dx=1e-3) - force()),
+                ("force sensor's scale", 1.0, "%", 1e-2 * force()),
+            )
+        )
 
     @property
     def diameters(self) -> tuple[float, float]:

@@ -183,7 +183,8 @@ class _Printed(NamedTuple):
             angles = centre + np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
             # Where the outer axes are one, the three angles do not say what they are.
             angles = angles[angles[:, 1] % 180.0 != 90.0]
-            poses = shoulder_rotation(*angles.T, self.device.side, degrees=True)
+            flexion, abduction, internal = angles.T
+            poses = shoulder_rotation(flexion, abduction, internal, self.device.side, degrees=True)
             poses = poses[(poses * asked.inv()).magnitude().argsort()]
             poses = poses[self.fits(poses)][:_ASKED]
             if len(poses):

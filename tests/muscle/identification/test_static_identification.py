@@ -239,6 +239,22 @@ def test_digits_of_the_data_bound_the_uncertainty():
     assert exact.rounding > exact.sigma * 0.5
 
 
+def test_what_the_fit_took_as_known_is_the_change_of_a_fit_with_the_mistake():
+    x, p, f = valid()
+    found = identify_static(x, p, f, 0.3, select="all")
+    strain, pressure = found.model.validity.strain, found.model.validity.pressure
+    grid = np.meshgrid(0.3 * np.linspace(*strain, 9), np.linspace(*pressure, 9))
+    own = found.model.unchecked_force(*grid)
+    mistakes = {"gauge's zero": (x, p + 1e4, f), "contraction's zero": (x + 1e-3, p, f),
+                "force sensor's scale": (x, p, 1.01 * f)}  # fmt: skip
+    for known in found.known:
+        other = identify_static(*mistakes[known.name], 0.3, select="all")
+        off = np.median(np.abs(other.model.unchecked_force(*grid) - own)) / np.median(np.abs(own))
+        assert 100.0 * off == pytest.approx(known.effects["force_percent"], rel=1e-6)
+        # Nothing of it shows.
+        np.testing.assert_allclose(other.rms, found.rms, rtol=0.011)
+
+
 def test_the_pull_bounds_the_diameter():
     x, p, f = valid()
     least, most = identify_static(x, p, f, 0.3).diameters

@@ -264,7 +264,8 @@ def _taken_as_known(quantity: Any, magnitude: float, assumptions: Assumptions) -
     """
     name, _, unit = quantity.name.rpartition("_")
     try:
-        answers = [solve(*quantity.changed(axis), assumptions) for axis in np.eye(quantity.dimensions)]
+        changed = [quantity.changed(axis) for axis in np.eye(quantity.dimensions)]
+        answers = [solve(device, case, assumptions) for device, case in changed]
     except ExoPinError:
         return
     slope = [float(answer.magnitude) - magnitude if answer.has_answer else np.inf for answer in answers]

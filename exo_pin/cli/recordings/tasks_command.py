@@ -13,7 +13,7 @@ from ...workspace import task_reach
 from ...workspace.query import workspace as workspace_of
 from .. import options
 from ..command import deliver, draws, writes
-from ..search_commands import Judged
+from ..criteria_options import Judged
 from .recording_options import ReadAs
 
 

@@ -169,8 +169,8 @@ def cables(source: Compiled) -> dict[int, Cable]:
         constant = float(sum(constants.values()))
         if stiffness or constant or tension is not None:
             name = source.name("TENDON", tendon) or f"tendon_{tendon}"
-            spring = (stiffness, high, low != high) if stiffness else (0.0, 0.0, False)
-            found[tendon] = Cable(name, points, tension, *spring, constant=constant, joint=joint)
+            length, slack = (high, low != high) if stiffness else (0.0, False)
+            found[tendon] = Cable(name, points, tension, stiffness, length, slack, constant=constant, joint=joint)
     return found
 
 

@@ -258,18 +258,21 @@ def _evaluated(answer: Reaction) -> Reaction:
 
 
 def _taken_as_known(quantity: Any, magnitude: float, assumptions: Assumptions) -> Iterator[Known]:
-    """The effect of one unit of a quantity that counts as certain, of a ball in the worst direction by differences.
+    """The effect of one unit of a quantity that counts as certain, of a ball in the worst direction.
+
+    By central differences, which are the same on either shoulder.
 
     Nothing where the question cannot be asked.
     """
     name, _, unit = quantity.name.rpartition("_")
     try:
-        changed = [quantity.changed(axis) for axis in np.eye(quantity.dimensions)]
+        changed = [quantity.changed(sign * axis) for axis in np.eye(quantity.dimensions) for sign in (1.0, -1.0)]
         answers = [solve(device, case, assumptions) for device, case in changed]
     except ExoPinError:
         return
-    slope = [float(answer.magnitude) - magnitude if answer.has_answer else np.inf for answer in answers]
-    share = 100.0 * float(np.linalg.norm(slope)) / max(magnitude, 1e-300)
+    there = [float(answer.magnitude) if answer.has_answer else np.nan for answer in answers]
+    share = 50.0 * float(np.linalg.norm(np.subtract(there[::2], there[1::2]))) / max(magnitude, 1e-300)
+    share = share if np.isfinite(share) else np.inf
     yield Known(name.replace("_", " "), 1.0, {"percent": "%"}.get(unit, unit), {"F_s_percent": share}, shows=False)
 
 

@@ -24,7 +24,7 @@ from exo_pin.thesis import condensed
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
     "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "start", "uncertainty", "view", "wearer", "workspace",
+    "recordings", "start", "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 

@@ -247,7 +247,9 @@ def isb_rotation(
 
     Notes
     -----
-    Source: Wu et al. (2005), J. Biomech. 38, 981-992; thesis Figure 5-15.
+    After Wu et al. (2005), J. Biomech. 38, 981-992.
+
+    Source: thesis Figure 5-15.
 
     Examples
     --------
@@ -283,7 +285,9 @@ def isb_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> Fl
 
     Notes
     -----
-    Source: Wu et al. (2005), J. Biomech. 38, 981-992; thesis Figure 5-15.
+    After Wu et al. (2005), J. Biomech. 38, 981-992.
+
+    Source: thesis Figure 5-15.
 
     Examples
     --------

@@ -156,6 +156,11 @@ def with_values(
 def dimensions(device: ChainDevice) -> dict[str, float]:
     """Places and axes of joints, ends of closures, anchors and laws by name.
 
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+
     Returns
     -------
     dict of str to float
@@ -234,6 +239,11 @@ def places(device: ChainDevice) -> dict[str, FloatArray]:
     Joints and closures count where the rows of the loops are independent: links of a device with redundant ones fit
     together as they are drawn, and not otherwise. Of a closure the second end counts, and of a limb among the roles
     its ends, ``"A[1]"``, ... on the torso and ``"B[1]"``, ... on the arm.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
 
     Returns
     -------

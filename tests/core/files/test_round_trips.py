@@ -87,6 +87,7 @@ def design(draw):
         "sources": lambda: {"arm": draw.text(), "geometry": "b"},
         "estimated": lambda: ("arm.mass", draw.text()),
         "interfaces": lambda: interfaces(draw),
+        "measures": lambda: ("lengths", "arm"),
     }
     return draw.record(ep.Mechanism, parts, geometry, side=side)
 

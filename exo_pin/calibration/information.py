@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, ReadOnly, as_finite, frozen
+from ..core.validation import FloatArray, ReadOnly, as_finite, as_real, frozen
 from .length_model import LengthModel
 
 #: Components below this part of the largest are left out of a description.
@@ -129,7 +130,10 @@ class Information(Record):
         variance: float,
         prior: FloatArray,
     ) -> None:
-        self.model, self.values, self.measured, self.prior = model, values, measured, prior
+        self.model, self.values, self.measured = model, values, measured
+        self.prior = as_real("prior", prior)
+        if self.prior.shape != (model.size,):
+            raise InvalidInput(f"expected prior of shape ({model.size},), got {self.prior.shape}")
         self.variance = float(variance)
         scaled = _triangle(jacobian * model.scales)
         sizes = np.linalg.svd(scaled, compute_uv=False)

@@ -35,6 +35,7 @@ ANSWERS = {
     "calibrate": r"All \d+ unknowns are determined",
     "export": r"(four-cables\.xml|device\.urdf)",
     "check": r": consistent",
+    "record": r"can have moved like this",
     "mobility": r"degrees of freedom +\d",
     "forces": r"effort of limb_1_slide +-?\d+(\.\d+)? N",
     "track": r"abduction test|peak F_s, N \d+",

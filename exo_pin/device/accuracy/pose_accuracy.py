@@ -34,6 +34,8 @@ LENGTHS, HINGE = 2e-3, float(np.radians(0.5))
 #: Weakest rate, mm/° or °/°, below which drives are said not to place the arm, and difference half way to a twin, in
 #: tolerances, up to which an arm may come to it.
 WEAK, _EASY = 0.3, 3.0
+#: Turn over an error of the drives, °/mm or °/°, above which they leave the arm free.
+_ANY_TURN = 180.0
 #: Tolerance of drives whose play and resolution are stated as zero, m or rad: what is below it is rounding.
 _ROUNDING = 1e-6
 
@@ -108,6 +110,9 @@ class PoseAccuracy(Result, ReadOnly):
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.mm_per_degree)
 
+    def _fields(self) -> dict[str, Any]:
+        return super()._fields() | {"mm_per_degree": self.mm_per_degree, "degrees_per_mm": self.degrees_per_mm}
+
     @property
     def is_doubtful(self) -> NDArray[np.bool_]:
         """Shape (...): whether the drives alone do not place the arm: weak rates, or a twin that it may come to."""
@@ -132,7 +137,10 @@ class PoseAccuracy(Result, ReadOnly):
         1 mm of the drives turns the arm by 4.1°, and a pose 18.5° away has the same positions to 0.34 mm
         """
         unit, scale = ("°", 180.0 / np.pi) if self.has_hinges else (" mm", 1e3)
-        text = f"1{unit} of the drives turns the arm by {self.degrees_per_mm.flat[row]:.2g}°"
+        turn = self.degrees_per_mm.flat[row]
+        # Beyond half a turn the linear law says no more than that nothing places the arm.
+        grows = f"by {turn:.2g}°" if turn <= _ANY_TURN else "freely about one axis"
+        text = f"1{unit} of the drives turns the arm {grows}"
         if not self.has_twin.flat[row]:
             return text
         off = scale * np.linalg.norm(self.differences.reshape(-1, self.differences.shape[-1])[row])

@@ -266,7 +266,7 @@ def read_poses(
     FileFormatError
         As :func:`read_movement`; of poses that are no movement only what stands against their orientations.
     """
-    wanted = options if isinstance(options, RecordingOptions) else RecordingOptions(options or "")
+    wanted = options if isinstance(options, RecordingOptions) else RecordingOptions("" if options is None else options)
     record = _Record(path, as_side(side), wanted, movement or _needs_times(wanted))
     with naming_file(path):
         poses = record.poses(*wanted.names)

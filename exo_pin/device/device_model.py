@@ -24,6 +24,7 @@ from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q
 from ..chain.structure.topology import Topology
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
+from .balance.device_state import NONE
 from .parts.drives import Drive, Spring
 from .parts.lacking_data import LackingData, SpringForces
 from .parts.laws import covered_force
@@ -197,6 +198,14 @@ class DeviceModel:
         self._flight = q_slice(free, arm).start
         self._q_slices = [q_slice(free, int(owner)) for owner in self.owners]
         self.parents = np.array(list(free.parents))
+
+    @cached_property
+    def none(self) -> float:
+        """Size up to which a motion, self-stress or effect is none: rounding, or what the file's digits may make.
+
+        A digit moves the entries of the scaled Jacobian by the tolerance, and its singular values by as many of them.
+        """
+        return max(NONE, max(self.free.row_count, self.free.nv) * self.free.tolerance)
 
     @cached_property
     def drives(self) -> list[tuple[Drive, PlacedRoute | int]]:

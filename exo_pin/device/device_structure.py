@@ -13,7 +13,7 @@ from ..chain.dynamics.equations.equation_stacks import equations_of_stack
 from ..core.validation import FloatArray, set_fields
 from .balance.balanced_forces import held_motions, loop_motions
 from .balance.device_loads import driven_by
-from .balance.device_state import NONE, moments_of
+from .balance.device_state import moments_of
 from .device_model import DeviceModel, device_model
 from .postures import postures
 
@@ -88,12 +88,12 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     moments = motions.turning.mT @ efforts
     rows, held = np.zeros((len(R), 0, efforts.shape[2])), np.zeros(len(R), dtype=int)
     if motions.idle is not None:
-        basis, _, held = held_motions(motions, efforts, moments)
+        basis, _, held = held_motions(motions, efforts, moments, model.none)
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
     size = np.abs(every).max(axis=(1, 2), initial=0.0)
-    independent = _rank(moments_of(every)[0], NONE * np.where(size > 0.0, size, 1.0))
-    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE)) + len(model.twists)
+    independent = _rank(moments_of(every)[0], model.none * np.where(size > 0.0, size, 1.0))
+    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), model.none)) + len(model.twists)
     scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
         Structure(*numbers, scales=scales)

@@ -212,9 +212,9 @@ def _joints(
         free = np.full(made.nq, np.inf)
         yield "", made, -free, free, start[:count] + quaternion
         return
-    for k, axis in enumerate(slides + angles):
-        one = "" if count + len(angles) == 1 else f"_{'' if k < count else 'turn_'}{axis.lower()}"
-        made = axis_joint(k < count, np.array([axis == other for other in "XYZ"], dtype=float))
+    for k, way in enumerate(slides + angles):
+        one = "" if count + len(angles) == 1 else f"_{'' if k < count else 'turn_'}{way.lower()}"
+        made = axis_joint(k < count, np.array([way == other for other in "XYZ"], dtype=float))
         yield one, made, low[k : k + 1], high[k : k + 1], start[k : k + 1]
 
 

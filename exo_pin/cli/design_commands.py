@@ -31,7 +31,7 @@ from ..wrist_chain import PARTS
 from ..wrist_chain.wrist_urdf import write_published_urdf
 from . import options
 from .command import deliver, draws, writes
-from .recordings.recording_options import ReadAs, Recording
+from .options.recording_options import ReadAs, Recording
 
 Step = Annotated[
     options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")

@@ -21,7 +21,7 @@ from ..load_case import Load
 from ..reaction import SPLITS
 from . import options
 from .command import deliver, draws, writes
-from .recordings.recording_options import ReadAs
+from .options.recording_options import ReadAs
 
 if TYPE_CHECKING:
     from ..control import Experiment, Tracking

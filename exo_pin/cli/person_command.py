@@ -21,7 +21,7 @@ from ..view.plots.contact_plots import contact_over_box, contact_over_elevation,
 from ..view.plots.plot_style import figure_title
 from . import options
 from .command import deliver, draws, writes
-from .recordings.recording_options import Recording
+from .options.recording_options import Recording
 
 
 @options.group

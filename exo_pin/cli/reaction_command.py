@@ -25,7 +25,7 @@ from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reacti
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import deliver, draws, writes
-from .recordings.recording_options import Recording
+from .options.recording_options import Recording
 
 
 def reaction(

@@ -27,7 +27,7 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from . import options
 from .command import deliver, draws, writes
-from .criteria_options import Judged, metres
+from .options.criteria_options import Judged, metres
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"

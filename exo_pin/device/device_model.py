@@ -333,7 +333,7 @@ def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -
     return replace(closure, **changes)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def device_model(
     device: ChainDevice, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
 ) -> DeviceModel:

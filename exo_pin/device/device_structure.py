@@ -70,10 +70,13 @@ def structure_of(device: ChainDevice) -> Structure:
 
 
 def general_configurations(model: DeviceModel) -> FloatArray:
-    """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq)."""
+    """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq).
+
+    Joints that no drive holds are not settled: what a device can do depends on no mass and no spring.
+    """
     turns = np.array([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
     outward = 1.0 if model.device.side == "left" else -1.0  # the mirror image in the mirror images of the poses
-    found = postures(model, Rotation.from_rotvec(turns * [outward, 1.0, outward]).as_matrix())
+    found = postures(model, Rotation.from_rotvec(turns * [outward, 1.0, outward]).as_matrix(), settle=False)
     return found.q[found.reached]
 
 

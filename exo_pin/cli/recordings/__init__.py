@@ -1,1 +1,1 @@
-"""Recordings on the command line: the options that read them, and the command that checks and converts them."""
+"""Recordings on the command line: the commands that check, convert and judge them."""

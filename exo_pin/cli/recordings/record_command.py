@@ -14,7 +14,7 @@ from ...load_case.recordings.reading import read_poses
 from ...load_case.recordings.writing import ANGLES, in_convention
 from ..command import deliver, draws, writes
 from ..options import Json, called
-from .recording_options import ReadAs
+from ..options.recording_options import ReadAs
 
 #: Within this of an angle at which two others have no meaning of their own, degrees.
 _LOCKED = 5.0

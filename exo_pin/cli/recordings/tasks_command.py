@@ -13,8 +13,8 @@ from ...workspace import task_reach
 from ...workspace.query import workspace as workspace_of
 from .. import options
 from ..command import deliver, draws, writes
-from ..criteria_options import Judged
-from .recording_options import ReadAs
+from ..options.criteria_options import Judged
+from ..options.recording_options import ReadAs
 
 
 def tasks(

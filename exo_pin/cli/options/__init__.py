@@ -14,20 +14,20 @@ import numpy as np
 from cyclopts import Parameter
 from scipy.spatial.transform import Rotation
 
-from ..chain.formats.leaving_out import LEAVE_OUT
-from ..core.errors import InvalidInput, MissingExtra, OutsideHumanRange
-from ..core.optional_packages import require_extra
-from ..core.validation import FloatArray, as_positive
-from ..design import Wearer
-from ..design.parameters.names import assigned
-from ..exo.loading import load
-from ..exo.shoulder_exo import ShoulderExo
-from ..load_case import CentreOffset, CentrePath
-from ..person.bare_arm import BARE_ARM_PERSON
-from ..reaction import SPLITS, Limits
+from ...chain.formats.leaving_out import LEAVE_OUT
+from ...core.errors import InvalidInput, MissingExtra, OutsideHumanRange
+from ...core.optional_packages import require_extra
+from ...core.validation import FloatArray, as_positive
+from ...design import Wearer
+from ...design.parameters.names import assigned
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
+from ...load_case import CentreOffset, CentrePath
+from ...person.bare_arm import BARE_ARM_PERSON
+from ...reaction import SPLITS, Limits
 
 if TYPE_CHECKING:
-    from ..person import Person
+    from ...person import Person
 
 #: Most poses on a way.
 _MOST = 1000
@@ -299,7 +299,7 @@ def _meant(words: list[str]) -> str | None:
 
 def with_muscles(own: Wearer, **more: Any) -> Person:
     """A wearer with muscles."""
-    from ..person import Person  # here, because few queries need one
+    from ...person import Person  # here, because few queries need one
 
     return Person(own.height, own.mass, own.sex, elbow_flexion=own.elbow_flexion, payload=own.payload, **more)
 

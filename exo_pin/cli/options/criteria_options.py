@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from ..core.errors import InvalidInput
-from ..device.accuracy.pose_accuracy import are_hinges
-from ..device.accuracy.twins import TWIN_ANGLE
-from ..exo.shoulder_exo import ShoulderExo
-from ..workspace import Criteria
-from . import options
+from ...core.errors import InvalidInput
+from ...device.accuracy.pose_accuracy import are_hinges
+from ...device.accuracy.twins import TWIN_ANGLE
+from ...exo.shoulder_exo import ShoulderExo
+from ...workspace import Criteria
+from .. import options
 
 #: 1 mm/°, m/rad.
 _MM_DEGREE = 0.18 / np.pi

@@ -65,6 +65,7 @@ def optional(extra: str, module: str) -> Any:
 
 
 def _loaded(module: str) -> Any:
+    # Filters of warnings are those of all threads: they change only while a package is loaded for the first time.
     if module in sys.modules:
         return import_module(module)
     with warnings.catch_warnings():

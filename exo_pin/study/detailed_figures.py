@@ -240,14 +240,24 @@ def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) 
     keys = ("split", "constraint_bounds", "weights")
     split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
     follows, change = _worst_change(exo, some, split)
-    figures = {"follows_10_mm": follows, "change_by_10_mm_N": change, "change_on_cuff_N": np.nan}
+    figures = {"follows_10_mm": follows, "change_by_10_mm_N": change}
+    return figures | {"change_on_cuff_N": change_on_cuff(exo, some)}
+
+
+def change_on_cuff(exo: ShoulderExo, poses: Rotation) -> float:
+    """Largest change of F_s, N, by 10 mm on the design's cuff, or one as measured; NaN where no cuff is known."""
     interfaces, soft = exo.device.interfaces, exo
     if interfaces.cuff is None:
         distance = cuff_distance(exo.chain)
         if not distance > 0.0:
-            return figures
+            return float("nan")
         soft = exo.replace(interfaces=replace(interfaces, cuff=Interface.upper_arm_cuff(distance)))
-    return figures | {"change_on_cuff_N": _worst_change(soft, some, {"split": "elastic"})[1]}
+    return _worst_change(soft, sampled(poses, _OFF_POSES), {"split": "elastic"})[1]
+
+
+def change_of_rigid(exo: ShoulderExo, poses: Rotation) -> float:
+    """The same of the device with a rigid cuff; NaN where it follows nowhere."""
+    return _worst_change(exo, sampled(poses, _OFF_POSES), {})[1]
 
 
 def cuff_distance(chain: ClosedChain) -> float:

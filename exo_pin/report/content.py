@@ -126,11 +126,11 @@ def _workspace(report: DesignReport) -> Section:
         [_CRITERIA.get(name, CRITERIA[name].words), shown(share)] for name, share in report.criteria_percent.items()
     ]
     rows.append(["all together", shown(report.inside_percent)])
-    head = [f"share of {report.poses} poses that meet, %", *(name for name, _ in rows)]
-    cells = ["daily range of motion", *(share for _, share in rows)]
-    source = "Grid over the daily range: flexion 0 to 110°, abduction -4 to 96°, internal rotation -20 to 85° (Table "
-    widths = (2.2, *[1.2] * len(rows))
-    return Section("Range of motion", (), head, [cells], f"{source}2-1 of Tang's thesis).", widths)
+    source = (
+        "Grid over the daily range: flexion 0 to 110°, abduction -4 to 96°, internal rotation -20 to 85° (Table 2-1 of "
+        "Tang's thesis)."
+    )
+    return Section("Range of motion", (), (f"share of {report.poses} poses that are", "%"), rows, source, (3.0, 1.0))
 
 
 def _drives(report: DesignReport) -> Section:

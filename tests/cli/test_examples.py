@@ -28,6 +28,7 @@ ANSWERS = {
     "workspace": r"\d+\.\d % of \d+ poses are inside",
     "tasks": r"published range +\d+",
     "compare": r"ranks first|Equal first",
+    "report": r"It holds (none|\d)",
     "uncertainty": r"shoulder force|offset",
     "presets": r"four-(cables|linear-actuators)",
     "sweep": r"ranks first|Equal first|No design holds",

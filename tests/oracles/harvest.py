@@ -290,6 +290,7 @@ def _pictures(folder):
     scene.serve(0)
     scene.close()
     scene.record(POSES, [0.0, 1.0])
+    ep.load("four-linear-actuators-worn").report().fits  # noqa: B018 - what it holds is looked at
     ChainScene(moving("3RRR").chain)
     ep.load(URDF / "serial-y-x-z.urdf").view().show(POSE)
 

@@ -69,7 +69,8 @@ class LockedEquations(SoftEquations):
         start = super().at(np.zeros(own), 1.0)
         # Turns of the arm, and what moves drives besides while it rests.
         values = np.linalg.svd(start.drive_effect, compute_uv=False)
-        most = 3 + int((values > self.model.none * max(values.max(initial=0.0), np.abs(start.moment_of_f[:3]).max())).sum())
+        least = self.model.none * max(values.max(initial=0.0), np.abs(start.moment_of_f[:3]).max())
+        most = 3 + int((values > least).sum())
         if drives > most:
             raise InvalidInput(
                 f"expected at most {most} drives and brakes with locked actuators, got {drives}: a device with "
@@ -226,7 +227,8 @@ def soft_equilibrium(
         _put(moved, k, equations.displaced(pose.q), device)
         moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
         effects = equations.undetermined(pose)
-        moved.undetermined[k], moved.determined[k] = effects.shape[1], np.abs(effects).max(axis=1, initial=0.0) <= model.model.none
+        moved.undetermined[k] = effects.shape[1]
+        moved.determined[k] = np.abs(effects).max(axis=1, initial=0.0) <= model.model.none
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]

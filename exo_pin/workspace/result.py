@@ -317,7 +317,9 @@ class Workspace(Result, ReadOnly):
         found = {name: angles[..., k] for k, name in enumerate(CLINICAL_ANGLES)}
         found |= {"verdict": verdict.astype(object), "reason": self.reasons.astype(object)}
         for name, values in self.margins.items():
-            found[f"margin_{name}_{self.units[name].replace(' ', '_')}".rstrip("_")] = values
+            # Names that are identifiers, as MATLAB has them.
+            unit = self.units[name].replace(" ", "_").replace("/", "_per_")
+            found[f"margin_{name}_{unit}".rstrip("_")] = values
         found |= {f"F_s_{axis}_N": self.shoulder_force[..., k] for k, axis in enumerate("xyz")}
         drives = range(self.lengths.shape[-1])
         found |= {"F_s_N": self.magnitude, "singularity_margin": self.margin}

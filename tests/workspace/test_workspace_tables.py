@@ -20,5 +20,6 @@ def test_rows_have_pose_verdict_and_reason(tmp_path):
     own, others = ([text.replace(", connected", "") for text in texts] for texts in (table["reason"], found.reasons))
     assert own == others
     np.testing.assert_allclose(table["F_s_N"], found.magnitude, rtol=1e-6, atol=1e-6)
+    assert all(name.isidentifier() for name in table.columns)
     assert set(table["verdict"]) == {"inside", "outside"}
     assert ((table["verdict"] == "inside") == (table["reason"] == "")).all()

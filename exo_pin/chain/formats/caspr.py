@@ -1,6 +1,7 @@
 """Cable-driven robots of CASPR: two XML files, the links with their joints and the cables with their attachments.
 
-Read are ``<link_rigid>`` with every joint that :data:`JOINTS` lists, and ``<cable_ideal>`` with attachments at points.
+Read are ``<link_rigid>`` with every joint that :data:`JOINTS` lists, a hinge or slide along a given axis (``R_AXIS``,
+``P_AXIS``), and ``<cable_ideal>`` with attachments at points. The files are in m, kg, rad and N.
 A ball, and the ball of a free link, has a quaternion in place of CASPR's three angles. Gravity is along -z, as there.
 CASPR does not hold joints within ``q_min`` and ``q_max``; of hinges and slides they are kept as limits. Cables with
 springs, pulleys and other links are errors that name them.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .dynamic_identification import Recording
 
 #: Share of the stated error by which the derivative is taken, to either side.
-_STEP = 0.1
+_STEP = 0.01
 #: An error shows if it moves the residuals together by this many standard deviations.
 _SHOWS = 3.0
 
@@ -57,6 +57,8 @@ def known_inputs(
 ) -> tuple[Known, ...]:
     """Errors of the force law, the sensors and the weights, and by how many per cent each changes friction and damping.
 
+    Of their root mean squares over the samples.
+
     Parameters
     ----------
     build : callable
@@ -82,12 +84,13 @@ def known_inputs(
         ahead, behind = (residuals(**{key: true + sign * _STEP * error}) for sign in (1.0, -1.0))
         moved = (ahead - behind) / (2.0 * _STEP)
         change = -np.linalg.lstsq(slopes / norms, moved, rcond=1e-10)[0] / norms
-        off = np.median(np.abs(_forces(build(change), recordings)), axis=1)
-        effects = dict(zip(("friction_percent", "damping_percent"), (100.0 * off / middle).tolist(), strict=True))
+        off = np.linalg.norm(_forces(build(change), recordings), axis=1)
+        share = 100.0 * np.divide(off, here, out=np.full(2, np.inf), where=here > 0.0)
+        effects = dict(zip(("friction_percent", "damping_percent"), share.tolist(), strict=True))
         return Known(name, size, unit, effects, bool(np.linalg.norm(moved + slopes @ change) > _SHOWS * sigma))
 
     norms = np.linalg.norm(slopes, axis=0)
-    middle = np.median(np.abs(_forces(model, recordings)), axis=1)
+    here = np.linalg.norm(_forces(model, recordings), axis=1)
     return (
         found("share", 1.0, 0.01, "force law", 1.0, "%"),
         found("pressure", 0.0, 0.1 * BAR, "gauge's zero", 0.1, "bar"),

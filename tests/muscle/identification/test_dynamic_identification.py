@@ -59,16 +59,16 @@ def test_effects_of_what_was_taken_as_known_are_those_of_fits_with_errors():
     law = dynamic_model("tang-3-31").static
     clean = recordings(0.0, seed=1, samples=41)
     found = identify_dynamic(clean, law, start=TRUTH)
-    x, p = np.concatenate([r.contraction for r in clean]), np.concatenate([r.pressure.sample(r.time) for r in clean])
 
     def friction(fit):
-        return fit.model.friction.printed(x, p, 1.5)
+        law = fit.model.friction
+        return np.concatenate([law.printed(r.contraction, r.pressure.sample(r.time), r.mass) for r in clean])
 
     off = identify_dynamic([replace(each, mass=1.0005 * each.mass) for each in clean], law, start=TRUTH)
-    share = np.median(np.abs(friction(off) - friction(found))) / np.median(np.abs(friction(found)))
+    share = np.linalg.norm(friction(off) - friction(found)) / np.linalg.norm(friction(found))
     weight = next(each for each in found.known if each.name == "hung weight")
     assert [each.name for each in found.known] == ["force law", "gauge's zero", "contraction's zero", "hung weight"]
-    assert abs(weight.effects["friction_percent"] * 0.05 - 100.0 * share) < 0.15 * 100.0 * share
+    assert abs(weight.effects["friction_percent"] * 0.05 - 100.0 * share) < 0.03 * 100.0 * share
     assert weight.shows  # a wrong weight leaves residuals
 
 

@@ -229,7 +229,8 @@ def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:
     length = float(np.linalg.norm(vector))
     if length < 1e-12:
         raise InvalidInput(f"expected {name} to be a direction, got a zero vector")
-    return frozen(vector / length)
+    # A unit vector stays as it is, so that a file brings it back bit for bit.
+    return frozen(vector.copy() if abs(length - 1.0) < 1e-15 else vector / length)
 
 
 def as_rotation(name: str, value: Any) -> Rotation:

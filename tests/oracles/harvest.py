@@ -264,7 +264,8 @@ def _persons(folder):
     if not has_persons():
         return
     # A person and a pose of their own: answers of programs that another test has asked are kept, and nothing is made.
-    person, exo, pose = ep.Person(1.7512, 75, "male"), ep.load("prototype"), ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True)
+    person, exo = ep.Person(1.7512, 75, "male"), ep.load("prototype")
+    pose = ep.shoulder_rotation(37.3, 18.1, 9.7, degrees=True)
     person.joint_contact(pose)
     person.contact_range(pose)
     person.centre_path()

@@ -17,6 +17,10 @@ def few(joints: tuple[str, ...]) -> str:
     return ", ".join(joints[:4]) + (", ..." if len(joints) > 4 else "")
 
 
+#: Residuals below this, m and rad, may come from the rounding of a file with two or three decimals.
+_ROUNDED = 0.02
+
+
 class LoopNotClosed(ExoPinError, RuntimeError):
     """No closed configuration was found.
 
@@ -49,9 +53,15 @@ class LoopNotClosed(ExoPinError, RuntimeError):
                 "iterations: start from another configuration, or give a target within reach"
             )
         elif self.iterations:
+            rounded = ""
+            if self.residual < _ROUNDED:
+                rounded = (
+                    "; where the file's numbers are rounded, write them with six decimals or more, or state "
+                    "geometry_tolerance (half a unit of the last decimal) in its closures file"
+                )
             text = (
                 f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations, "
-                "expected closed loops: start from another configuration, or check the lengths of the links"
+                "expected closed loops: start from another configuration, or check the lengths of the links" + rounded
             )
         else:
             text = f"the loops are open: residual {self.residual:.3e} (m, rad), expected closed loops: use close(q)"

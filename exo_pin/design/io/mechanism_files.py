@@ -76,10 +76,9 @@ def arm_table(arm: Arm) -> dict[str, Any]:
         )
 
     parts = [body(part) for part in arm.parts]
-    said = any(list(part) == ["wearer"] for part in parts)
-    if len(parts) == 1 and (said or arm.body_mass is None):
-        return parts[0]
-    return present(body_mass_kg=None if said else arm.body_mass, parts=parts)
+    body_mass = None if any(list(part) == ["wearer"] for part in parts) else arm.body_mass
+    own = present(body_mass_kg=body_mass)
+    return own | (parts[0] if len(parts) == 1 else {"parts": parts})
 
 
 def _is_arm_of(arm: Arm, wearer: Wearer) -> bool:

@@ -246,17 +246,19 @@ def _read_geometry(table: TomlTable, side: str, sources: dict[str, str]) -> Wris
     table.finish()
     if (circles is None) == (points is None):
         raise table.error("expected either a table circles or a table points", "circles")
+    if quaternion is not None and abs(np.linalg.norm(quaternion) - 1.0) > 1e-9:
+        raise table.error("expected a unit quaternion", "neutral_quaternion_xyzw")
+    neutral = Rotation.identity() if quaternion is None else Rotation.from_quat(quaternion)
     if circles is not None:
         geometry = WristGeometry.from_circles(**read_fields(CircleDimensions, circles, sources), side=side)
         circles.finish()
-    else:
-        geometry = read_record(WristGeometry, points, sources)
-        _check_size(geometry, table)
-    if quaternion is None:
-        return geometry
-    if abs(np.linalg.norm(quaternion) - 1.0) > 1e-9:
-        raise table.error("expected a unit quaternion", "neutral_quaternion_xyzw")
-    return geometry.replace(neutral=Rotation.from_quat(quaternion))
+        return geometry.replace(neutral=neutral)
+    assert points is not None
+    # With its neutral pose at once: in another one its limbs may be folded.
+    geometry = WristGeometry(**read_fields(WristGeometry, points, sources), neutral=neutral)
+    points.finish()
+    _check_size(geometry, table)
+    return geometry
 
 
 def _check_size(geometry: WristGeometry, table: TomlTable) -> None:
@@ -271,11 +273,11 @@ def read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
     """An arm, one body or its parts; what was taken from where goes into ``sources``."""
     note_source(table, sources)
     parts = table.tables("parts")
+    body_mass = table.quantity("mass", "body_mass", required=False)
     if not parts:
-        return _read_body(table)
+        return _read_body(table, body_mass)
     for body in parts:
         note_source(body, sources)
-    body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
     # The person's mass belongs to the person's parts; where all is device it goes with the device.
     worn = not all(part.is_true("device") for part in parts)
@@ -292,6 +294,8 @@ def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:
     if mass is None:
         # The person's size says it all.
         table.finish()
+        if body_mass not in (None, wearer.mass):
+            raise table.error(f"given twice: the wearer weighs {wearer.mass:g} kg", "body_mass_kg")
         return Arm.of_wearer(wearer)
     centre = table.quantity("length", "centre_of_mass", (3,))
     about_centre = table.quantity("inertia", "inertia_about_centre", (3, 3), required=False)

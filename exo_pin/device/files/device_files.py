@@ -21,7 +21,8 @@ Beside ``NAME.urdf`` (or ``.xml``, ``.sdf``) may stand ``NAME.device.toml``::
     joint = "strut_slide"            # a hinge or slide of the robot; or points, as below
     law = "table"                    # see the laws
     coordinates_m = [0.0, 0.1]       # rising (coordinates_rad of a hinge)
-    forces_N = [-1.0, -5.0]          # pull towards smaller coordinates: negative pushes (moments_N_m of a hinge)
+    efforts_N = [1.0, 5.0]           # on the joint, positive towards larger coordinates (efforts_N_m of a hinge); of
+                                     # a spring between points forces_N, its pull
 
     drives_are_complete = true       # optional: the drives of this file are all, in this order, with all their limits
     [[drives]]                       # besides the joints among the robot's roles, or in their place
@@ -94,9 +95,11 @@ Beside the file of a wrist may stand its design in the place of all these tables
 design file; it has to be the one of the robot's file. What else a device file may say of its robot's file:
 :mod:`exo_pin.device.files.robot_files`.
 
-Laws: ``constant`` (force_N or moment_N_m), ``linear`` (stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad;
-only_pulls = true for a spring that goes slack), ``gas`` (extended_force_N, extended_length_m, gas_height_m, exponent)
-and ``table``.
+Laws: ``constant`` (force_N of a spring between points; effort_N or effort_N_m of one on a joint), ``linear``
+(stiffness_N_m and slack_m, or stiffness_N_m_rad and slack_rad; only_pulls = true for a spring that goes slack), ``gas``
+(extended_force_N, extended_length_m, gas_height_m, exponent) and ``table``. Between points a spring's force is its
+pull, as that of a tendon. On a joint it is the joint's effort: positive turns or pushes towards larger coordinates, as
+efforts of URDF, MuJoCo and OpenSim do.
 """
 
 from __future__ import annotations
@@ -237,7 +240,8 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         elif not is_same_arm(arm, device.arm):
             told = "nothing" if device.arm is None else f"{device.arm.mass:.6g} kg about {device.arm.centre_of_mass} m"
             own = f"{arm.mass:.6g} kg about {arm.centre_of_mass} m"
-            raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}", "arm")
+            cure = "leave [arm] out, or write the robot's file with more decimals where it rounds them"
+            raise table.error(f"this arm, {own}, is not the one of the robot's file, {told}: {cure}", "arm")
         stated = {spring.name for spring in springs}
         springs = (*(own for own in device.springs if own.name not in stated), *springs)
         return device.replace(
@@ -315,36 +319,43 @@ def _brake(table: TomlTable) -> Brake:
 
 def _spring(table: TomlTable) -> Spring:
     place, kind = _place(table), str(table.text("law", choices=_LAWS))
-    law = _LAWS[kind](table)
+    law = _LAWS[kind](table, place["joint"] is not None)
     table.finish()
     return Spring(law=law, **place)
 
 
-def _constant(table: TomlTable) -> SpringLaw:
-    force = table.quantity("force", "force", required=False)
-    moment = table.quantity("couple", "moment", required=False)
-    if (force is None) == (moment is None):
-        raise table.error("expected a force or a moment", "force_N")
-    return ConstantForce(moment if force is None else force)
+def _pull(table: TomlTable, on_joint: bool, plural: str = "") -> Any:
+    """What a law pulls with: of a spring between points as stated, of one on a joint against the effort."""
+    shape: tuple[None, ...] = (None,) if plural else ()
+    if not on_joint:
+        return table.quantity("force", f"force{plural}", shape)
+    for old in (f"force{plural}_N", f"moment{plural}_N_m"):
+        if old in table:
+            new = old.replace("force", "effort").replace("moment", "effort")
+            raise table.error(f"of a spring on a joint write {new} with the opposite sign: positive efforts turn or "
+                              "push towards larger coordinates", old)  # fmt: skip
+    return -np.asarray(_either(table, _EFFORT, f"effort{plural}", shape, required=True))
 
 
-def _linear(table: TomlTable) -> SpringLaw:
+def _constant(table: TomlTable, on_joint: bool) -> SpringLaw:
+    return ConstantForce(float(_pull(table, on_joint)))
+
+
+def _linear(table: TomlTable, _: bool) -> SpringLaw:
     stiffness = _either(table, ("stiffness", "twist stiffness"), "stiffness", required=True)
     slack = _either(table, _LENGTH, "slack")
     return LinearSpring(stiffness, 0.0 if slack is None else slack, table.flag("only_pulls"))
 
 
-def _gas(table: TomlTable) -> SpringLaw:
+def _gas(table: TomlTable, _: bool) -> SpringLaw:
     exponent = table.quantity("number", "exponent", required=False)
     force, length = table.quantity("force", "extended_force"), table.quantity("length", "extended_length")
     return GasSpring(force, length, table.quantity("length", "gas_height"), 1.0 if exponent is None else exponent)
 
 
-def _table(table: TomlTable) -> SpringLaw:
+def _table(table: TomlTable, on_joint: bool) -> SpringLaw:
     at = _either(table, _LENGTH, "coordinates", (None,), required=True)
-    force = table.quantity("force", "forces", (None,), required=False)
-    pull = table.quantity("couple", "moments", (None,)) if force is None else force
-    return TableLaw(tuple(np.asarray(at).tolist()), tuple(np.asarray(pull).tolist()))
+    return TableLaw(tuple(np.asarray(at).tolist()), tuple(_pull(table, on_joint, "s").tolist()))
 
 
 _LAWS = {"constant": _constant, "linear": _linear, "gas": _gas, "table": _table}

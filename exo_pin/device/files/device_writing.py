@@ -122,9 +122,11 @@ def _turns(device: ChainDevice, part: Drive | Spring) -> bool:
 def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
     law, turns = spring.law, _turns(device, spring)
     at = "rad" if turns else "m"
+    # A law is the pull; the file of a spring on a joint holds the effort on it.
+    key, sign = ("force_N", 1.0) if spring.joint is None else ("effort_N_m" if turns else "effort_N", -1.0)
     match law:
         case ConstantForce():
-            return {"law": "constant", "moment_N_m" if turns else "force_N": law.value}
+            return {"law": "constant", key: sign * law.value}
         case LinearSpring():
             stiffness = {"stiffness_N_m_rad" if turns else "stiffness_N_m": law.stiffness}
             return {"law": "linear", **stiffness, f"slack_{at}": law.slack, "only_pulls": law.only_pulls}
@@ -132,7 +134,7 @@ def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
             lengths = {"extended_length_m": law.extended_length, "gas_height_m": law.gas_height}
             return {"law": "gas", "extended_force_N": law.extended_force, **lengths, "exponent": law.exponent}
         case TableLaw():
-            forces = {"moments_N_m" if turns else "forces_N": list(law.forces)}
+            forces = {key.replace("_", "s_", 1): [sign * force for force in law.forces]}
             return {"law": "table", f"coordinates_{at}": list(law.coordinates), **forces}
     raise InvalidInput(f"a device file holds no law of the kind {type(law).__name__}")
 

@@ -234,7 +234,8 @@ class Spring:
     name : str
         Its name.
     law : SpringLaw
-        Torque by the joint's angle (force by its position), or tension by the route's length.
+        Tension by the route's length; on a joint the derivative of its energy by the joint's coordinate, which is
+        minus the joint's effort as URDF, MuJoCo and OpenSim count it, and as a device file states it.
     joint : str or None
         A hinge or slide of the chain.
     route : Route or None

@@ -1,9 +1,10 @@
 """Laws of springs: the force at a length, or the torque at an angle.
 
 Each returns the force with which a spring **pulls** its ends together at length x (of a routed spring), or the torque
-with which it turns its joint towards smaller coordinates at coordinate x. A law also gives its stored energy, whose
-derivative by x is the force, so that a force and a work can be checked against each other. Beyond the range that a law
-covers nothing is known of the spring: a pose there is not evaluated.
+with which it turns its joint towards smaller coordinates at coordinate x: minus the joint's effort, which a device
+file states. A law also gives its stored energy, whose derivative by x is the force, so that a force and a work can be
+checked against each other. Beyond the range that a law covers nothing is known of the spring: a pose there is not
+evaluated.
 
 Laws of springs whose force is no straight line: gas springs, and measured points.
 """

@@ -1,0 +1,375 @@
+"""Files that the package writes: records with every optional key drawn at random come back equal."""
+
+from dataclasses import is_dataclass
+from inspect import signature
+
+import numpy as np
+import pytest
+from handed_devices import BASES, handed
+from places import URDF
+from same_records import same
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.chain import (
+    Closure,
+    Closures,
+    JointProperties,
+    LimbRole,
+    Placement,
+    Roles,
+    Root,
+    read_closures,
+    write_closures,
+)
+from exo_pin.control import MeasuredRun, read_run, write_run
+from exo_pin.design import Limb, LimbBody, LimbGuide, Shoulder, Tackle, WristGeometry, read_mechanism, write_mechanism
+from exo_pin.device import ConstantForce, LinearSpring, Spring, TableLaw
+from exo_pin.muscle import (
+    ChouHannaford,
+    ConstantFriction,
+    Damping,
+    DynamicModel,
+    LoadDependentFriction,
+    PolynomialModel,
+    Validity,
+    load_dynamic,
+    load_parameters,
+    save_dynamic,
+    save_parameters,
+)
+
+COUNT = 60
+
+
+class Drawn:
+    """Records with each optional field left out in half of the draws, and which were given."""
+
+    def __init__(self, seed):
+        self.rng, self.given = np.random.default_rng(seed), set()
+
+    def number(self, low=0.1, high=1.0):
+        return float(self.rng.uniform(low, high))
+
+    def text(self):
+        return "".join(self.rng.choice(list("abc Ωé\"'\\\n#=[]"), 6))
+
+    def record(self, kind, optional, *values, **required):
+        """A record with the given values, and with each of ``optional``, which make their values, or without it."""
+        chosen = {name: made() for name, made in optional.items() if self.rng.random() < 0.5}
+        self.given |= {(kind, name) for name in (*chosen, *required)}
+        return kind(*values, **required, **chosen)
+
+    def stiffness(self, size=3):
+        root = self.rng.normal(size=(size, size))
+        return 10.0 * (root @ root.T + np.eye(size))
+
+
+def design(draw):
+    """A design of all that its file can hold."""
+    rng, count = draw.rng, int(draw.rng.integers(3, 5))
+    turn, side = Rotation.from_rotvec(rng.normal(size=3)), str(rng.choice(["left", "right"]))
+    if rng.random() < 0.5:
+        angles = np.sort(rng.uniform(0.0, 6.0, count))
+        geometry = WristGeometry.from_circles(*rng.uniform(0.05, 0.2, 4), angles, rng.permutation(angles), side)
+        geometry = geometry.replace(neutral=turn) if rng.random() < 0.5 else geometry
+    else:
+        axes = {name: lambda: rng.normal(size=3) for name in ("base_axis", "platform_axis")}
+        geometry = draw.record(WristGeometry, axes | {"neutral": lambda: turn}, *0.2 * rng.normal(size=(2, count, 3)))
+    parts = {
+        "arm": lambda: arm(draw),
+        "limbs": lambda: tuple(limb(draw) for _ in range(count)),
+        "shoulder": lambda: shoulder(draw),
+        "gravity": lambda: rng.normal(size=3),
+        "name": draw.text,
+        "title": draw.text,
+        "sources": lambda: {"arm": draw.text(), "geometry": "b"},
+        "estimated": lambda: ("arm.mass", draw.text()),
+        "interfaces": lambda: interfaces(draw),
+    }
+    return draw.record(ep.Mechanism, parts, geometry, side=side)
+
+
+def shoulder(draw):
+    parts = {"abduction_centre": draw.number, "half_diagonal": draw.number, "stiffness": draw.stiffness}
+    return draw.record(Shoulder, parts)
+
+
+def interfaces(draw):
+    def spring():
+        at = {"at": lambda: 0.1 * draw.rng.normal(size=3), "source": draw.text}
+        return draw.record(ep.Interface, at, draw.stiffness(6))
+
+    return draw.record(ep.Interfaces, {"harness": spring, "cuff": spring, "cuff_area": lambda: 0.01})
+
+
+def limb(draw):
+    def guide():
+        names = ("joint_stiffness", "joint_twist_stiffness", "largest_bending_moment", "largest_torque")
+        return draw.record(LimbGuide, dict.fromkeys(names, draw.number), 40.0, 30.0)
+
+    def body():
+        return LimbBody.rod(draw.number(), draw.number(), 0.01 * draw.number())
+
+    parts = {
+        "kind": lambda: "SPS",
+        "base_body": body,
+        "platform_body": body,
+        "stroke": lambda: draw.record(ep.Stroke, {"end_fitting": draw.number}, draw.number(), 0.75, 1.05),
+        "joint_limit": draw.number,
+        "joint_straight": lambda: tuple(draw.rng.normal(size=3).tolist()),
+        "guide": guide,
+        "actuator": lambda: actuator(draw),
+    }
+    return draw.record(Limb, parts)
+
+
+def actuator(draw):
+    common = dict.fromkeys(("speed_limit", "power_limit", "travel_limit"), draw.number)
+    common["pull_limit"] = lambda: draw.number(10.0, 99.0)
+    kind = draw.rng.integers(3)
+    if kind == 0:
+        return draw.record(ep.Actuator, common | {"push_limit": draw.number}, "linear")
+    if kind == 1:
+
+        def tackle():
+            return draw.record(Tackle, {"count": lambda: 2}, 2.0, draw.number(), "best", 4e5)
+
+        return draw.record(ep.Actuator, common | {"least_tension": draw.number, "tackle": tackle}, "cable")
+    speed = {"speed_limit": draw.number}
+    return draw.record(ep.Actuator, speed, "pneumatic muscle", force_law="best", supply_pressure=4e5)
+
+
+def arm(draw):
+    kind, sized = int(draw.rng.integers(4)), {"elbow_flexion": draw.number, "payload": draw.number}
+    person = ep.Arm.of_wearer(draw.record(ep.Wearer, sized, 1.75, 75.0, "male"))
+    if kind == 0:
+        return person
+    if kind == 1:
+        parts = {
+            "inertia": lambda: 1e-3 * np.eye(3),
+            "device": lambda: True,
+            "body_mass": lambda: 75.0,
+            "wearer": lambda: ep.Wearer(1.6, 60.0, "female"),
+        }
+        return draw.record(ep.Arm, parts, draw.number(), 0.3 * draw.rng.normal(size=3))
+    device = ep.Arm(0.4, [0, 0, -0.1], 1e-3 * np.eye(3), device=True)
+    return device + (person if kind == 2 else ep.Arm(2.0, [0, 0, -0.3], body_mass=75.0))
+
+
+def left(draw):
+    """Optional fields of the records drawn that were in none of them."""
+    missing = set()
+    for kind in {kind for kind, _ in draw.given if is_dataclass(kind)}:
+        parameters = signature(kind).parameters
+        names = {name for name in parameters if parameters[name].default is not parameters[name].empty}
+        missing |= {name for name in names if (kind, name) not in draw.given}
+    return missing
+
+
+def owners(arm):
+    """Of each part: whose it is, and the person's mass."""
+    return None if arm is None else [(part.body_mass, part.wearer and vars(part.wearer)) for part in arm.parts]
+
+
+def test_designs_come_back(tmp_path):
+    draw, path = Drawn(1), tmp_path / "drawn.toml"
+    for _ in range(COUNT):
+        mechanism = design(draw)
+        write_mechanism(mechanism, path)
+        again = read_mechanism(path)
+        assert same(again, mechanism)
+        assert str(owners(again.arm)) == str(owners(mechanism.arm))
+        assert again.arm is None or again.arm.body_mass == mechanism.arm.body_mass
+        before = path.read_bytes()
+        write_mechanism(again, path)
+        assert path.read_bytes() == before
+    # Circles make their points, and degrees are another unit of a field.
+    assert left(draw) <= {"degrees", "circles"}
+
+
+def test_a_design_whose_limbs_are_folded_at_rest_comes_back(tmp_path):
+    """Its neutral pose is another; a reader that first makes it with the arm hanging refuses it."""
+    base = np.array([[0.1, 0.0, 0.1], [-0.1, 0.1, 0.1], [0.0, 0.2, -0.1]])
+    geometry = WristGeometry(base, -0.5 * base, neutral=Rotation.from_rotvec([0.3, 0.2, -0.5]))
+    ep.ShoulderExo(geometry).save(tmp_path / "mine.toml")
+    assert same(ep.load(tmp_path / "mine.toml").geometry, geometry)
+
+
+def test_the_body_mass_of_a_single_arm_is_read(tmp_path):
+    text = ep.design.preset_file("appendix-d")
+    (tmp_path / "mine.toml").write_text(text.replace("[arm]", "[arm]\nbody_mass_kg = 81.0"))
+    assert ep.load(tmp_path / "mine.toml").arm.body_mass == 81.0
+    sized = "[arm]\nbody_mass_kg = 81.0\nwearer = { height_m = 1.75, mass_kg = 75.0, sex = 'male' }\n"
+    design = text[: text.index("[arm]")] + sized
+    (tmp_path / "mine.toml").write_text(design)
+    with pytest.raises(ep.FileFormatError, match=r"body_mass_kg: given twice: the wearer weighs 75 kg"):
+        ep.load(tmp_path / "mine.toml")
+
+
+def closure(draw, number):
+    """A loop of any type, in different frames."""
+    rng, name = draw.rng, f"loop {number}"
+    if rng.random() < 0.3:
+        polynomial = tuple(rng.normal(size=3).tolist())
+        return draw.record(
+            Closure, {"references": lambda: (0.1, 0.2)}, name, "coupling", "a", "b", polynomial=polynomial
+        )
+
+    def place():
+        parts = {
+            "translation": lambda: tuple(rng.normal(size=3).tolist()),
+            "quaternion": lambda: tuple(Rotation.random(rng=rng).as_quat().tolist()),
+        }
+        return draw.record(Placement, parts)
+
+    kind = str(rng.choice(["rigid", "spherical", "revolute", "prismatic", "cylindrical", "distance"]))
+    parts = {"placement_a": place, "placement_b": place}
+    if kind in ("revolute", "prismatic", "cylindrical"):
+        parts["axis"] = lambda: (0.0, 0.6, 0.8)
+    return draw.record(Closure, parts, name, kind, "a", "universe", **({"distance": 0.3} if kind == "distance" else {}))
+
+
+def joint(draw, number):
+    """What a robot's file cannot say of a joint."""
+    one = {"spring_reference": lambda: (draw.number(),), "armature": lambda: (draw.number(),)}
+    unit = str(draw.rng.choice(["rad", "m", "ball"]))
+    if unit == "ball":
+        return draw.record(JointProperties, {"type": lambda: "spherical"}, f"joint {number}")
+    return draw.record(JointProperties, one, f"joint {number}", stiffness=draw.number(), unit=unit)
+
+
+def test_closures_come_back(tmp_path):
+    draw, path = Drawn(2), tmp_path / "drawn.closures.toml"
+    for _ in range(COUNT):
+        limb = LimbRole("limb", str(draw.rng.choice(["UPU", "SPS"])), "slide", "platform", "loop 0")
+        root = {
+            "joint": lambda: "spherical",
+            "name": lambda: "ball",
+            "gravity": lambda: tuple(draw.rng.normal(size=3).tolist()),
+        }
+        roles = dict.fromkeys(("shoulder", "arm", "reference_point", "cuff"), draw.text)
+        roles |= {"actuated": lambda: ("a", "b"), "limbs": lambda limb=limb: (limb,)}
+        parts = {
+            "name": draw.text,
+            "root": lambda root=root: draw.record(Root, root),
+            "roles": lambda roles=roles: draw.record(Roles, roles),
+            "joints": lambda: tuple(joint(draw, k) for k in range(2)),
+            "left_out": lambda: ("one", draw.text()),
+            "tolerance": lambda: 1e-6,
+        }
+        closures = draw.record(Closures, parts, closures=tuple(closure(draw, k) for k in range(3)))
+        write_closures(closures, path)
+        assert read_closures(path) == closures
+    # No part of a closures file: what a reader finds beside it.
+    assert left(draw) <= {"rounding", "shapes", "cables"}
+
+
+def muscle(draw):
+    """A static model of either form."""
+    capability = {"capability": lambda: (draw.number(), -3.0), "basis": draw.text}
+    validity = draw.record(Validity, capability, strain=(0.0, draw.number()), pressure=(1e5, 4e5))
+    common = {"name": draw.text(), "reference_length": 0.3, "validity": validity}
+    texts = {"source": draw.text, "notes": lambda: (draw.text(), "b")}
+    if draw.rng.random() < 0.5:
+        powers = {(int(i), int(j)): draw.number() for i, j in draw.rng.integers(0, 3, (4, 2))}
+        return draw.record(PolynomialModel, texts, coefficients=powers, **common)
+    return draw.record(ChouHannaford, texts, braid_length=0.4, turns=2.0, **common)
+
+
+def numbers(record):
+    """Of a record, shape (k,); fields without a value are NaN."""
+    return np.concatenate([np.ravel(np.nan if value is None else value) for value in vars(record).values()])
+
+
+@pytest.mark.full
+def test_muscle_models_come_back(tmp_path):
+    draw, path, digits = Drawn(3), tmp_path / "drawn.toml", {"rtol": 1e-15}
+    for _ in range(COUNT):
+        model = muscle(draw)
+        save_parameters(model, path)
+        read = load_parameters(path)
+        assert (read.name, read.source, read.notes) == (model.name, model.source, model.notes)
+        assert read.validity.basis == model.validity.basis
+        for name in ("strain", "pressure", "capability"):
+            own, other = getattr(model.validity, name), getattr(read.validity, name)
+            assert (own is None) == (other is None)
+            np.testing.assert_allclose(*(np.ravel(np.nan if x is None else x) for x in (other, own)), **digits)
+        at = np.array([0.01, 0.03]), np.array([2e5, 3e5])
+        np.testing.assert_allclose(*(each.force(*at, outside="mark").data for each in (read, model)), rtol=1e-13)
+        sizes = draw.rng.uniform(0.1, 1.0, 6)
+        law = ConstantFriction(sizes[0]) if draw.rng.random() < 0.5 else LoadDependentFriction(*sizes[:4])
+        texts = {"source": draw.text, "notes": lambda: (draw.text(), "b")}
+        moving = draw.record(
+            DynamicModel, texts, name=draw.text(), static=model, friction=law, damping=Damping(*sizes[4:])
+        )
+        save_dynamic(moving, path)
+        again = load_dynamic(path)
+        assert (again.name, again.source, again.notes) == (moving.name, moving.source, moving.notes)
+        np.testing.assert_allclose(numbers(again.friction), numbers(law), **digits)
+        np.testing.assert_allclose(numbers(again.damping), numbers(moving.damping), **digits)
+        assert again.static.validity == read.validity
+    # A scaled muscle is an assumption, and refused.
+    assert left(draw) <= {"nominal_length"}
+
+
+def test_measured_runs_come_back(tmp_path):
+    draw, path = Drawn(4), tmp_path / "run.csv"
+    for _ in range(COUNT // 3):
+        poses, lengths = Rotation.random(5, draw.rng), draw.rng.uniform(0.2, 0.5, (5, 3))
+        parts = {
+            "times": lambda: np.sort(draw.rng.uniform(0.0, 9.0, 5)),
+            "pressures": lambda: draw.rng.uniform(0.0, 4e5, (5, 2)),
+        }
+        run = draw.record(MeasuredRun, parts, poses, lengths)
+        write_run(run, path, ["a comment"])
+        again = read_run(path)
+        np.testing.assert_allclose(again.poses.as_quat(), run.poses.as_quat(), atol=1e-15)
+        for name in ("lengths", "times", "pressures"):
+            own, other = getattr(run, name), getattr(again, name)
+            assert (own is None) == (other is None)
+            if own is not None:
+                np.testing.assert_allclose(other, own, rtol=1e-15)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", range(len(BASES)))
+def test_devices_come_back(seed, tmp_path):
+    exo = handed(seed)
+    exo.save(tmp_path / "mine.toml")
+    again = ep.load(tmp_path / "mine.toml").device
+    for name in ("drives", "springs", "brakes", "guided_slides", "name", "title", "side", "sources"):
+        assert getattr(again, name) == getattr(exo.device, name), name
+    for one, other in ((again.interfaces, exo.device.interfaces), (again.shoulder, exo.device.shoulder)):
+        assert same(one, other)
+    assert len(again.soft_links) == len(exo.device.soft_links)
+    assert owners(again.arm) == owners(exo.device.arm)
+
+
+@pytest.mark.full
+def test_springs_on_joints_state_efforts(tmp_path):
+    """Positive towards larger coordinates, as drives do; the law in Python is the derivative of its energy."""
+    springs = (
+        Spring("constant", ConstantForce(-2.0), joint="flexion"),
+        Spring("table", TableLaw((-4.0, 0.0, 4.0), (-1.0, 0.0, 1.5)), joint="flexion"),
+        Spring("linear", LinearSpring(3.0, 0.2), joint="flexion"),
+    )
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    robot = ep.ShoulderExo.from_device(exo.device.replace(springs=springs)).to_urdf(tmp_path)
+    assert ep.load(robot).device.springs == springs
+    beside = robot.with_suffix(".device.toml")
+    text = beside.read_text()
+    assert "effort_N_m = 2.0" in text
+    loaded = ep.load(robot)
+    R = loaded.pose(30, 20, 10)
+    joint = loaded.chain.model.joints[loaded.chain.model.getJointId("flexion")]
+    turn = float(loaded.configurations(R)[joint.idx_q])
+    efforts = 2.0 - float(springs[1].law.force(turn)) - 3.0 * (turn - 0.2)
+    drive = [each.name for each in exo.device.drives].index("flexion")
+    own, other = (each.reaction(R, limits="none").actuator_forces[drive] for each in (loaded, exo))
+    # The drive's effort and the springs' add to what the weight needs.
+    np.testing.assert_allclose(own + efforts, other, atol=1e-9)
+    for old, new in (("effort_N_m", "moment_N_m"), ("efforts_N_m", "moments_N_m"), ("effort_N_m", "force_N")):
+        beside.write_text(text.replace(f"{old} =", f"{new} ="))
+        with pytest.raises(ep.FileFormatError, match="opposite sign: positive efforts turn"):
+            ep.load(robot)

@@ -17,6 +17,8 @@ from .control.experiments.tracking import Tracking as Tracking
 from .control.plant.faults import Fault as Fault
 from .control.plant.options import PlantOptions as PlantOptions
 from .control.plant.plant import Plant as Plant
+from .core.conventions import isb_angles as isb_angles
+from .core.conventions import isb_rotation as isb_rotation
 from .core.conventions import shoulder_angles as shoulder_angles
 from .core.conventions import shoulder_rotation as shoulder_rotation
 from .core.conventions import thesis_angles as thesis_angles
@@ -67,8 +69,10 @@ from .load_case.motion_and_load import CentreOffset as CentreOffset
 from .load_case.motion_and_load import CentrePath as CentrePath
 from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
+from .load_case.recordings.reading import RecordingOptions as RecordingOptions
+from .load_case.recordings.reading import read_movement as read_movement
+from .load_case.recordings.writing import write_movement as write_movement
 from .load_case.trajectories import Movement as Movement
-from .load_case.trajectories import read_movement as read_movement
 from .muscle.valve.flow import Supply as Supply
 from .muscle.valve.flow import Valve as Valve
 from .muscle.valve.flow import ValveUnit as ValveUnit

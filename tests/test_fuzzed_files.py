@@ -17,7 +17,6 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain import read_closures
-from exo_pin.cli.muscle_commands import read_columns
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
 from exo_pin.design import read_mechanism
@@ -80,7 +79,7 @@ def movement(path):
 
 
 def rest(path):
-    return read_columns(path, ("contraction_mm", "pressure_bar", "force_N"))
+    return muscle.read_measurements(path, 0.3).force
 
 
 #: Format, its ending, and its reader, which returns arrays where all that is read are numbers.

@@ -93,6 +93,8 @@ def test_malformed_calls_raise_typed_errors_or_mark_their_rows(maker, calls):
 
 #: What solvers call many times checks nothing, and what keeps what it was given would spoil later calls.
 UNCHECKED = {
+    "ConstantFriction.bound",
+    "ConstantFriction.factors",
     "DynamicModel.margins",
     "Damping.rate",
     "ImuSensor.read",

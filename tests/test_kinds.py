@@ -124,7 +124,7 @@ def questions(tree, module):
 
 def test_kinds_are_found_by_what_they_answer():
     found = {cls.__name__ for cls in kinds()}
-    assert {"ChainDevice", "WristDevice", "DeviceKind", "Mechanism", "DeviceRecord"} <= found
+    assert {"ChainDevice", "WristDevice", "DeviceKind", "Mechanism"} <= found
     assert not found & {"Device", "Record", "ShoulderExo", "Arm", "Limb"}
     assert {"mechanism", "geometry", "structure", "brakes"} - {"brakes"} <= telling()
     assert not telling() & NAMES

@@ -36,7 +36,8 @@ PROTOCOLS = {"ClosedChainAction", "Controller", "Device", "DeviceKind", "ForceLi
 OF_PERSONS = ("PoseContact", "WearerFigure")
 
 
-@pytest.fixture(scope="module")
+# Once a process: a second harvest finds answers kept, and misses what only their making shows.
+@pytest.fixture(scope="session")
 def examples(tmp_path_factory):
     return harvest(tmp_path_factory.mktemp("harvest"))
 

@@ -24,7 +24,7 @@ from exo_pin.thesis import condensed
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
     "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "start", "uncertainty", "view", "wearer", "workspace",
+    "recordings", "start", "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 
@@ -109,6 +109,17 @@ def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
     assert np.isfinite(names["motion"].a).all()
     again = ep.ClosedChain.from_mjcf(tmp_path / "prototype.xml")
     assert len(again.closures) == 3
+
+
+def test_the_page_on_the_two_forces_shows_what_is_printed(monkeypatch, capsys, tmp_path):
+    pytest.importorskip("myo_sim", reason="needs the extra person")
+    page = site_page("which_number")
+    shown = dict(re.findall(r"<!-- output: (\w+) -->\n```text\n(.*?)\n```", page, re.DOTALL))
+    command = re.search(r"```bash\n(exo-pin .*?)\n```", page)[1]
+    assert main(shlex.split(command)[1:]) == 0
+    assert_same(shown["first"], capsys.readouterr().out.rstrip())
+    run_code_of("which_number", monkeypatch, tmp_path)
+    assert_same(shown["relief"], capsys.readouterr().out.rstrip())
 
 
 def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
@@ -218,6 +229,7 @@ def test_every_page_with_code_is_run():
         "hand_off",
         "loops",
         "own_design",
+        "which_number",
     }
     own |= {"any_device", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)

@@ -12,9 +12,18 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.validation import FloatArray, as_count, as_mapping, as_positive, as_single_rotation, frozen, require_method
+from ..core.validation import (
+    FloatArray,
+    as_choice,
+    as_count,
+    as_mapping,
+    as_positive,
+    as_single_rotation,
+    frozen,
+    require_method,
+)
 from .information import Information
-from .length_model import CalibrationProblem, LengthModel, MeasurementErrors, as_unknowns, estimate, whitening
+from .length_model import GROUPS, CalibrationProblem, LengthModel, MeasurementErrors, as_unknowns, estimate, whitening
 from .plausibility import as_lengths, as_poses, warn_of_mix_ups
 from .result import Calibration, FittedDevice
 from .search.solutions import solutions
@@ -69,14 +78,16 @@ def calibrate(
         * ``"base_offset"``, ``"cuff_offset"``: where the device's centre is, seen from the shoulder's, of the base and
           of the cuff (:class:`exo_pin.CentreOffset`);
         * ``"torso_mounting"``, ``"arm_mounting"``: Q_T from the torso's sensor to {O_A}, and Q_S from {O_B} to the
-          arm's sensor (R_SS' of Figure 5-9): R = Q_T R_GTᵀ R_GS Q_S.
+          arm's sensor (R_SS' of Figure 5-9): R = Q_T R_GTᵀ R_GS Q_S;
+        * ``"length_scale"``: s, so that |A_i B_i| = (1 + s) measured length + o_i, the same of all limbs.
     length_noise : float, optional
         m. Estimated from the residuals if left out.
     orientation_noise : float
         rad, about each axis; it needs ``length_noise``.
     tolerances : mapping of str to float, optional
-        Standard deviation of the nominal design before any measurement, m or rad, by name of the unknown, such as
-        ``{"base_points": 0.002}``. They need ``length_noise``.
+        Standard deviation of each component before any measurement, m or rad (of the scale 1), by name, such as
+        ``{"base_points": 0.002, "torso_mounting": 0.03}``. Of an unknown: how well the nominal design is known. Of what
+        is not unknown: how well it is known, which counts in all standard deviations. They need ``length_noise``.
     torso_mounting, arm_mounting : Rotation, optional
         Q_T and Q_S, or the values to start from if they are unknown. None is the identity, or any mounting if it is
         unknown.
@@ -84,7 +95,8 @@ def calibrate(
     Returns
     -------
     Calibration
-        With the calibrated design, ``covariance``, ``undetermined``, ``devices`` and residuals; it prints.
+        With the calibrated design, ``covariance``, ``known`` (what was taken as known, and its effect),
+        ``undetermined``, ``devices`` and residuals; it prints.
 
     Raises
     ------
@@ -100,7 +112,9 @@ def calibrate(
 
     Notes
     -----
-    See :mod:`exo_pin.calibration.information` for what lengths cannot determine. Source of the chain of
+    Lengths are those between points. They do not change where all joints of the base turn together against the
+    torso's sensor, those of the cuff against the arm's, or where all grow by a scale: with joints unknown, mountings
+    and scale are only as good as they are known (:attr:`Calibration.known`). Source of the chain of
     sensors: thesis 5.3, Figure 5-9.
 
     Examples
@@ -115,7 +129,7 @@ def calibrate(
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     poses = as_poses(poses)
     errors = _errors(length_noise, orientation_noise)
-    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
+    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting, tolerances)
     measured = poses.as_matrix()
     start = model.lengths(np.zeros(model.size), measured)
     values = as_lengths(lengths, poses, start, "length_offsets" in model.unknowns)
@@ -123,17 +137,20 @@ def calibrate(
     searched = [
         name
         for name, start in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting))
-        if start is None and name in model.places
+        if start is None and name in model.places and name not in model.known
     ]
     model = with_offsets(model, measured, values)
     free = prior.copy()
     for name in searched:
         free[model.places[name]] = np.inf
     problem = CalibrationProblem(model, measured, values, errors, free)
+    if not searched:
+        warn_of_mix_ups(model, poses, values)
     fits, count = solutions(problem, searched)
     devices = [FittedDevice(nominal, *near_body_axes(model, device, searched)) for device in fits]
     model = devices[0].model
-    warn_of_mix_ups(model, poses, values)
+    if searched:
+        warn_of_mix_ups(model, poses, values)
     problem = problem._replace(model=model, prior=prior)
     found = estimate(problem, devices[0].values, near=False)
     if not np.isfinite(found.scale):
@@ -155,27 +172,29 @@ def nominal_model(
     unknowns: str | Iterable[str],
     torso_mounting: Rotation | None = None,
     arm_mounting: Rotation | None = None,
+    tolerances: Any = None,
 ) -> LengthModel:
-    """The model of a design's lengths, to start from."""
+    """The model of a design's lengths, to start from; what has a tolerance and is not unknown is known to it."""
     torso, arm = (
         Rotation.identity() if mounting is None else as_single_rotation(name, mounting)
         for name, mounting in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting))
     )
     geometry, offsets = nominal.geometry, np.zeros(nominal.geometry.limb_count)
-    return LengthModel(geometry.base_points, geometry.platform_points, offsets, torso, arm, as_unknowns(unknowns))
+    asked, given = as_unknowns(unknowns), as_mapping("tolerances", tolerances, "quantity to standard deviation")
+    known = [as_choice("quantity with a tolerance", name, GROUPS) for name in given if name not in asked]
+    together = as_unknowns((*asked, *known))
+    return LengthModel(geometry.base_points, geometry.platform_points, offsets, torso, arm, together, tuple(known))
 
 
 def prior_of(model: LengthModel, tolerances: Any, length_noise: float | None) -> FloatArray:
     """Standard deviation of each unknown before any measurement, shape (p,), infinite without a tolerance."""
-    given = as_mapping("tolerances", tolerances, "unknown to standard deviation")
+    given = as_mapping("tolerances", tolerances, "quantity to standard deviation")
     if given and length_noise is None:
         raise InvalidInput(
             "expected length_noise together with tolerances: the fit weights lengths and tolerances by it"
         )
     prior = np.full(model.size, np.inf)
     for name, tolerance in given.items():
-        if name not in model.places:
-            raise InvalidInput(f"tolerance of {name}, which is none of the unknowns: {', '.join(model.unknowns)}")
         prior[model.places[name]] = as_positive(f"tolerance of {name}", tolerance)
     return frozen(prior)
 
@@ -244,7 +263,8 @@ def pose_information(
     (3, 18)
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    model, measured = nominal_model(nominal, unknowns, torso_mounting, arm_mounting), as_poses(poses).as_matrix()
+    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting, tolerances)
+    measured = as_poses(poses).as_matrix()
     jacobian = _whitened(model, measured, length_noise, orientation_noise).reshape(-1, model.size)
     prior = prior_of(model, tolerances, length_noise)
     return Information(model, np.zeros(model.size), measured, jacobian, 1.0, prior)
@@ -302,7 +322,7 @@ def suggest_poses(
     poses = as_poses(candidates)
     if count > len(poses):
         raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
-    model = nominal_model(nominal, unknowns)
+    model = nominal_model(nominal, unknowns, tolerances=tolerances)
     prior = prior_of(model, tolerances, length_noise)
     rows = _whitened(model, poses.as_matrix(), length_noise, orientation_noise) * model.scales
     # Before any pose the unknowns are known to a loose tolerance.

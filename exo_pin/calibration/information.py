@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, ReadOnly, as_finite, frozen
+from ..core.validation import FloatArray, ReadOnly, as_finite, as_real, frozen
 from .length_model import LengthModel
 
 #: Components below this part of the largest are left out of a description.
@@ -129,13 +130,16 @@ class Information(Record):
         variance: float,
         prior: FloatArray,
     ) -> None:
-        self.model, self.values, self.measured, self.prior = model, values, measured, prior
+        self.model, self.values, self.measured = model, values, measured
+        self.prior = as_real("prior", prior)
+        if self.prior.shape != (model.size,):
+            raise InvalidInput(f"expected prior of shape ({model.size},), got {self.prior.shape}")
         self.variance = float(variance)
         scaled = _triangle(jacobian * model.scales)
-        _, sizes, directions = np.linalg.svd(scaled)
+        sizes = np.linalg.svd(scaled, compute_uv=False)
         #: Of the Jacobian, shape (p,), largest first: standard deviations of the lengths per m of a joint.
         self.singular_values = frozen(np.concatenate([sizes, np.zeros(model.size - len(sizes))]))
-        self._directions = directions.T
+        self._scaled = scaled
         # Measurements without any error determine exactly what they determine.
         self._known = scaled
         if variance > 0.0:
@@ -203,12 +207,19 @@ class Information(Record):
 
     @functools.cached_property
     def undetermined(self) -> tuple[Undetermined, ...]:
-        """What the measurements alone do not determine, or not to a tenth of the joints' distance from the centre."""
-        sizes = self.singular_values
-        deviations = np.full(len(sizes), np.inf)
-        deviations[: self.rank] = np.sqrt(self.variance) / sizes[: self.rank]
+        """What the measurements alone do not determine, or not to a tenth of the joints' distance from the centre.
+
+        What is known but for a tolerance is none of it.
+        """
+        asked = self.model.asked
+        _, found, directions = np.linalg.svd(self._scaled[:, asked])
+        sizes = np.concatenate([found, np.zeros(len(directions) - len(found))])
+        deviations, seen = np.full(len(sizes), np.inf), sizes > _RANK * max(float(sizes[0]), 1e-300)
+        deviations[seen] = np.sqrt(self.variance) / sizes[seen]
         lost = deviations > _TOO_UNCERTAIN * self.model.reach
-        return _directions(self.model, self._directions[:, lost], deviations[lost])
+        space = np.zeros((self.model.size, int(lost.sum())))
+        space[asked] = directions.T[:, lost]
+        return _directions(self.model, space, deviations[lost])
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,10 +3,11 @@
 A sensor pair measures S = R_GTᵀ R_GS, the arm's sensor seen from the torso's (Figure 5-9). The arm's orientation is
 R = Q_T S Q_S, with Q_T from the torso's sensor to {O_A} and Q_S from {O_B} to the arm's sensor. Of limb i
 
-    a_i = A_i + ε_base        b_i = R (B_i + ε_cuff)        measured length = |b_i - a_i| - o_i
+    a_i = A_i + ε_base        b_i = R (B_i + ε_cuff)        measured length = (|b_i - a_i| - o_i) / (1 + s)
 
 with A_i and B_i in the device's own frames, ε the offsets of the device's centre from the shoulder's (base frame and
-arm frame) and o_i the length that the sensor leaves out: the end fittings of a muscle, the zero of an encoder.
+arm frame), o_i the length that the sensor leaves out, the end fittings of a muscle or the zero of an encoder, and s by
+how much more than it shows a sensor of lengths passes, the same of all limbs.
 
 Nonlinear least squares for the unknowns, weighted for errors of lengths and orientations.
 """
@@ -27,17 +28,23 @@ from ..core.errors.base import echo
 from ..core.records import Record, keeps_read_only
 from ..core.validation import FloatArray, as_choice, frozen
 
-#: What can be unknown, and what is written before its components. The unit is m, but rad of the mountings.
+#: What can be unknown, and what is written before its components. The unit is m, but rad of the mountings, and that of
+#: the scale is 1.
 _SYMBOLS = {
     "base_points": "A",
     "platform_points": "B",
     "length_offsets": "length offset",
+    "length_scale": "length scale",
     "base_offset": "base offset",
     "cuff_offset": "cuff offset",
     "torso_mounting": "torso mounting",
     "arm_mounting": "arm mounting",
 }
 GROUPS = tuple(_SYMBOLS)
+#: The unit of each in texts and options, and how many of it are one in SI.
+UNITS = {name: ("deg", float(np.degrees(1.0))) if name.endswith("mounting") else ("mm", 1e3) for name in GROUPS} | {
+    "length_scale": ("%", 100.0)
+}
 
 
 class Lengths(NamedTuple):
@@ -90,6 +97,8 @@ class LengthModel(Record):
         Q_T and Q_S to start from.
     unknowns : tuple of str
         Of :data:`GROUPS`, in their order.
+    known : tuple of str
+        Those among them that are known, but for a tolerance.
     """
 
     base: FloatArray
@@ -98,6 +107,7 @@ class LengthModel(Record):
     torso: Rotation
     arm: Rotation
     unknowns: tuple[str, ...]
+    known: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.limb_count = len(self.base)
@@ -108,7 +118,7 @@ class LengthModel(Record):
             own = _components(name, self.limb_count)
             self.places[name] = slice(len(names), len(names) + len(own))
             names += own
-            units += ["rad" if name.endswith("mounting") else "m"] * len(own)
+            units += ["rad" if name.endswith("mounting") else "1" if name == "length_scale" else "m"] * len(own)
         #: Number of unknowns p.
         self.size = len(names)
         #: Name of each unknown, such as ``"A_2 x"``, and its unit.
@@ -117,12 +127,15 @@ class LengthModel(Record):
         #: Mean distance of the joints from the centre, m: a turn by 1 rad moves them by this much.
         self.reach = float(np.linalg.norm(np.concatenate([self.base, self.platform]), axis=1).mean())
         #: Changes of the unknowns that move joints by about the same length.
-        self.scales = frozen(np.array([1.0 / self.reach if unit == "rad" else 1.0 for unit in units]))
+        self.scales = frozen(np.array([1.0 if unit == "m" else 1.0 / self.reach for unit in units]))
+        #: Which of the unknowns are asked for, shape (p,): all but those known to a tolerance.
+        self.asked = frozen(np.repeat([name not in self.known for name in self.unknowns],
+                                      [place.stop - place.start for place in self.places.values()]))  # fmt: skip
 
     @property
     def unit(self) -> str:
         """Of a thousandth of an unknown, for texts."""
-        return "mm or mrad" if "rad" in self.units else "mm"
+        return "mm, mrad or per mille" if "1" in self.units else "mm or mrad" if "rad" in self.units else "mm"
 
     def group(self, name: str, values: FloatArray, shape: tuple[int, ...] = (3,)) -> FloatArray:
         """Values of one group in vectors of unknowns (..., p), zero if it is not unknown."""
@@ -150,9 +163,14 @@ class LengthModel(Record):
         """o_i, shape (..., n)."""
         return self.offsets + self.group("length_offsets", values, (self.limb_count,))
 
+    def length_scale(self, values: FloatArray) -> FloatArray:
+        """1 + s, shape (...)."""
+        return np.asarray(1.0 + self.group("length_scale", values, (1,))[..., 0])
+
     def lengths(self, values: FloatArray, measured: FloatArray) -> FloatArray:
         """Lengths alone, shape (..., N, n); arguments of :meth:`evaluate`."""
-        return np.asarray(self._lines(values, measured)[3] - self.length_offsets(values)[..., None, :])
+        beyond = self._lines(values, measured)[3] - self.length_offsets(values)[..., None, :]
+        return np.asarray(beyond / self.length_scale(values)[..., None, None])
 
     def _lines(self, values: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """R, b_i, b_i - a_i and |b_i - a_i|."""
@@ -187,6 +205,7 @@ class LengthModel(Record):
         in_arm = directions @ R
         turned = np.cross(ends, directions)
         out, limbs = np.zeros((*lengths.shape, self.size)), np.arange(self.limb_count)
+        scale = self.length_scale(values)[..., None, None]
         for name, place in self.places.items():
             block = out[..., place]
             if name in ("base_points", "platform_points"):
@@ -195,6 +214,8 @@ class LengthModel(Record):
                     block[..., i, 3 * i : 3 * i + 3] = own[..., i, :]
             elif name == "length_offsets":
                 block[..., limbs, limbs] = -1.0
+            elif name == "length_scale":
+                block[..., 0] = (self.length_offsets(values)[..., None, :] - lengths) / scale
             elif name == "base_offset":
                 block[:] = -directions
             elif name == "cuff_offset":
@@ -204,7 +225,8 @@ class LengthModel(Record):
                 block[:] = turned @ _right_jacobians(-self.group(name, values))
             else:
                 block[:] = np.cross(b, in_arm) @ _right_jacobians(self.group(name, values))
-        return Lengths(lengths - self.length_offsets(values)[..., None, :], out, turned)
+        lengths = lengths - self.length_offsets(values)[..., None, :]
+        return Lengths(lengths / scale, out / scale[..., None], turned / scale[..., None])
 
 
 def _turns(turns: FloatArray) -> FloatArray:
@@ -229,7 +251,9 @@ def labels(name: str, count: int) -> list[str]:
 
 def _components(name: str, count: int) -> list[str]:
     parts = labels(name, count)
-    return parts if name == "length_offsets" else [f"{part} {axis}" for part in parts for axis in "xyz"]
+    return (
+        parts if name in ("length_offsets", "length_scale") else [f"{part} {axis}" for part in parts for axis in "xyz"]
+    )
 
 
 def whitening(lengths: Lengths, length_noise: float, orientation_noise: float) -> FloatArray:

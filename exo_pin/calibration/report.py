@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .length_model import CalibrationProblem, Estimate, labels, whitening
+from .length_model import UNITS, CalibrationProblem, Estimate, labels, whitening
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -25,6 +25,9 @@ _OTHERS, _ELSEWHERE = 3, 1e-4
 def report(found: Calibration) -> str:
     """Verdict, residuals, unknowns with their standard deviations, what is undetermined, other devices, outliers."""
     lines = [found.verdict, "", *_fit(found), "", *_unknowns(found)]
+    if found.known:
+        lines += ["", "Taken as known, and what an error of it would do (standard deviations, in the body's frame):"]
+        lines += [f"  {each}{'; would show in the residuals' if each.shows else ''}" for each in found.known]
     if found.undetermined:
         lines += ["", "Not determined by these measurements:"]
         if found.lengths.size < found.model.size:
@@ -82,7 +85,7 @@ def _unknowns(found: Calibration) -> list[str]:
     lines = [f"{'unknown':22}{'nominal':>24}{'found':>24}{'standard deviation':>24}"]
     for name, place in model.places.items():
         parts = labels(name, model.limb_count)
-        unit, factor = ("deg", np.degrees(1.0)) if name.endswith("mounting") else ("mm", 1e3)
+        unit, factor = UNITS[name]
         nominal = {"base_points": model.base, "platform_points": model.platform}.get(name)
         if nominal is not None:
             values = nominal + model.group(name, found.values, nominal.shape)
@@ -110,6 +113,8 @@ def _numbers(values: FloatArray, digits: int) -> str:
 
 #: Residuals beyond this many standard deviations are outliers.
 OUTLIER = 4.0
+#: Share of the squares of residuals that names one length, and one limb.
+_MOST, _ALL_BUT = 0.4, 0.9
 #: Residuals that are less probable than this contradict the stated noise.
 _IMPROBABLE = 1e-3
 #: Standard deviation of a normal distribution over the median of its absolute values.
@@ -141,17 +146,30 @@ def contradiction(problem: CalibrationProblem, found: Estimate, z: FloatArray, p
     chance = np.exp(_CHANCE * _SPREAD / np.sqrt(z.size))
     stated = errors.length_noise is not None
     if probability < _IMPROBABLE:
-        return f"The residuals contradict the stated noise: they are {size:.2g} times as large."
+        said = f"The residuals contradict the stated noise: they are {size:.2g} times as large"
+        where = _where(z)
+        return f"{said}: {where}." if where else f"{said}."
     if not stated and middle > 0.0 and size > chance * middle:
         return (
             "The residuals are not those of one normally distributed noise: their root of the mean square is "
-            f"{size / middle:.2g} times what their median says (outliers, a slack muscle?)."
+            f"{size / middle:.2g} times what their median says ({_where(z) or 'outliers, a slack muscle?'})."
         )
     if _lack_of_fit(problem, found) < _IMPROBABLE:
         return (
             "The residuals change with the pose as no noise does: something that was taken as known is wrong, a muscle "
             "is slack, or the shoulder's centre moves."
         )
+    return ""
+
+
+def _where(z: FloatArray) -> str:
+    """The one length, or the one limb, that most of the squares of residuals are of; nothing where it is none."""
+    squares = z**2
+    worst, limbs = np.unravel_index(int(squares.argmax()), z.shape), squares.sum(axis=0)
+    if squares[worst] > _MOST * squares.sum():
+        return f"most of it is pose {worst[0]}, limb {worst[1] + 1}, an outlier"
+    if limbs.max() > _ALL_BUT * limbs.sum():
+        return f"nearly all of it is of limb {limbs.argmax() + 1}, whose muscle may be slack or sensor wrong"
     return ""
 
 
@@ -167,8 +185,9 @@ def _lack_of_fit(problem: CalibrationProblem, found: Estimate) -> float:
     count, n = here.values.shape
     columns = np.concatenate([np.ones((count, 1)), measured.reshape(-1, 9)], axis=1)
     smooth = np.zeros((count, n, n, 11))
+    spread = model.length_scale(found.values) * here.values + model.length_offsets(found.values)
     for i in range(n):
-        spans = here.values[:, i] + model.length_offsets(found.values)[i]
+        spans = spread[:, i]
         smooth[:, i, i] = np.column_stack([columns / spans[:, None], np.ones(count)])
     smooth = whitening(here, noise, problem.errors.orientation_noise) @ smooth.reshape(count, n, -1)
     small = found.jacobian * model.scales

@@ -14,9 +14,11 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, as_positive
+from ..core.results import Known
+from ..core.validation import FloatArray, as_positive, frozen, set_fields
 from ..load_case import CentreOffset
 from .information import Information, Undetermined
+from .known import known_quantities
 from .length_model import FINEST, UNIT, CalibrationProblem, Estimate, LengthModel, MeasurementErrors
 from .plausibility import as_poses
 from .report import OUTLIER, contradiction
@@ -25,6 +27,8 @@ from .search.starts import distances
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
 
+#: No device is worn with its centre farther than this from the shoulder's, m.
+_FARTHEST_CENTRE = 0.2
 #: A device is meant if its distance from the nominal design is below this part of that of any other.
 _CLEARLY_NEARER = 0.5
 
@@ -88,7 +92,11 @@ class FittedDevice(Record):
 
         With joints alone unknown these are seen from the shoulder's centre and hold any offset.
         """
-        return CentreOffset(*(self.model.group(name, self.values) for name in ("base_offset", "cuff_offset")))
+        base, cuff = (self.model.group(name, self.values) for name in ("base_offset", "cuff_offset"))
+        found = CentreOffset.together(np.zeros(3))
+        # However large: of what was found the verdict judges, and not the check of an input.
+        set_fields(found, base=frozen(base.copy()), cuff=frozen(cuff.copy()))
+        return found
 
     @property
     def exo(self) -> ShoulderExo:
@@ -189,6 +197,30 @@ class Calibration(FittedDevice):
         """What the measurements alone do not determine; empty if they determine all."""
         return self.information.undetermined
 
+    @property
+    def joint_deviations(self) -> FloatArray:
+        """Standard deviations of :attr:`joints` in the body's frames, shape (2, n, 3), m, tolerances counted in."""
+        shape = self.model.base.shape
+        rows = np.zeros((2, *shape, self.model.size))
+        parts = (("base_points", "base_offset"), ("platform_points", "cuff_offset"))
+        for ring, (points, offset) in enumerate(parts):
+            if points in self.model.places:
+                rows[ring][..., self.model.places[points]] += np.eye(shape[0] * 3).reshape(*shape, -1)
+            if offset in self.model.places:
+                rows[ring][..., self.model.places[offset]] += np.eye(3)
+        spread = self.information.spread(rows.reshape(-1, self.model.size))
+        return frozen(np.sqrt(np.diag(spread)).reshape(2, *shape))
+
+    @cached_property
+    def known(self) -> tuple[Known, ...]:
+        """What was taken as known, and what an error of it does to the joints in the body's frames and to |F_s|.
+
+        Each of its components is wrong with a standard deviation of ``size`` (that of its tolerance, where it has
+        one). ``joints_mm`` is the largest standard deviation of a joint's coordinate that this makes, ``F_s_percent``
+        the median of that of |F_s| with the arm at rest in the measured poses, where the design has an arm.
+        """
+        return known_quantities(self)
+
     def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
 
@@ -263,6 +295,9 @@ class Calibration(FittedDevice):
     @cached_property
     def contradiction(self) -> str:
         """What speaks against this device: residuals that its errors do not explain; empty if they do."""
+        off = max(float(np.linalg.norm(offset)) for offset in (self.centre_offset.base, self.centre_offset.cuff))
+        if off > _FARTHEST_CENTRE:
+            return f"The device's centre would be {1e3 * off:.3g} mm from the shoulder's: no device is worn like that."
         if self.errors.length_noise is None and self.length_noise < FINEST:
             return ""
         measured, prior = self.poses.as_matrix(), self.information.prior
@@ -271,14 +306,20 @@ class Calibration(FittedDevice):
 
     @property
     def verdict(self) -> str:
-        """One sentence, after those that say why not to rely on the device."""
-        size, lost, count = self.model.size, len(self.undetermined), self.device_count
+        """What lengths cannot show first, then why not to rely on the device, then what is determined."""
+        hidden = "; ".join(str(each) for each in self.known if not each.shows)
+        first = f"Taken as known, and errors of it do not show in lengths: {hidden}." if hidden else ""
+        return " ".join(part for part in (first, self._judgement) if part)
+
+    @property
+    def _judgement(self) -> str:
+        size, lost, count = int(self.model.asked.sum()), len(self.undetermined), self.device_count
         bad = f"Not a good fit. {self.contradiction} Standard deviations do not hold." if self.contradiction else ""
         text = ""
         if lost:
             text = f"The measurements do not determine {lost} of {size} directions of the unknowns"
         elif not bad:
-            worst = 1e3 * float(self.standard_deviations.max())
+            worst = 1e3 * float(self.standard_deviations[self.model.asked].max())
             text = f"All {size} unknowns are determined, each to {worst:.2g} {self.model.unit}"
         if count > 1:
             near, other = (f"{1e3 * device.distance:.3g} mm" for device in self.devices[:2])
@@ -295,4 +336,4 @@ class Calibration(FittedDevice):
         return report(self)
 
     def __repr__(self) -> str:
-        return f"<Calibration of {self.nominal.name!r}: {len(self.lengths)} poses, {self.verdict}>"
+        return f"<Calibration of {self.nominal.name!r}: {len(self.lengths)} poses, {self._judgement}>"

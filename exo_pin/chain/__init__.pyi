@@ -11,7 +11,7 @@ from .dynamics.reactions import JointReaction as JointReaction
 from .dynamics.simulation import Simulation as Simulation
 from .formats.closures_file import read_closures as read_closures
 from .formats.closures_file import write_closures as write_closures
-from .kinematics.branches import Assemblies as Assemblies
+from .kinematics.assemblies import Assemblies as Assemblies
 from .kinematics.margins import Margins as Margins
 from .kinematics.mobility import Mobility as Mobility
 from .kinematics.reduced_kinematics import CoordinateSplit as CoordinateSplit

@@ -28,7 +28,7 @@ from .formats import chain_writing, parallel_robots
 from .formats.mjcf import mjcf_reading
 from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
-from .kinematics import branches, closing, loops, reduced_kinematics
+from .kinematics import assemblies, branches, closing, loops, reduced_kinematics
 from .kinematics import mobility as freedoms
 from .structure.chain_state import ChainState
 from .structure.closures import Closure
@@ -274,7 +274,7 @@ class ClosedChain:
 
     reference_configuration = _method_of_state(closing.reference_configuration)
     close = _method_of_state(closing.close)
-    assemblies = _method_of_state(branches.assemblies)
+    assemblies = _method_of_state(assemblies.assemblies)
     beyond_limits = _method_of_state(closing.beyond_limits)
     residual = _method_of_state(loops.residual)
     constraint_jacobian = _method_of_state(loops.constraint_jacobian)

@@ -79,7 +79,7 @@ GROUPS = {
     },
     "Judge a design": {
         "workspace": Command("search_commands", "which poses a design reaches, holds and keeps safe"),
-        "tasks": Command("search_commands", "share of daily tasks that a design reaches"),
+        "tasks": Command("recordings.tasks_command", "share of daily tasks that a design reaches"),
         "compare": Command("design_commands", "designs of any kind over the same poses, ranked by what they hold"),
         "uncertainty": Command("reaction_command", "how tolerances, fit, pose and masses change the shoulder force"),
     },
@@ -97,10 +97,12 @@ GROUPS = {
     },
     "Thesis and motion": {
         "track": Command("motion_commands", "the built machine in motion: experiments of the thesis, or your movement"),
+        "record": Command("recordings.record_command", "what a recording holds, checked against an arm, and converted"),
         "muscle force": Command("muscle_commands", "force of a pneumatic muscle at a contraction and a pressure"),
         "muscle pressure": Command("muscle_commands", "pressure that makes a muscle pull a force at a contraction"),
         "muscle identify": Command("muscle_commands", "parameters of a muscle from measurements"),
         "muscle step": Command("muscle_commands", "response of a hung mass to a step of pressure"),
+        "muscle loop": Command("muscle_commands", "step of one muscle under its PI controller"),
         "thesis": Command("motion_commands", "numbers of the thesis beside computed ones"),
         "warm-up": Command("motion_commands", "compile the kernels ahead of time (once, about a minute)"),
     },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,8 +12,9 @@ from cyclopts import Parameter
 
 from ..calibration import calibrate as calibrated
 from ..calibration.calibrate_device import JOINTS
+from ..calibration.length_model import UNITS
 from ..control import read_run
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, SuspectMeasurements
 from ..core.files import as_file_stem, require_folder, write_text
 from ..core.progress import processes
 from ..core.tables import filled
@@ -29,6 +31,7 @@ from ..wrist_chain import PARTS
 from ..wrist_chain.wrist_urdf import write_published_urdf
 from . import options
 from .command import deliver, draws, writes
+from .options.recording_options import ReadAs, Recording
 
 Step = Annotated[
     options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")
@@ -139,25 +142,28 @@ def calibrate(
     length_noise: options.Millimetres | None = None,
     orientation_noise: options.Degrees = 0.0,
     tolerance: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    read_as: ReadAs = ReadAs(),
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
 
-    Lists what the measurements cannot determine, and the other devices that fit equally well.
+    Begins with what was taken as known and lengths cannot show, such as how the sensors are mounted, and what an error
+    of it does. Lists what the measurements cannot determine, and the other devices that fit equally well.
 
     Parameters
     ----------
     measured : str
         Columns of orientations (as of reaction --trajectory), length_1_mm, ...
     unknowns : str
-        What to find, with commas between, of base_points, platform_points, length_offsets, base_offset, cuff_offset,
-        torso_mounting, arm_mounting.
+        What to find, with commas between, of base_points, platform_points, length_offsets, length_scale, base_offset,
+        cuff_offset, torso_mounting, arm_mounting.
     length_noise : float, optional
         Standard deviation of a length, mm (default: found from the data).
     orientation_noise : float
         Standard deviation of an orientation about each axis, degrees.
     tolerance : tuple of str
-        Standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated.
+        Standard deviation of what is known before, mm, degrees or % (of the scale), such as base_points=1 of the
+        design or torso_mounting=2 of a sensor; may be repeated. What is not unknown is known to it.
 
     Examples
     --------
@@ -166,7 +172,12 @@ def calibrate(
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin calibrate DESIGN {design}")
     nominal = load(design, side=side)
-    run = read_run(measured, nominal.side)
+    names = [name.strip() for name in unknowns.split(",")]
+    with warnings.catch_warnings():
+        if any(name.endswith("mounting") for name in names):
+            # Orientations of sensors, which are not those of an arm: lengths say what they are.
+            warnings.simplefilter("ignore", SuspectMeasurements)
+        run = read_run(measured, nominal.side, read_as.options)
     if length_noise is not None and not length_noise > 0.0:
         raise InvalidInput(f"expected --length-noise in mm, above zero, got {length_noise:g}")
     if not orientation_noise >= 0.0:
@@ -175,7 +186,7 @@ def calibrate(
         run.poses,
         run.lengths,
         nominal,
-        unknowns=[name.strip() for name in unknowns.split(",")],
+        unknowns=names,
         length_noise=None if length_noise is None else 1e-3 * length_noise,
         orientation_noise=float(np.radians(orientation_noise)),
         tolerances=dict(_tolerance(text) for text in tolerance),
@@ -188,14 +199,14 @@ def calibrate(
 def _tolerance(text: str) -> tuple[str, float]:
     """Name and SI value of one --tolerance."""
     name, (value,) = options.named_numbers(text, "--tolerance NAME=SIZE", 1)
-    return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value
+    return name, value / UNITS.get(name, ("", 1.0))[1]
 
 
 def _poses(
     exo: ShoulderExo,
     pose: options.Pose,
     way: options.Way,
-    recording: options.Recording,
+    recording: Recording,
     step: float,
     limits: str,
     split: str | None,
@@ -219,7 +230,7 @@ def sweep(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
@@ -298,11 +309,12 @@ def compare(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
     split: options.Split | None = None,
+    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -324,6 +336,9 @@ def compare(
     others : str
         The designs to compare it with. Any of these may be a .csv file with one design a row: its column design names a
         preset or a file, its others parameters as those of sweep --vary, such as r_A_mm.
+    muscles : bool, optional
+        First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
+        (default: with --person, if the extra 'person' is installed, and of no movement).
     detailed : bool
         Which kind for what, some seconds a design: poses clear of the wearer's body, singular poses, a failed drive,
         efforts and strokes, moving mass, contact force with the wearer's muscles, 10 mm off the centre (needs the extra
@@ -342,5 +357,8 @@ def compare(
     exo, *rest = [each for group in (first, *more) for each in group]
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
-    table = compared(exo, *rest, **query, person=person, detailed=detailed, progress=progress)
+    counted = muscles
+    if muscles is None:
+        counted = person is not None and not recording and not detailed and options.has_muscles()
+    table = compared(exo, *rest, **query, person=person, joint=bool(counted), detailed=detailed, progress=progress)
     deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)

@@ -50,7 +50,9 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> N
     elif len(modes):
         header = ["joint", *(f"mode {k}" for k in range(1, 1 + min(len(modes), _MOST_MODES)))]
         parts.append("\n".join(aligned([header, *rows])))
-    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes), **files)
+    seen = exo.accuracy(poses, twins=False)
+    parts.append(filled(str(seen)))
+    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes, accuracy=seen), **files)
 
 
 def _robot_kinematics(
@@ -100,7 +102,8 @@ def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> 
         f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
     ]
     axis = describe_axis(state.lost_direction)
-    text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}."])
+    seen = filled(str(exo.accuracy(pose.of(exo), twins=False)))
+    text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}.", seen])
     deliver(text, as_json=state.to_json, **files)
 
 
@@ -186,8 +189,9 @@ def kinematics(
         modes = exo.forward_kinematics(limbs.lengths if given is None else given * 1e-3, near=near)
         unit, scale = "mm", 1e3
     parts = [] if limbs is None else [f"{pose.words(exo)}\n{_limb_table(limbs)}"]
-    text = "\n\n".join([exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale)])
-    deliver(text, as_json=lambda: joined_json(exo, modes=modes, limbs=limbs), **files)
+    seen = exo.accuracy(near)
+    parts = [exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale), filled(str(seen))]
+    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes, limbs=limbs, accuracy=seen), **files)
 
 
 def _limb_table(state: Any) -> str:
@@ -260,7 +264,9 @@ def singularity(
     for label, sensor in sensors.items():
         unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
         lines.append(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
-    parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), _sides(nearest, crossings)]
+    seen = exo.accuracy(poses)
+    parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), filled(str(seen))]
+    parts.append(_sides(nearest, crossings))
 
     def figure() -> Any:
         from ..view.plots.angle_maps import determinant_map
@@ -269,7 +275,9 @@ def singularity(
 
     deliver(
         "\n\n".join(parts),
-        as_json=lambda: joined_json(exo, singularity=state, nearest=nearest, sensors=sensors, ranges=crossings),
+        as_json=lambda: joined_json(
+            exo, singularity=state, accuracy=seen, nearest=nearest, sensors=sensors, ranges=crossings
+        ),
         figure=figure,
         **files,
     )

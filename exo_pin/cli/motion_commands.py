@@ -21,6 +21,7 @@ from ..load_case import Load
 from ..reaction import SPLITS
 from . import options
 from .command import deliver, draws, writes
+from .options.recording_options import ReadAs
 
 if TYPE_CHECKING:
     from ..control import Experiment, Tracking
@@ -49,6 +50,7 @@ def track(
     seed: Annotated[int, options.called("N")] = 0,
     fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
     worn: options.Worn = options.Worn(),
+    read_as: ReadAs = ReadAs(),
     no_progress: bool = False,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".json")] = None,
@@ -62,13 +64,14 @@ def track(
     Parameters
     ----------
     trajectory : str
-        Abduction, flexion, or a CSV file of orientations.
+        Abduction, flexion, or a recording (exo-pin reaction --help lists what is read).
     experiment : str, optional
         An experiment of --list, which has a design of its own.
     list : bool
         List the experiments.
     controller : str, optional
-        One PI controller for each limb (pi), or a model-based controller (model) (default: as in the experiment).
+        One PI controller for each limb (pi), or a model-based controller (model) (default: as in the
+        experiment; of a redundant design that measures more than lengths model, else pi).
     flange : bool
         With the second flange bearing of Section 5.4.3.
     supply : float, optional
@@ -108,7 +111,7 @@ def track(
         raise InvalidInput(f"{design!r} is no design: exo-pin track --experiment {design}")
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin track DESIGN --trajectory {design}")
-    chosen = _of_design(design, side, trajectory, worn) if experiment is None else named(experiment)
+    chosen = _of_design(design, side, trajectory, worn, read_as) if experiment is None else named(experiment)
     changes: dict[str, Any] = {} if controller is None else {"controller": controller}
     if flange:
         if chosen.mechanism.shoulder.half_diagonal is None:
@@ -126,6 +129,8 @@ def track(
         changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
     chosen = chosen.replace(**changes)
     progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
+    for text in chosen.foreseen:
+        options.caution(text)
     tracking = chosen.run(progress)
     exo = ShoulderExo.from_mechanism(chosen.mechanism)
     felt = {}
@@ -145,7 +150,7 @@ def track(
     )
 
 
-def _of_design(design: str, side: options.Side, trajectory: str, worn: options.Worn) -> Experiment:
+def _of_design(design: str, side: options.Side, trajectory: str, worn: options.Worn, read_as: ReadAs) -> Experiment:
     """A design along a movement, with the arm of the person.
 
     A dummy, whose moving part has no person's arm, stays as it is.
@@ -159,7 +164,7 @@ def _of_design(design: str, side: options.Side, trajectory: str, worn: options.W
         raise InvalidInput(f"{exo.name} has no arm to move: give --person")
     if worn.person is not None and (arm is None or arm.person is not None):
         exo = exo.worn_by(worn.size)
-    name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side)
+    name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side, read_as.options)
     return Experiment(name, f"{name}, {exo.name}", exo.mechanism, reference, options=options_for(exo.mechanism))
 
 

@@ -1,4 +1,4 @@
-"""``exo-pin muscle force|pressure|identify|step``: pneumatic muscles."""
+"""``exo-pin muscle force|pressure|identify|step|loop``: pneumatic muscles."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 from cyclopts import Parameter
 
-from ..core.errors import FileFormatError, InvalidInput
-from ..core.files.csv_tables import read_csv
-from ..core.files.toml_tables import naming_file
+from ..core.errors import InvalidInput
 from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ..muscle.identification.static_identification import StaticIdentification, identify_static
+from ..muscle.io.measurement_files import read_measurements, read_response
 from ..muscle.io.model_files import (
     dynamic_model,
     dynamic_models,
@@ -32,14 +31,14 @@ from ..muscle.laws.friction import ConstantFriction
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
-from ..view.plots.muscle_plots import plot_force_map, plot_responses
+from ..view.plots.muscle_plots import plot_force_map, plot_loop, plot_responses
 from . import options
 from .command import deliver, draws, writes
 
 _Identification = StaticIdentification | DynamicIdentification
 
-_REST = ("contraction_mm", "pressure_bar", "force_N")
-_RESPONSE = ("time_s", "contraction_mm", "pressure_bar")
+#: The dynamic model that a step is of unless said otherwise, and its static law, with which responses are fitted.
+_DYNAMIC, _STATIC = "tang-3-31", "tang-3-25"
 Several = Parameter(consume_multiple=True)
 
 
@@ -77,41 +76,18 @@ def named_static(name: str) -> StaticModel:
     return load_parameters(name) if name.endswith(".toml") else muscle_model(name)
 
 
-def read_columns(path: str, names: Sequence[str]) -> FloatArray:
-    """Read numbers from a CSV file whose first line that is no comment (#) names the columns.
-
-    Parameters
-    ----------
-    path : str
-        The file.
-    names : sequence of str
-        Columns to read; others are left out.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, len(names)).
-
-    Raises
-    ------
-    FileFormatError
-        If the file cannot be read, a column is missing, or a cell is no finite number; it names the line.
-    """
-    table = read_csv(path)
-    if not table.rows:
-        raise FileFormatError("expected at least one line of numbers below the header", path)
-    return table.numbers(names)
-
-
 def muscle_identify(
     csv: Annotated[str | None, options.called("FILE")] = None,
     /,
     *,
     length_mm: options.Millimetres | None = None,
     response: Annotated[tuple[tuple[str, str], ...], options.called("CSV WEIGHT_N")] = (),
-    static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = "best",
+    diameter_mm: options.Millimetres | None = None,
+    static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = _STATIC,
     all: bool = False,
     level: Annotated[float, options.called("SHARE")] = 0.95,
+    minutes: Annotated[float, options.called("MIN")] = 5.0,
+    progress: options.Progress = False,
     name: Annotated[str, options.called("NAME")] = "identified",
     out: Annotated[Path | None, writes(".toml", picture=False)] = None,
 ) -> None:
@@ -120,16 +96,21 @@ def muscle_identify(
     Parameters
     ----------
     csv : str, optional
-        CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N.
+        CSV file of measurements at rest. Its headers say the units: contraction_mm (percent), strain or length_mm;
+        pressure_bar (kPa, MPa, psi; _abs if absolute); force_N (kgf, lbf) or mass_kg.
     length_mm : float, optional
         Nominal length of the muscle, mm, for measurements at rest.
     response : tuple of tuple, optional
-        CSV file of the response of a hung weight, N, with the columns time_s, contraction_mm, pressure_bar; may be
-        repeated.
+        CSV file of the response of a hung weight, N, with a column of time (time_s, time_ms), contraction and pressure;
+        may be repeated.
+    diameter_mm : float, optional
+        Diameter of the muscle at rest, mm, against which the pull is checked.
     all : bool
         Fit every measurement instead of the region where the law holds.
     level : float
         Confidence of the intervals, 0 to 1.
+    minutes : float
+        When the fit to responses ends at the latest, with the best coefficients so far.
     name : str
         Name of the parameter set.
 
@@ -140,28 +121,34 @@ def muscle_identify(
     if (csv is None) == (not response):
         raise InvalidInput("expected either a CSV of measurements at rest or --response, got both or neither")
     if csv is None:
-        recordings = [_recording(path, weight) for path, weight in response]
-        names = ", ".join(Path(path).name for path, _ in response)
-        found: Any = identify_dynamic(recordings, named_static(static), name=name, source=f"identified from {names}")
+        law = named_static(static)
+        recordings = [_recording(path, weight, law) for path, weight in response]
+        source = f"identified from {', '.join(Path(path).name for path, _ in response)}"
+        limit = 60.0 * as_positive("--minutes", minutes)
+        found: Any = identify_dynamic(recordings, law, name=name, source=source, time_limit=limit, progress=progress)
         print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
         table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
     else:
         if length_mm is None:
             raise InvalidInput("expected --length-mm, the nominal length of the muscle")
-        columns = read_columns(csv, _REST)
+        diameter = None if diameter_mm is None else as_positive("--diameter-mm", diameter_mm) / 1e3
+        data = read_measurements(csv, as_positive("--length-mm", length_mm) / 1e3, diameter)
         found = identify_static(
-            columns[:, 0] / 1e3,
-            columns[:, 1] * BAR,
-            columns[:, 2],
-            nominal_length=length_mm / 1e3,
+            data.contraction,
+            data.pressure,
+            data.force,
+            data.nominal_length,
             select="all" if all else "region",
             name=name,
             source=f"identified from {Path(csv).name}",
+            diameter=diameter,
+            written=data.written,
         )
         used = len(found.residuals)
         total = used if found.region is None else len(found.region.selected)
         print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
         table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
+        print(f"Taken as known: {'; '.join(map(str, found.known))}.")
     intervals = found.intervals(level)
     for text in found.cautions:
         print(f"Caution: {text}")
@@ -170,6 +157,11 @@ def muscle_identify(
     if csv is not None:
         strain, pressure = found.model.validity.strain, found.model.validity.pressure
         low, high = pressure[0] / BAR, pressure[1] / BAR
+        if diameter_mm is None:
+            least, most = (1e3 * diameter for diameter in found.diameters)
+            print(
+                f"pulls like a muscle of {least:.0f} to {most:.0f} mm diameter (--diameter-mm checks the force by it)"
+            )
         print(f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {low:.2f} to {high:.2f} bar")
     if out:
         table |= {
@@ -185,13 +177,10 @@ def muscle_identify(
         print(out)
 
 
-def _recording(path: str, weight: str) -> Recording:
+def _recording(path: str, weight: str, law: StaticModel) -> Recording:
     """The response of a hung weight."""
     (newtons,) = options.numbers(weight, f"the weight behind {path} to be a number of N", 1)
-    columns = read_columns(path, _RESPONSE)
-    mass = as_positive(f"the weight behind {path}", newtons) / G
-    with naming_file(path):
-        return Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass)
+    return read_response(path, as_positive(f"the weight behind {path}", newtons) / G, law.length)
 
 
 def _deliver(
@@ -292,7 +281,7 @@ def muscle_step(
     from_bar: options.Bar = 0.0,
     lag_s: options.Seconds = 0.1,
     duration_s: options.Seconds = 4.0,
-    model: Annotated[str, _model("Dynamic model", dynamic_models())] = "tang-3-31",
+    model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
     out: Annotated[Path | None, writes(".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,
@@ -320,10 +309,8 @@ def muscle_step(
     --------
     exo-pin muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv
     """
-    if (mass_kg is None) == (weight_N is None):
-        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+    mass = _mass(mass_kg, weight_N)
     law: DynamicModel = load_dynamic(model) if model.endswith(".toml") else dynamic_model(model)
-    mass = weight_N / G if weight_N is not None else float(mass_kg or 0.0)
     pressure = PressureStep(from_bar * BAR, to_bar * BAR, time_constant=lag_s)
     end = options.duration("--duration-s", duration_s)
     times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
@@ -342,6 +329,13 @@ def muscle_step(
     deliver("\n".join(lines), columns=lambda: _columns(response), figure=figure, out=out, plot=plot)
 
 
+def _mass(mass_kg: float | None, weight_N: float | None) -> float:
+    """The hung mass, kg."""
+    if (mass_kg is None) == (weight_N is None):
+        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+    return weight_N / G if weight_N is not None else float(mass_kg or 0.0)
+
+
 def _step_facts(response: StepResponse) -> list[str]:
     """Lines about overshoot and settling, which a mass that ends where it began does not have."""
     try:
@@ -357,3 +351,73 @@ def _columns(response: StepResponse) -> dict[str, Any]:
     names = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar")
     columns = {name: np.round(values, 6) for name, values in zip(names, scaled, strict=True)}
     return columns | {"inside": response.inside.astype(int)}
+
+
+def muscle_loop(
+    *,
+    to_percent: options.Percent,
+    mass_kg: options.Kilograms | None = None,
+    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    length_mm: options.Millimetres = 250.0,
+    friction_N: Annotated[options.Newtons, Parameter(name="--friction-N")] = 2.5,
+    gain: Annotated[float | None, options.called("K_C")] = None,
+    integral_s: options.Seconds | None = None,
+    duration_s: options.Seconds = 5.0,
+    model: Annotated[str, _model("Force law", muscle_models())] = "best",
+    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    plot: Annotated[Path | None, draws("contraction, pressure and duty over time")] = None,
+) -> None:
+    """Compute a step of one muscle under its PI controller, with a hung mass (Figure 5-10 of the thesis).
+
+    Parameters
+    ----------
+    to_percent : float
+        Wanted contraction, % of the nominal length.
+    mass_kg : float, optional
+        Hung mass, kg.
+    weight_N : float, optional
+        Weight of the hung mass, N, instead of its mass.
+    length_mm : float
+        Nominal length of the muscle, mm.
+    friction_N : float
+        Dry friction of the muscle, N.
+    gain : float, optional
+        Proportional gain, share of time the valve fills per percent of error (default: Table 5-5).
+    integral_s : float, optional
+        Integral time, s (default: Table 5-5).
+    duration_s : float
+        How long to simulate, s.
+
+    Examples
+    --------
+    exo-pin muscle loop --to-percent 15 --weight-N 12.74
+    """
+    from ..control.controllers.thesis_controller import PIGains, table_5_5_gains
+    from ..control.experiments.muscle_loop import muscle_loop as simulated
+    from ..control.plant.options import PlantOptions
+
+    law = named_static(model).scaled(as_positive("--length-mm", length_mm) / 1e3)
+    printed = table_5_5_gains([law.length])[0]
+    gains = PIGains(printed.K_c if gain is None else gain, printed.T_i if integral_s is None else integral_s)
+    estimates = PlantOptions(muscle_friction=ConstantFriction(as_positive("--friction-N", friction_N, zero=True)))
+    mass = _mass(mass_kg, weight_N)
+    end = options.duration("--duration-s", duration_s)
+    run = simulated(law, mass, to_percent / 100.0, gains=gains, options=estimates, duration=end)
+    settled = f"{run.settling_time:.2f} s (5 %)" if np.isfinite(run.settling_time) else "longer than the run (5 %)"
+    lines = [
+        f"{law.name}, {1e3 * law.length:g} mm, {mass:.3f} kg, K_c {gains.K_c:g} a percent, T_i {gains.T_i:g} s",
+        *(f"Caution: {text}" for text in run.cautions),
+        f"contraction    {1e3 * run.contraction[-1]:.2f} mm of {1e3 * run.wanted:.2f} mm",
+        f"steady error   {100 * run.steady_error:.1f} %",
+        f"overshoot      {100 * run.overshoot:.1f} %",
+        f"settling time  {settled}",
+    ]
+    columns = {
+        "time_s": run.time,
+        "contraction_mm": 1e3 * run.contraction,
+        "wanted_mm": np.full(len(run.time), 1e3 * run.wanted),
+        "pressure_bar": run.pressure / BAR,
+        "duty": run.duty,
+        "inside": run.inside.astype(int),
+    }
+    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_loop(columns), out=out, plot=plot)

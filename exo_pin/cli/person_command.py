@@ -21,6 +21,7 @@ from ..view.plots.contact_plots import contact_over_box, contact_over_elevation,
 from ..view.plots.plot_style import figure_title
 from . import options
 from .command import deliver, draws, writes
+from .options.recording_options import Recording
 
 
 @options.group
@@ -62,7 +63,7 @@ def person(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     map: bool = False,
     step: options.Degrees = 20.0,
     range: bool = False,
@@ -173,7 +174,7 @@ class _Asked(NamedTuple):
     query: dict[str, Any]
     progress: bool
 
-    def along(self, recording: options.Recording) -> Any:
+    def along(self, recording: Recording) -> Any:
         """Along a measured movement: heading, answer, more columns, and what draws a figure and says what it shows."""
         moved = recording.movement(self.exo.side)
         poses = moved.poses if recording.static else moved

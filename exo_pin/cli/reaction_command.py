@@ -25,6 +25,7 @@ from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reacti
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import deliver, draws, writes
+from .options.recording_options import Recording
 
 
 def reaction(
@@ -37,7 +38,7 @@ def reaction(
     worn: options.Worn = options.Worn(),
     offset: options.Offset = None,
     limits: options.LimitsText = "design",
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     posture: options.Posture = (),
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
@@ -46,7 +47,9 @@ def reaction(
     shoulder_stiffness: Annotated[float | None, options.called("N_PER_M")] = None,
     guide: Annotated[tuple[float, float] | None, options.called("EI GJ")] = None,
     require_hold: bool = False,
+    explain: bool = False,
     muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    strength: options.Percent | None = None,
     table: bool = False,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -55,7 +58,8 @@ def reaction(
 ) -> int:
     """Compute the force on the shoulder and the forces in the limbs, in one pose of the arm or along a movement.
 
-    The first lines say whether the device can hold the pose.
+    Of one pose the answer has ten lines, and one a limb; the first says whether the device can hold it. --explain
+    prints all that is known.
 
     Parameters
     ----------
@@ -71,32 +75,40 @@ def reaction(
         For --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed).
     require_hold : bool
         End with exit status 1 unless the device is known to hold the pose.
+    explain : bool
+        Print all that is known of the pose: criteria, ranges, what equilibrium leaves undetermined, and sources.
     muscles : bool, optional
         With --person: also print the joint load with the wearer's own muscles (default: for a single pose, if the extra
         'person' is installed).
+    strength : float, optional
+        With --person: strength of the wearer's muscles, percent (default 100; 0 for an arm without muscle force).
     table : bool
         Print all forces of the pose, on limbs, shoulder, cuff and harness, as a table.
 
     Examples
     --------
     exo-pin reaction four-cables --flexion 60 --abduction 30 --plot forces.png
-    exo-pin reaction prototype --person 1.75,75,male --payload 2 --flexion 45
+    exo-pin reaction --person 1.75,75,male --payload 2 --flexion 45
+    exo-pin reaction prototype --flexion 45 --explain
     exo-pin reaction examples/device.toml --flexion 60 --compare
     exo-pin reaction four-cables --to 90,0,0 --out forces.csv
     exo-pin reaction four-cables --trajectory examples/lift.csv --out forces.csv --plot forces.png
 
     Notes
     -----
-    columns of --trajectory FILE, a CSV file with one header line:
+    columns of --trajectory FILE, a CSV file in any dialect:
       time_s                                              seconds, rising
       and one of
       flexion_deg, abduction_deg, internal_rotation_deg   clinical angles on the design's side (or ..._rad)
       theta_x_deg, theta_y_deg, theta_z_deg               angles of (4-7) in the thesis (or ..._rad)
+      plane_of_elevation_deg, elevation_deg, axial_rotation_deg    ISB (or ..._rad)
       qx, qy, qz, qw                                      unit quaternion, arm to base frame
+      r11, r12, r13, r21, ..., r33                        matrix, arm to base frame
       such as
       time_s,flexion_deg,abduction_deg,internal_rotation_deg
       0.00,0.0,0.0,0.0
       0.02,0.3,0.0,0.0
+    or .mot and .sto of OpenSim, .mvnx, Xsens DOT and Awinda, APDM, .c3d; exo-pin record FILE says what it holds
     """
     exo = _fitted(worn.load(design, side), shoulder_stiffness, guide)
     query = {
@@ -107,7 +119,8 @@ def reaction(
         "posture": options.posture_of(posture),
     }
     files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
-    of_one_pose = {"compare": compare, "muscles": muscles, "table": table, "over_postures": over_postures}
+    of_one_pose: dict[str, Any] = {"compare": compare, "muscles": muscles, "table": table, "explain": explain}
+    of_one_pose |= {"over_postures": over_postures, "strength": strength}
     if recording:
         options.refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
         options.refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)
@@ -117,14 +130,11 @@ def reaction(
         answers = [_way(exo, query, way.angles(pose), files)]
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
-        wearer = _wearer(worn, muscles, json or table or compare is not None)
-        report = report_on_pose(exo, answers[0], wearer, muscles is True)
-        head = [exo.device.title or exo.name, f"{pose.words(exo)}; {moving_mass(exo.device)}"]
-        if offset is not None:
-            head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset)}) mm")
-        parts = ["\n".join(head)]
+        wearer = _wearer(worn, muscles, json or table or compare is not None, strength)
+        report = report_on_pose(exo, answers[0], wearer, muscles is True, pose.angles, offset)
+        parts = [] if compare is None and not table and not explain else [_head(exo, pose, offset)]
         if compare is None and not table:
-            parts.append(str(report))
+            parts.append(report.explained() if explain else str(report))
         else:
             parts += [reaction_table(answers), *([] if report.contact is None else [with_muscles(report.contact)])]
         if over_postures:
@@ -139,6 +149,14 @@ def reaction(
         )
     # 1 with --require-hold where the device is not known to hold the pose or movement.
     return int(require_hold and not all(answer.can_hold.all() for answer in answers))
+
+
+def _head(exo: ShoulderExo, pose: options.Pose, offset: options.Offset) -> str:
+    """Device, pose, masses and offset."""
+    head = [exo.device.title or exo.name, f"{pose.words(exo)}; {moving_mass(exo.device)}"]
+    if offset is not None:
+        head.append(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset)}) mm")
+    return "\n".join(head)
 
 
 def _fitted(exo: ShoulderExo, stiffness: Any, rigidity: tuple[float, float] | None) -> ShoulderExo:
@@ -160,7 +178,7 @@ def _bounds(limit: str | None) -> ConstraintBounds:
 
 
 def _movement(
-    exo: ShoulderExo, query: dict[str, Any], recording: options.Recording, progress: bool, files: dict[str, Any]
+    exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: dict[str, Any]
 ) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
@@ -199,15 +217,17 @@ def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
     return overview(exo, answer.case.poses, answer)
 
 
-def _wearer(worn: options.Worn, muscles: bool | None, plain: bool) -> Any:
+def _wearer(worn: options.Worn, muscles: bool | None, plain: bool, strength: float | None) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
+    if strength is not None and worn.person is None:
+        raise InvalidInput("--strength needs to know whose: give --person too")
     if muscles and worn.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
     if worn.person is None or muscles is False or (plain and not muscles):
         return None
     try:
         require_extra("person")
-        return worn.muscles()
+        return worn.muscles(strength=1.0 if strength is None else strength / 100.0)
     except (InvalidInput, MissingExtra) as error:
         if muscles:
             raise
@@ -261,7 +281,7 @@ def uncertainty(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: options.Recording = options.Recording(),
+    recording: Recording = Recording(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     offset: options.Offset = None,

@@ -1,14 +1,14 @@
-"""``exo-pin workspace``, ``tasks`` and ``optimise``: which poses a design reaches and holds, and a search for more."""
+"""``exo-pin workspace`` and ``optimise``: which poses a design reaches and holds, and a search for more."""
 
 from __future__ import annotations
 
+import inspect
 import json as texts
 import shlex
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
@@ -18,9 +18,8 @@ from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
-from ..load_case.ranges_of_motion import DAILY_RANGES
-from ..workspace import Criteria, limb_sheet, starting_design, task_reach
 from ..workspace import limb_loss as loss_of_limbs
+from ..workspace import limb_sheet, starting_design
 from ..workspace import limb_table as table_of_limbs
 from ..workspace import optimise as searched
 from ..workspace.limb_table import limb_loss_words
@@ -28,99 +27,11 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from . import options
 from .command import deliver, draws, writes
+from .options.criteria_options import Judged, metres
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
-
-
-@options.group
-@dataclass(frozen=True)
-class Judged:
-    """What a pose has to meet.
-
-    Attributes
-    ----------
-    criteria : str, optional
-        Names of criteria with commas between them (default: all that the data allow).
-    fits : tuple of str
-        Another person for whom the criteria must hold, too; may be repeated.
-    elbow_range : str, optional
-        The criteria hold while the elbow bends over this range, degrees (default: --elbow-flexion alone).
-    gap : float
-        Distance that limbs keep from body and arm and from one another, mm.
-    obstacle : tuple of str
-        What else limbs keep clear of: chair, wheelchair, bed, door, or wall:MM behind the back, ceiling:MM above the
-        head; may be repeated.
-    shoulder_force : float, optional
-        Largest shoulder force |F_s|, N (default: no limit).
-    least_tension : float
-        Least tension of limbs that only pull, N.
-    least_moment : float
-        Additional moment in any direction that the limbs must resist, N m.
-    pull_out : float, optional
-        Largest component of F_s that pulls the humeral head out of the wearer's socket, N (default: no limit).
-    cuff_pull : float, optional
-        Largest pull of the cuff along the arm, N (default: no limit).
-    cuff_slip : float, optional
-        Largest slip of the design's soft cuff on the arm, mm (default: no limit).
-    above_elbow : float, optional
-        Distance that the cuff keeps from the elbow of --person and of all --fits, mm (default: not checked).
-    without_limb : float, optional
-        Additional moment that the other limbs must resist when any one limb fails, N m; 0: they must hold the arm
-        (default: not checked).
-    least_margin : float
-        Least margin to a singular pose, 0 to 1.
-    stroke_rule : str
-        Which limb lengths exclude a pose: any limb beyond its stroke (each), or, as in Appendix C, all limbs too short.
-    """
-
-    criteria: Annotated[str | None, options.called("NAMES")] = None
-    fits: Annotated[options.Texts, options.called("HEIGHT,MASS,SEX")] = ()
-    elbow_range: Annotated[str | None, options.called("LOW,HIGH")] = None
-    gap: options.Millimetres = 0.0
-    obstacle: Annotated[options.Texts, options.called("NAME")] = ()
-    shoulder_force: options.Newtons | None = None
-    least_tension: options.Newtons = 0.0
-    least_moment: Annotated[float, options.called("NM")] = 0.0
-    pull_out: options.Newtons | None = None
-    cuff_pull: options.Newtons | None = None
-    cuff_slip: options.Millimetres | None = None
-    above_elbow: options.Millimetres | None = None
-    without_limb: Annotated[float | None, options.called("NM")] = None
-    least_margin: float = 0.05
-    stroke_rule: Literal["each", "not all short"] = "each"
-
-    def of(self, exo: ShoulderExo) -> Criteria:
-        """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
-        own, bend = options.own_wearer(exo), None
-        others = [options.wearer_of(text, clothing=own.clothing if own else 0.0) for text in self.fits]
-        if self.elbow_range:
-            bend = np.radians(options.numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
-        if self.pull_out is not None and own is None:
-            raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
-        return Criteria(
-            names=None if self.criteria is None else tuple(name.strip() for name in self.criteria.split(",")),
-            least_margin=self.least_margin,
-            obstacles=self.obstacle,
-            stroke_rule=self.stroke_rule,
-            least_tension=self.least_tension,
-            least_moment=self.least_moment,
-            largest_shoulder_force=self.shoulder_force,
-            largest_pull_out=self.pull_out,
-            socket=None if self.pull_out is None or own is None else options.with_muscles(own).glenoid_cone(),
-            largest_cuff_pull=self.cuff_pull,
-            largest_cuff_slip=_metres(self.cuff_slip),
-            least_above_elbow=_metres(self.above_elbow),
-            least_moment_without_limb=self.without_limb,
-            least_gap=1e-3 * self.gap,
-            wearers=(*([own] if others and own is not None else []), *others),
-            elbow_range=None if bend is None else (bend[0], bend[1]),
-        )
-
-
-def _metres(millimetres: float | None) -> float | None:
-    return None if millimetres is None else 1e-3 * millimetres
 
 
 def workspace(
@@ -192,46 +103,6 @@ def workspace(
     )
 
 
-def tasks(
-    design: options.Design = DEFAULT_PRESET,
-    /,
-    *,
-    side: options.Side = None,
-    worn: options.Worn = options.Worn(),
-    judged: Judged = Judged(),
-    movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
-    no_ranges: bool = False,
-    step: options.Degrees = 8.0,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json", picture=False)] = None,
-) -> None:
-    """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
-
-    Parameters
-    ----------
-    movement : tuple of str
-        CSV of a task's movement; may be repeated.
-    no_ranges : bool
-        Leave the published ranges out.
-    step : float
-        Step of the grid over a range, degrees.
-
-    Examples
-    --------
-    exo-pin tasks four-cables
-    exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv
-    """
-    exo = worn.load(design, side)
-    movements = {}
-    for text in movement:
-        name, _, path = text.partition("=")
-        if not name or not path:
-            raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
-        movements[name] = path
-    table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, judged.of(exo), step)
-    deliver(table, table, columns=lambda: table, json=json, out=out)
-
-
 @options.group
 @dataclass(frozen=True)
 class Start:
@@ -276,7 +147,7 @@ class Start:
         self, design: str | None, side: Literal["left", "right"] | None, worn: options.Worn, name: str
     ) -> ShoulderExo:
         """The design to start from."""
-        travel = _metres(self.travel)
+        travel = metres(self.travel)
         if design is not None or not self.is_new:
             of_new = {key: getattr(self, key) for key in ("limbs", "family", "force_law", "device", "supply")}
             options.refuse("a new design has no file", **of_new)
@@ -410,12 +281,18 @@ def optimise(
 def _command(given: dict[str, Any], design: str | None) -> str:
     """The command that finds the same design again, whatever the storage."""
     flat: dict[str, Any] = {}
+    own_defaults = inspect.signature(optimise).parameters
     for name, value in given.items():
-        flat |= vars(value) if is_dataclass(value) else {name: value}
+        group = is_dataclass(value)
+        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}
+        # What is empty or zero is said where it is not so by default.
+        flat |= {
+            key: each for key, each in (vars(value) if group else {name: value}).items() if each or each != own[key]
+        }
     words = ["exo-pin optimise", *([] if design is None else [design])]
     for name, value in flat.items():
         option = f"--{name.replace('_', '-')}"
-        if name in ("design", "storage", "name", "progress", "json", "out", "plot") or value in (None, False, (), 0.0):
+        if name in ("design", "storage", "name", "progress", "json", "out", "plot"):
             continue
         if value is True:
             words.append(option)

@@ -16,6 +16,8 @@ from .experiments.catalogue import reference_of as reference_of
 from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
 from .experiments.catalogue import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
+from .experiments.muscle_loop import MuscleLoop as MuscleLoop
+from .experiments.muscle_loop import muscle_loop as muscle_loop
 from .experiments.tracking import Tracking as Tracking
 from .imu import Imu as Imu
 from .imu import ImuSensor as ImuSensor

@@ -3,7 +3,7 @@
 One format for what is measured on a device and for what a simulation of it gives:
 
 * optionally ``time_s``;
-* orientations as in :func:`exo_pin.read_movement`: clinical angles, thesis angles or quaternions;
+* orientations as in :func:`exo_pin.read_movement`, from the same table;
 * ``length_1_mm``, ``length_2_mm``, ... (or ``_m``), one column a limb;
 * optionally ``pressure_1_bar``, ... (or ``_Pa``), gauge pressure, one column a muscle.
 
@@ -22,18 +22,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import as_side
-from ..core.errors import FileFormatError, InvalidInput
+from ..core.errors import FileFormatError, InvalidInput, SuspectMeasurements
+from ..core.errors.base import warn
 from ..core.errors.checked import checked
 from ..core.files import write_text
-from ..core.files.csv_tables import CsvTable, csv_text, read_csv
+from ..core.files.csv_tables import CsvTable, csv_text
 from ..core.files.toml_tables import naming_file
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type
-from ..load_case.trajectories import orientation_columns
+from ..load_case import RecordingOptions
+from ..load_case.recordings.reading import read_poses
 
 #: Units of columns, in SI.
-_UNITS = {"length": {"mm": 1e-3, "m": 1.0}, "pressure": {"bar": 1e5, "Pa": 1.0}}
+_UNITS = {"length": {"mm": 1e-3, "m": 1.0}, "pressure": {"bar": 1e5, "pa": 1.0}}
 #: Written with these.
 _WRITTEN = {"length": "mm", "pressure": "bar"}
 _COLUMN = re.compile(r"(length|pressure)_([1-9][0-9]*)_(\w+)")
@@ -86,7 +87,9 @@ class MeasuredRun(Record):
             raise InvalidInput("expected times in s that rise from row to row")
 
 
-def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
+def read_run(
+    path: str | PathLike[str], side: str = "left", reading: RecordingOptions | str | None = None
+) -> MeasuredRun:
     """Read a measured run from a CSV file; the module describes its columns.
 
     Parameters
@@ -95,6 +98,8 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
         The file.
     side : {"left", "right"}
         Side of the body that clinical angles are of.
+    reading : RecordingOptions or str, optional
+        As in :func:`exo_pin.read_movement`.
 
     Returns
     -------
@@ -116,16 +121,22 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
     >>> bool((read_run("bench.csv").poses.inv() * poses).magnitude().max() < 1e-12)  # rad
     True
     """
-    as_side(side)
-    table = read_csv(path)
-    orientations = orientation_columns(table, side)
-    numbered = _numbered(table)
-    if "length" not in numbered:
-        raise FileFormatError(f"expected columns length_1_mm, length_2_mm, ...; got {', '.join(table.columns)}", path)
+    read = read_poses(path, side, reading, movement=False)
+    table = read.source.table
+    numbered = {} if table is None else _numbered(table)
+    if table is None or "length" not in numbered:
+        raise FileFormatError(
+            f"expected columns length_1_mm, length_2_mm, ...; got {', '.join(read.source.labels)}", path
+        )
     values = {kind: table.numbers(names) * _UNITS[kind][unit] for kind, (names, unit) in numbered.items()}
     times = table.numbers(("time_s",))[:, 0] if "time_s" in table.columns else None
+    if not read.rows.all():
+        line = table.lines[int((~read.rows).argmax())]
+        raise FileFormatError(f"line {line}: expected a finite number in every column of the orientation", path)
+    for text in read.cautions:
+        warn(text, SuspectMeasurements)
     with naming_file(path):
-        return MeasuredRun(orientations, values["length"], times, values.get("pressure"))
+        return MeasuredRun(read.poses, values["length"], times, values.get("pressure"))
 
 
 def _numbered(table: CsvTable) -> dict[str, tuple[list[str], str]]:

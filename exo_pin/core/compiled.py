@@ -79,7 +79,7 @@ def mode(name: str) -> Iterator[None]:
 
 def compilations() -> int:
     """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
-    made = [each._compiled for each in _all if each._compiled is not None]
+    made = [form for each in _all for form in (each._compiled, each._part) if form is not None]
     return sum(sum(each.stats.cache_misses.values()) for each in made)
 
 
@@ -151,6 +151,7 @@ class Kernel:
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
+        self._part: Any = None
         #: Whether the compiled form has been made in this process.
         self.is_ready = False
         #: What a call runs at the moment.
@@ -182,6 +183,15 @@ class Kernel:
                     self._compiled = self._make_compiled()
         return self._compiled
 
+    @property
+    def part(self) -> Any:
+        """The compiled form that compiled forms of other kernels call: Python cannot."""
+        if self._part is None:
+            with lock:
+                if self._part is None:
+                    self._part = self._make_compiled(part=True)
+        return self._part
+
     @functools.cached_property
     def stamp(self) -> str:
         """Digest of all code and all constants that the compiled form is made of, other kernels' included.
@@ -195,7 +205,7 @@ class Kernel:
 
     def forget(self) -> None:
         """Let both forms be made anew at the next call, of what the function has become."""
-        self._plain = self._compiled = None
+        self._plain = self._compiled = self._part = None
         self.is_ready = False
         self.__dict__.pop("stamp", None)
         self.choose()
@@ -240,9 +250,10 @@ class Kernel:
         code = code.replace(co_consts=tuple(_as_numpy(value) for value in code.co_consts))
         return self._twin(code, _plain_form)
 
-    def _make_compiled(self) -> Any:
+    def _make_compiled(self, part: bool = False) -> Any:
         twin = self._twin(self._function.__code__, _compiled_form)
-        return _machine_code().dispatcher(twin, self.stamp, self.options, _announce)
+        options = self.options | {"no_cpython_wrapper": part}
+        return _machine_code().dispatcher(twin, self.stamp, options, _announce)
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
@@ -312,7 +323,7 @@ def _plain_form(value: Any) -> Any:
 
 
 def _compiled_form(value: Any) -> Any:
-    return value.compiled if isinstance(value, Kernel) else value
+    return value.part if isinstance(value, Kernel) else value
 
 
 def _as_numpy(value: Any) -> Any:

@@ -4,11 +4,12 @@ Frames: {O_A} is fixed to the torso with its origin at the shoulder centre O, x 
 on both sides of the body. {O_B} turns with the arm, which hangs along -z. An orientation is the active rotation
 that takes coordinates in {O_B} to coordinates in {O_A}.
 
-Two conventions occur in the source and must not be mixed:
+Three conventions occur in the source and must not be mixed:
 
 * (4-7) of the thesis, intrinsic X-Y-Z: :func:`thesis_rotation`;
 * the shoulder angles of Table 2-1, Appendix C and the daily-life tasks, intrinsic Y-X-Z (flexion, abduction,
-  axial rotation): :func:`shoulder_rotation`, with clinical signs.
+  axial rotation): :func:`shoulder_rotation`, with clinical signs;
+* plane of elevation, elevation and axial rotation of the ISB, as in Figure 5-15: :func:`isb_rotation`.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ Side = Literal["left", "right"]
 #: Names of the clinical angles as columns and keys, in their order.
 CLINICAL_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
+#: Sine of an elevation at which the plane of elevation has no meaning.
+_LOCKED = 1e-9
 #: Standard gravity of the thesis, m/s², base frame.
 GRAVITY: FloatArray = frozen(np.array([0.0, 0.0, -9.81]))
 
@@ -212,6 +215,95 @@ def shoulder_angles(poses: Rotation, side: str = "left", degrees: bool = False) 
     """
     sign = _outward(side)
     angles = _euler(poses, "YXZ") * np.array([-1.0, sign, -sign]) + 0.0  # no -0.0
+    return np.degrees(angles) if degrees else angles
+
+
+@checked
+def isb_rotation(
+    plane: ArrayLike, elevation: ArrayLike, axial_rotation: ArrayLike, side: str = "left", degrees: bool = False
+) -> Rotation:
+    """Orientation from the ISB's shoulder angles: plane of elevation, elevation and axial rotation, Y-X-Y.
+
+    In the axes of {O_A} and {O_B} a right arm is Rz(plane) Rx(-elevation) Rz(axial), a left arm its mirror image. Van
+    Andel et al. (2008), whose tasks Section 5.4.2 uses, state their movements in these angles.
+
+    Parameters
+    ----------
+    plane : array_like
+        Plane of elevation, rad (degrees with ``degrees=True``): 0 is abduction, 90° is flexion.
+    elevation : array_like
+        Angle of the arm from hanging, positive on both sides.
+    axial_rotation : array_like
+        Rotation of the arm about its own axis, inward positive.
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether the angles are in degrees.
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        Takes {O_B} to {O_A}; single, or a stack of shape (...).
+
+    Notes
+    -----
+    After Wu et al. (2005), J. Biomech. 38, 981-992.
+
+    Source: thesis Figure 5-15.
+
+    Examples
+    --------
+    >>> pose = ep.isb_rotation(90, 60, -90, degrees=True)  # 60° of flexion
+    >>> ep.shoulder_angles(pose, degrees=True).round(6) + 0.0
+    array([60.,  0.,  0.])
+    """
+    sign = _outward(side)
+    angles = _stacked(degrees, plane=plane, elevation=elevation, axial_rotation=axial_rotation)
+    return Rotation.from_euler("ZXZ", angles * np.array([-sign, sign, -sign]))
+
+
+@checked
+def isb_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
+    """The ISB's shoulder angles (plane of elevation, elevation, axial rotation) of an orientation.
+
+    Near an elevation of 0 and of 180° plane and axial rotation are not separate: there a small turn of the arm changes
+    both by much. At these elevations themselves the plane is 0 and the axial rotation holds the sum (the difference).
+
+    Parameters
+    ----------
+    poses : Rotation
+        Single or a stack of shape (...).
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether to return degrees.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 3), rad or degrees, elevation from 0 to 180°, the others within ±180°.
+
+    Notes
+    -----
+    After Wu et al. (2005), J. Biomech. 38, 981-992.
+
+    Source: thesis Figure 5-15.
+
+    Examples
+    --------
+    >>> pose = ep.shoulder_rotation(60, 0, 0, degrees=True)
+    >>> ep.isb_angles(pose, degrees=True).round(6) + 0.0
+    array([ 90.,  60., -90.])
+    """
+    sign = _outward(side)
+    first, elevation, last = np.moveaxis(_euler(poses, "ZXZ"), -1, 0)
+    # A left arm is Rz(-plane) Rx(elevation) Rz(-axial); that of a right one has the middle angle negative.
+    plane, axial = (-first, -last) if sign > 0.0 else (first - np.pi, last + np.pi)
+    locked = np.abs(np.sin(elevation)) < _LOCKED
+    whole = np.where(np.cos(elevation) > 0.0, axial + plane, axial - plane)
+    plane, axial = np.where(locked, 0.0, plane), np.where(locked, whole, axial)
+    turned = [np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi for angle in (plane, axial)]
+    angles = np.stack([turned[0], elevation, turned[1]], axis=-1)
     return np.degrees(angles) if degrees else angles
 
 

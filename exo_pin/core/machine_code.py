@@ -1,7 +1,7 @@
 """Machine code of kernels, made and stored by Numba: imported only where a kernel runs compiled.
 
 Numba's cache notices a change of the file that a function stands in, not one of a kernel or a constant from another
-file. So each kernel has a folder of its own, which is named by a digest of all that its code is made of: under
+file. So each form of a kernel has a folder of its own, named by a digest of all that its code is made of: under
 ``__pycache__`` of the package, under the user's cache folder where that cannot be written, or under the folder that the
 environment variable ``NUMBA_CACHE_DIR`` names.
 """
@@ -9,6 +9,7 @@ environment variable ``NUMBA_CACHE_DIR`` names.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import pickle
 import shutil
@@ -17,6 +18,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -34,6 +36,8 @@ except ImportError:  # Windows
 _KEPT = 86_400.0
 #: What reading and writing Numba's files raises; machine code itself never does.
 _FAULTS = (OSError, EOFError, pickle.PickleError)
+#: Threads compile one after another: two that waited for each other's kernel and for Numba's lock would wait for ever.
+_one_thread = threading.RLock()
 #: Whether code is stored: until its folder turns out to be unusable.
 _is_stored = True
 
@@ -48,24 +52,38 @@ def dispatcher(function: Callable[..., Any], stamp: str, options: dict[str, Any]
     stamp : str
         Digest of all that the machine code depends on.
     options : dict
-        Options of ``numba.njit``.
+        Options of ``numba.njit``. One without a wrapper for Python is a part of others, which take it in.
     on_new : callable
         Called without arguments if there is no machine code of this stamp.
     """
+    is_part = options.get("no_cpython_wrapper", False)
     try:
-        folder = _folder(function, stamp, on_new) if _is_stored else None
+        folder = _folder(function, stamp, is_part, on_new) if _is_stored else None
     except OSError as error:
         folder = None
         give_up(error)
+    made = _stored(function, folder, options)
+    made.compile = partial(_compiled, made.compile, folder, is_part)
+    return made
+
+
+def _stored(function: Callable[..., Any], folder: Path | None, options: dict[str, Any]) -> Any:
+    """Numba's dispatcher, which stores code in a folder if there is one."""
     if folder is None:
         return numba.njit(**options)(function)
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
-        return numba.njit(cache=True, **options)(function)
+        made = numba.njit(cache=True, **options)(function)
+        # In other folders, which Numba takes if it cannot write into this one, code would outlive what it is made of.
+        if folder in Path(made.stats.cache_path).parents:
+            return made
     except RuntimeError:  # typed in at a prompt: there is no file
-        return numba.njit(**options)(function)
+        pass
     finally:
         numba.config.CACHE_DIR = before
+    if not os.access(folder, os.W_OK):
+        give_up(PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder)))
+    return numba.njit(**options)(function)
 
 
 def _root() -> Path:
@@ -78,12 +96,13 @@ def _root() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "exo_pin"
 
 
-def _folder(function: Callable[..., Any], stamp: str, on_new: Callable[[], None]) -> Path:
-    """The folder of one kernel's code; an older one of the same kernel is removed."""
+def _folder(function: Callable[..., Any], stamp: str, is_part: bool, on_new: Callable[[], None]) -> Path:
+    """The folder of one form of a kernel; an older one of the same form is removed."""
     source = Path(function.__code__.co_filename)
     content = source.read_bytes() if source.is_file() else b""
     digest = sha256(f"{numba.__version__} {stamp}".encode() + content).hexdigest()[:16]
-    folder = _root() / f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "") / digest
+    name = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+    folder = _root() / (f"{name}.part" if is_part else name) / digest
     if not folder.is_dir():
         on_new()
         folder.mkdir(parents=True, exist_ok=True)
@@ -94,24 +113,46 @@ def _folder(function: Callable[..., Any], stamp: str, on_new: Callable[[], None]
 
 
 def make_ready(made: Any, arguments: tuple[Any, ...]) -> None:
-    """Compile, or read from the disk, what a call needs: one process at a time, and not to be stopped halfway.
+    """Compile, or read from the disk, what a call needs."""
+    made.compile(tuple(map(numba.typeof, arguments)))
 
-    Numba's index of a kernel is read, extended and written, which two processes must not do at once.
+
+def _compiled(compile_now: Callable[[Any], Any], folder: Path | None, is_part: bool, signature: Any) -> Any:
+    """Compile for one signature, or read the code, in place of a dispatcher's own ``compile``; callees pass here, too.
+
+    Numba's index of a kernel is read, extended and written, which two processes must not do at once. A kernel's lock is
+    held while those that it calls are locked, and no kernel calls its callers: processes cannot wait in a circle.
     """
-    with _one_process(), _stop_deferred():
-        made.compile(tuple(map(numba.typeof, arguments)))
+    with (
+        _one_thread,
+        _one_process(folder),
+        _stop_deferred(),
+        _half_optimised() if is_part else contextlib.nullcontext(),
+    ):
+        return compile_now(signature)
 
 
 @contextlib.contextmanager
-def _one_process() -> Iterator[None]:
-    """Wait for other processes that compile; on disks without locks, go on."""
+def _one_process(folder: Path | None) -> Iterator[None]:
+    """Wait for other processes that compile the same kernel; on disks without locks, go on."""
     with contextlib.ExitStack() as stack:
-        if _is_stored and flock is not None:
+        if folder is not None and flock is not None:
             with contextlib.suppress(OSError):
-                descriptor = os.open(_root(), os.O_RDONLY)
+                descriptor = os.open(folder, os.O_RDONLY)
                 stack.callback(os.close, descriptor)
                 flock(descriptor, LOCK_EX)
         yield
+
+
+@contextlib.contextmanager
+def _half_optimised() -> Iterator[None]:
+    """Leave most of a part's optimisation to the kernel that takes it in, which optimises it as a whole once more."""
+    before = numba.config.OPT
+    numba.config.OPT = type(before)(min(before, 1))
+    try:
+        yield
+    finally:
+        numba.config.OPT = before
 
 
 @contextlib.contextmanager

@@ -14,6 +14,7 @@ _MODULES = {
     "optimise": ("optuna", "cmaes"),
     "robots": ("mujoco", "yaml"),
     "study": ("pandas",),
+    "recordings": ("ezc3d",),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }

@@ -29,6 +29,54 @@ from .records import Record
 _SCREEN, _FIELD = 1200, 80
 
 
+#: Effects of what was taken as known, in words.
+_EFFECTS = {
+    "joints_mm": "mm of the joints",
+    "F_s_percent": "% of |F_s|",
+    "pose_deg": "deg of the pose",
+    "force_percent": "% of the force",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Known:
+    """A quantity that an answer took as known, and what an error of it does.
+
+    Attributes
+    ----------
+    name : str
+        Of the quantity.
+    size : float
+        The error meant, in ``unit``: one unit of it, or its tolerance where that was stated.
+    unit : str
+        Of ``size``.
+    effects : dict of str to float
+        What such an error does, by names that end in their units.
+    shows : bool
+        Whether the data would contradict it.
+    is_stated : bool
+        Whether ``size`` is a stated tolerance, which counts in the deviations of the answer.
+
+    Examples
+    --------
+    >>> from exo_pin.core.results import Known
+    >>> print(Known("torso mounting", 1.0, "deg", {"joints_mm": 8.7, "F_s_percent": 1.6}, shows=False))
+    1 deg of the torso mounting: 8.7 mm of the joints, 1.6 % of |F_s|
+    """
+
+    name: str
+    size: float
+    unit: str
+    effects: Mapping[str, float]
+    shows: bool
+    is_stated: bool = False
+
+    def __str__(self) -> str:
+        does = ", ".join(f"{size:.2g} {_EFFECTS.get(name, name)}" for name, size in self.effects.items())
+        known = " (its tolerance)" if self.is_stated else ""
+        return f"{self.size:.3g} {self.unit} of the {self.name}{known}: {does}"
+
+
 class Result(Record):
     """Base of results.
 

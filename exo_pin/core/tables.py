@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import shutil
+import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -63,6 +65,19 @@ def three_digits(value: float) -> str:
     return "0" if size < 5e-7 else f"{value:.{min(6, max(0, 2 - math.floor(math.log10(size))))}f}"
 
 
+def newtons(value: float) -> str:
+    """A force, or a share in percent, for reading: whole from 10 on, else with one decimal."""
+    text = f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.1f}"
+    return "0" if float(text) == 0.0 else text
+
+
+def screen_width(most: int) -> int:
+    """Columns of the terminal, 60 at least, and at most so many; these where the output is no terminal."""
+    if not (sys.stdout and sys.stdout.isatty()):
+        return most
+    return min(most, max(60, shutil.get_terminal_size((most, 24)).columns))
+
+
 def in_blocks(rows: Sequence[Sequence[str]], width: int, repeated: int = 1) -> list[list[list[str]]]:
     """A table as several of at most ``width`` columns of text, each with the first ``repeated`` columns.
 
@@ -80,12 +95,12 @@ def in_blocks(rows: Sequence[Sequence[str]], width: int, repeated: int = 1) -> l
 
 def filled(text: str) -> str:
     """A paragraph, broken into lines."""
-    return textwrap.fill(text, WIDTH)
+    return textwrap.fill(text, screen_width(WIDTH))
 
 
 def indented(text: str) -> str:
     """The same, by two columns to the right."""
-    return textwrap.fill(text, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    return textwrap.fill(text, screen_width(WIDTH), initial_indent="  ", subsequent_indent="  ")
 
 
 def under_verdict(verdict: str, cautions: Iterable[str]) -> str:
@@ -103,3 +118,10 @@ def limb_list(numbers: Iterable[int]) -> str:
     """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"; "no limb" of none."""
     every = [str(number) for number in numbers]
     return f"limb{'s' * (len(every) > 1)} {enumerated(every)}" if every else "no limb"
+
+
+def drive_list(drive_units: Sequence[tuple[str, str]], rows: Iterable[int]) -> str:
+    """Drives of these rows by their names, from 0: "flexion and abduction", or "limbs 1 and 3"."""
+    names = [drive_units[row][0] for row in rows]
+    numbers = [name.removeprefix("limb ") for name in names]
+    return limb_list(map(int, numbers)) if all(map(str.isdigit, numbers)) else enumerated(names)

@@ -15,6 +15,18 @@ ActuatorFamily = Literal["pneumatic muscle", "cable", "linear"]
 ACTUATOR_FAMILIES = ("pneumatic muscle", "cable", "linear")
 
 
+#: Supplies of muscles lie between these, Pa, gauge.
+_PRESSURES = (100.0, 1e7)
+
+
+def _check_pressure(supply: float) -> None:
+    """Raise for a supply in another unit."""
+    low, high = _PRESSURES
+    if not low <= supply <= high:
+        unit = "bar" if supply < low else "pascals under bar"
+        raise InvalidInput(f"expected supply_pressure in Pa, from {low:g} to {high:g}, got {supply:g} ({unit}?)")
+
+
 @dataclass(frozen=True)
 class Tackle:
     """Pneumatic muscles side by side that pull one cable over a tackle of ratio r : 1.
@@ -54,6 +66,7 @@ class Tackle:
 
     def __post_init__(self) -> None:
         set_positive(self, "ratio", "muscle_length", "supply_pressure")
+        _check_pressure(self.supply_pressure)
         if self.ratio < 1.0:
             raise InvalidInput(f"expected a ratio of 1 or more, got {self.ratio:g}")
         count = float(as_finite("count", self.count, ()))
@@ -91,6 +104,11 @@ class Actuator:
         nominal length, times the ratio of its tackle.
     least_tension : float or None
         Tension that a limb that only pulls must keep, so that it does not hang, N; None for zero.
+    play : float or None
+        How far the length may shift while the drive stands, end to end, m: backlash of gear and joints; None where it
+        is not known.
+    resolution : float or None
+        Least difference of lengths that the drive's sensor tells apart, m; None where it is not known.
     tackle : Tackle or None
         Of a cable that pneumatic muscles pull over pulleys: these muscles; None for a cable on a winch.
 
@@ -117,6 +135,8 @@ class Actuator:
     travel_limit: float | None = None
     tackle: Tackle | None = None
     least_tension: float | None = None
+    play: float | None = None
+    resolution: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
@@ -129,7 +149,9 @@ class Actuator:
                 )
             set_fields(self, push_limit=0.0)
         set_positive(self, "speed_limit", "power_limit", "travel_limit", "supply_pressure", optional=True)
-        set_positive(self, "least_tension", zero=True, optional=True)
+        if self.supply_pressure is not None:
+            _check_pressure(self.supply_pressure)
+        set_positive(self, "least_tension", "play", "resolution", zero=True, optional=True)
         if self.least_tension is not None and not self.pulls_only:
             raise InvalidInput("expected no least_tension for a linear actuator, which may push")
         if self.least_tension is not None and self.pull_limit is not None and self.least_tension > self.pull_limit:

@@ -85,6 +85,10 @@ class LimbBody:
         return cls(mass, length / 2, mass * (3 * radius**2 + length**2) / 12, mass * radius**2 / 2)
 
 
+#: A stroke beyond this many nominal lengths is one in percent.
+_LARGEST_RATIO = 10.0
+
+
 @dataclass(frozen=True)
 class Stroke:
     """Which joint-to-joint lengths a limb's actuator can take.
@@ -120,6 +124,11 @@ class Stroke:
 
     def __post_init__(self) -> None:
         set_positive(self, "nominal_length", "shortest", "longest")
+        if max(self.shortest, self.longest) > _LARGEST_RATIO:
+            raise InvalidInput(
+                f"expected shortest and longest as ratios of the nominal length, got {self.shortest:g} and "
+                f"{self.longest:g} (percent?)"
+            )
         if self.shortest > self.longest:
             raise InvalidInput(f"expected shortest <= longest, got {self.shortest:g} and {self.longest:g}")
         set_positive(self, "end_fitting", zero=True, optional=True)
@@ -316,6 +325,16 @@ class Limb:
     def power_limit(self) -> float | None:
         """Greatest mechanical power, W."""
         return None if self.actuator is None else self.actuator.power_limit
+
+    @property
+    def play(self) -> float | None:
+        """How far its length may shift while the actuator stands, m."""
+        return None if self.actuator is None else self.actuator.play
+
+    @property
+    def resolution(self) -> float | None:
+        """Least difference of lengths that its sensor tells apart, m."""
+        return None if self.actuator is None else self.actuator.resolution
 
     def missing_limits(self, known_forces: bool) -> list[str]:
         """Limits that are not known, in words; those of the force are left out with ``known_forces``.

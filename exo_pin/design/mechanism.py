@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -17,13 +17,14 @@ from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.tables import limb_list
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
 from .limb import Limb, limbs_for
 from .shoulder import Interfaces, Shoulder
 
+#: What sensors may tell a controller.
+MEASURES = ("lengths", "arm")
 #: Parts whose sources are marked where they are replaced.
 _SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")
 
@@ -53,6 +54,9 @@ class Mechanism(Record):
         What each part was taken from.
     estimated : tuple of str
         Keys whose values the source does not print, and that are estimates.
+    measures : tuple of str
+        What sensors tell its controller: "lengths" of the limbs, "arm" for the arm's orientation; empty where it is not
+        stated, and then both may be read.
     interfaces : Interfaces
         What sits between device and person, harness and cuff; rigid if left out. They give way in the split "elastic".
 
@@ -74,6 +78,7 @@ class Mechanism(Record):
     sources: Mapping[str, str] = field(default_factory=dict)
     estimated: tuple[str, ...] = ()
     interfaces: Interfaces = field(default_factory=Interfaces)
+    measures: tuple[str, ...] = ()
 
     #: It is no robot's file, of which something may be left out.
     doubts: ClassVar[tuple[str, ...]] = ()
@@ -102,6 +107,8 @@ class Mechanism(Record):
             raise InvalidInput(f"expected sources to map strings to strings, got {echo(self.sources)}")
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
             raise InvalidInput(f"expected estimated to be a list of strings, got {echo(self.estimated)}")
+        given = (self.measures,) if isinstance(self.measures, str) else tuple(self.measures)
+        set_fields(self, measures=tuple(as_choice("what it measures", each, MEASURES) for each in given))
         set_fields(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property
@@ -132,32 +139,18 @@ class Mechanism(Record):
 
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
-        """Empty: limbs have numbers, and tensions in N."""
-        return ()
+        """Name and unit of each tension: "limb 1" and on, N."""
+        return tuple((f"limb {i}", "N") for i in range(1, 1 + self.limb_count))
+
+    @property
+    def has_limbs(self) -> bool:
+        """Whether efforts are the tensions of limbs."""
+        return True
 
     @property
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
         return "limb forces f", "side forces g"
-
-    def limb_words(self, numbers: Sequence[int]) -> str:
-        """Limbs of these numbers, counted from 1, in words: "limbs 1 and 3".
-
-        Parameters
-        ----------
-        numbers : sequence of int
-            From 1.
-
-        Returns
-        -------
-        str
-
-        Examples
-        --------
-        >>> ep.load("four-cables").mechanism.limb_words([2, 3, 4])
-        'limbs 2, 3 and 4'
-        """
-        return limb_list(numbers)
 
     @cached_property
     def is_upu(self) -> NDArray[np.bool_]:

@@ -2,34 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..chain import ClosedChain
-from ..core.conventions import as_side
-from ..core.errors import InvalidInput
-from ..core.tables import enumerated, limb_list
-from ..core.validation import FloatArray, as_real, frozen, require_type
-from ..design import Mechanism
-from ..design.parameters.names import DesignParameter
+from ..core.conventions import Side, as_side
+from ..core.errors import InvalidInput, MissingData
+from ..core.errors.checked import checked
+from ..core.records import Record
+from ..core.validation import FloatArray, as_mapping, as_parts, as_real, frozen, require_type, require_types, set_fields
+from ..design import Arm, Interfaces, Mechanism, Shoulder
 from ..wrist.clearance.clearance import BodyShape
-from .chain_roles import arm_of, drives_of, springs_of
+from . import device_changes as changes
+from . import dimensions as sizes
+from .chain_roles import arm_index_of, arm_of, check_arm, drives_of, soft_bodies, springs_of
 from .clearance import LinkGaps
-from .device_record import DeviceRecord
 from .device_structure import Structure, structure_of
-from .dimensions import chain_parameters, chain_places, chain_value, dimensions, with_chain_place, with_chain_values
-from .parts.drives import Drive
+from .parts.drives import Brake, Drive, Spring
+from .parts.soft_parts import GuidedSlide, SoftLink
 
 #: What a device without drives about some axis needs of its wearer, in the order of the base frame's axes.
 WEARER = ("wearer about x", "wearer about y", "wearer about z")
 
 
-class ChainDevice(DeviceRecord):
+@checked
+@dataclass(frozen=True, eq=False)
+class ChainDevice(Record):
     """A closed chain with an arm in it, the drives that hold it, and its springs.
 
     The arm is a link that hangs on the torso by a spherical joint at the shoulder's centre O. Its axes are {O_B}: at
@@ -77,6 +84,54 @@ class ChainDevice(DeviceRecord):
     >>> device.limb_count, device.holds_alone  # three drives hold the arm about three axes
     (3, True)
     """
+
+    chain: ClosedChain
+    drives: tuple[Drive, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    arm: Arm | None = None
+    side: Side = "left"
+    name: str = "unnamed"
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    shoulder: Shoulder = field(default_factory=Shoulder)
+    interfaces: Interfaces = field(default_factory=Interfaces)
+    soft_links: tuple[SoftLink, ...] = ()
+    brakes: tuple[Brake, ...] = ()
+    guided_slides: tuple[GuidedSlide, ...] = ()
+
+    #: No limit of a drive is an estimate.
+    estimated = ()
+    #: Joints in which limbs turn that resist it with side forces; see :func:`.twisting_device`.
+    twists = ()
+
+    replace = changes.changed
+    mirrored = changes.mirrored
+    stiffened = changes.stiffened
+    dimensions = sizes.dimensions
+    with_dimensions = sizes.with_dimensions
+    parameters = sizes.parameters
+    value_of = sizes.value_of
+    with_values = sizes.with_values
+    places = sizes.places
+    with_place = sizes.with_place
+
+    def __post_init__(self) -> None:
+        require_types(self, chain=ClosedChain, arm=Arm | None, shoulder=Shoulder, interfaces=Interfaces)
+        for key, kind in (("drives", Drive), ("brakes", Brake), ("springs", Spring)):
+            items = as_parts(key, getattr(self, key), kind)
+            for item in items:
+                if item.joint is not None and self.chain.velocity_indices([item.joint]).size != 1:
+                    raise InvalidInput(f"expected {item.name!r} on a joint of one coordinate, got {item.joint!r}")
+            set_fields(self, **{key: items})
+        set_fields(self, soft_links=as_parts("soft_links", self.soft_links, SoftLink))
+        set_fields(self, guided_slides=as_parts("guided_slides", self.guided_slides, GuidedSlide))
+        names = [part.name for part in self.efforts]
+        if len(set(names)) != len(names):
+            raise InvalidInput(f"expected drives and brakes of different names, got {', '.join(names)}")
+        sources = as_mapping("sources", self.sources, "texts")
+        set_fields(self, side=as_side(self.side), sources=MappingProxyType(dict(sources)))
+        check_arm(self.chain)
+        soft_bodies(self)
 
     @classmethod
     def from_chain(cls, chain: ClosedChain, side: str = "left") -> ChainDevice:
@@ -148,18 +203,17 @@ class ChainDevice(DeviceRecord):
         return frozen(np.arange(self.limb_count) < self.structure.open_directions)
 
     @cached_property
-    def _are_limbs(self) -> bool:
-        """Whether its efforts are the tensions of limbs, which are told by their numbers, as those of a wrist."""
+    def has_limbs(self) -> bool:
+        """Whether its efforts are the tensions of limbs, which have numbers, as those of a wrist."""
         pull = all(drive.pulls or drive.joint is None for drive in self.drives)
         numbered = [f"limb_{i}_slide" for i in range(1, 1 + len(self.drives))]
         return self.holds_alone and pull and [own.name for own in self.efforts] == numbered
 
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]:
-        """Name and unit of the effort of each entry of f; empty of limbs, which have numbers, and tensions in N."""
-        if self._are_limbs:
-            return ()
-        own = [(drive.name, self.unit_of(drive)) for drive in self.efforts]
+        """Name and unit of the effort of each entry of f, at every door: "limb 1" and on of limbs."""
+        names = [f"limb {i}" if self.has_limbs else own.name for i, own in enumerate(self.efforts, 1)]
+        own = zip(names, map(self.unit_of, self.efforts), strict=True)
         return (*own, *((name, "N m") for name in (() if self.holds_alone else WEARER)))
 
     @property
@@ -170,7 +224,7 @@ class ChainDevice(DeviceRecord):
     @property
     def force_words(self) -> tuple[str, str]:
         """What f and g are."""
-        return "limb forces f" if self._are_limbs else "efforts of the drives f", "forces of the structure g"
+        return "limb forces f" if self.has_limbs else "efforts of the drives f", "forces of the structure g"
 
     def gaps(
         self,
@@ -271,184 +325,50 @@ class ChainDevice(DeviceRecord):
             raise InvalidInput(f"expected f of shape (N, p), got {f.shape}")
         return np.zeros((len(f), 3)) if self.holds_alone else f[:, len(self.efforts) :]
 
-    def dimensions(self) -> dict[str, float]:
-        """Places and axes of joints, ends of closures, anchors and laws by name.
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What was left out of the robot's file and may change forces, in sentences."""
+        return self.chain.description.doubts
 
-        Returns
-        -------
-        dict of str to float
-            SI; each name ends in its unit. See :mod:`exo_pin.device.dimensions`.
+    @cached_property
+    def efforts(self) -> tuple[Drive, ...]:
+        """What holds the device: its drives, then its brakes."""
+        return (*self.drives, *(brake.as_drive for brake in self.brakes))
 
-        Examples
-        --------
-        >>> round(ep.load("four-cables").device.as_chain().dimensions()["joint[limb_1_slide].x_m"], 3)
-        -0.107
-        """
-        return dimensions(self)
+    @cached_property
+    def gravity(self) -> FloatArray:
+        """Shape (3,), m/s², base frame."""
+        return frozen(np.array(self.chain.model.gravity.linear))
 
-    def with_dimensions(self, **values: float) -> ChainDevice:
-        """The device with other values of some dimensions.
+    @property
+    def limbs_are_massless(self) -> bool:
+        """False: links have the masses of the chain."""
+        return False
 
-        Parameters
-        ----------
-        **values
-            By the names of :meth:`dimensions`, or with mm and deg in the place of m and rad.
+    @cached_property
+    def radius(self) -> float:
+        """Length by which moments are divided, m: the chain's characteristic one."""
+        return self.chain.characteristic_length
 
-        Returns
-        -------
-        ChainDevice
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of model, loops, drives, springs and arm: the same device has the same."""
+        own = {
+            "model": self.chain.model.saveToString(),
+            "loops": repr(replace(self.chain.description, shapes=())),
+            "parts": repr((self.drives, self.springs, self.side, *self.brakes)),
+            "stiffness": repr((self.interfaces, self.soft_links, self.guided_slides, self.shoulder)),
+            "arm": repr(self.arm),
+        }
+        return hashlib.sha256(json.dumps(own).encode()).hexdigest()
 
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> device.with_dimensions(**{"end_b[limb_1_base].z_mm": 250.0}).dimensions()["end_b[limb_1_base].z_m"]
-        0.25
-        """
-        named = self.parameters(values)
-        return self.with_values({own: own.in_si(value) for own, value in zip(named, values.values(), strict=True)})
-
-    def parameters(self, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
-        """Dimensions in any of their units, and whom and what the device carries.
-
-        Parameters
-        ----------
-        names : iterable of str
-            Of :meth:`dimensions`, and ``arm``, ``person``, ``payload``, ``gravity``, ``lean_forward``, ``lean_left``.
-
-        Returns
-        -------
-        tuple of DesignParameter
-
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> [own.kind for own in device.parameters(["joint[limb_1_slide].z_mm", "payload"])]
-        ['length', 'mass']
-        """
-        return chain_parameters(self, names)
-
-    def value_of(self, named: DesignParameter) -> float | None:
-        """Value of a dimension.
+    def unit_of(self, drive: Drive) -> str:
+        """Unit of a drive's effort: "N m" in a hinge, else "N".
 
         Parameters
         ----------
-        named : DesignParameter
-            Of :meth:`parameters`.
-
-        Returns
-        -------
-        float
-            SI.
-
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> round(device.value_of(device.parameters(["joint[limb_1_slide].x_mm"])[0]), 3)  # m
-        -0.107
-        """
-        return chain_value(self, named)
-
-    def with_values(self, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None) -> ChainDevice:
-        """The device with other values of its parameters.
-
-        Parameters
-        ----------
-        values : mapping of DesignParameter to value
-            SI.
-        payload_at : array_like, optional
-            Shape (3,), m, in the arm frame: where a ``payload`` is held.
-
-        Returns
-        -------
-        ChainDevice
-
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> (payload,) = device.parameters(["payload_kg"])
-        >>> round(float(device.with_values({payload: 2.0}, [0.0, 0.0, -0.6]).arm.mass - device.arm.mass), 9)
-        2.0
-        """
-        return with_chain_values(self, values, payload_at)
-
-    def places(self) -> dict[str, FloatArray]:
-        """Places of joints, ends of closures and points of routes, by the names of their dimensions.
-
-        Joints and closures count where the rows of the loops are independent: links of a device with redundant ones fit
-        together as they are drawn, and not otherwise. Of a closure the second end counts, and of a limb among the roles
-        its ends, ``"A[1]"``, ... on the torso and ``"B[1]"``, ... on the arm.
-
-        Returns
-        -------
-        dict of str to ndarray
-            Shape (3,) each, m.
-
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> list(device.places())[:2]
-        ['B[1]', 'B[2]']
-        """
-        return chain_places(self)
-
-    def with_place(self, name: str, point: FloatArray) -> ChainDevice:
-        """The device with one of these points elsewhere.
-
-        Parameters
-        ----------
-        name : str
-            Of :meth:`places`.
-        point : ndarray
-            Shape (3,), m.
-
-        Returns
-        -------
-        ChainDevice
-
-        Examples
-        --------
-        >>> device = ep.load("four-cables").device.as_chain()
-        >>> device.with_place("A[1]", np.array([0.1, 0.0, -0.2])).places()["A[1]"]
-        array([ 0.1,  0. , -0.2])
-        """
-        return with_chain_place(self, name, point)
-
-    def stiffened(self, parts: str, more: float) -> ChainDevice | None:
-        """The device with some parts so many times as stiff.
-
-        Parameters
-        ----------
-        parts : {"guides", "links"}
-            Which.
-        more : float
-            Factor.
-
-        Returns
-        -------
-        ChainDevice or None
-            None if all of them are rigid.
-
-        Examples
-        --------
-        >>> print(ep.load("four-cables").device.as_chain().stiffened("guides", 2.0))
-        None
-        """
-        if parts == "links":
-            springs = (replace(own.spring, stiffness=more * own.spring.stiffness) for own in self.soft_links)
-            links = tuple(replace(own, spring=spring) for own, spring in zip(self.soft_links, springs, strict=True))
-            return self.replace(soft_links=links) if links else None
-        if all(limb.guide is None for limb in self.guided_slides):
-            return None
-        limbs = (replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in self.guided_slides)
-        return self.replace(guided_slides=tuple(limbs))
-
-    def limb_words(self, numbers: Sequence[int]) -> str:
-        """Drives and brakes of these numbers, counted from 1, by their names; limbs by their numbers.
-
-        Parameters
-        ----------
-        numbers : sequence of int
-            From 1.
+        drive : Drive
+            Of this device.
 
         Returns
         -------
@@ -456,9 +376,61 @@ class ChainDevice(DeviceRecord):
 
         Examples
         --------
-        >>> ep.load("scenario-one").device.as_chain().limb_words([1, 3])
-        'limbs 1 and 3'
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> device.unit_of(device.drives[0])  # of a slide
+        'N'
         """
-        if self._are_limbs:
-            return limb_list(numbers)
-        return enumerated(self.limbs[number - 1].name for number in numbers)
+        if drive.joint is None:
+            return "N"
+        return "N" if self.chain.metres[self.chain.velocity_slice(drive.joint)][0] else "N m"
+
+    @property
+    def arm_joint(self) -> str:
+        """Name of the arm's joint."""
+        return str(self.chain.model.names[self.arm_index])
+
+    @property
+    def arm_index(self) -> int:
+        """Index of the arm's joint in the model."""
+        return arm_index_of(self.chain)
+
+    @property
+    def links_mass(self) -> float:
+        """Mass of the links that are not welded to the arm, kg."""
+        model = self.chain.model
+        return math.fsum(model.inertias[i].mass for i in range(1, model.njoints) if i != self.arm_index)
+
+    def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
+        """Return the arm.
+
+        Parameters
+        ----------
+        needed_for : str
+            What for, in the message.
+        inertia : bool
+            Whether its inertia is needed.
+
+        Returns
+        -------
+        Arm
+
+        Raises
+        ------
+        MissingData
+            If there is none, or if its inertia is needed and not known.
+
+        Examples
+        --------
+        >>> from exo_pin.device import ChainDevice
+        >>> device = ChainDevice.from_chain(ep.load("prototype").chain)
+        >>> round(1e3 * float(device.require_arm("its weight").mass), 2)  # g; Table 5-4
+        656.56
+        """
+        if self.arm is None:
+            raise MissingData(
+                ["arm mass"], needed_for, self.name, "give a person who wears it (--person 1.75,75,male, or worn_by)"
+            )
+        if inertia and self.arm.inertia is None:
+            raise MissingData(["arm inertia"], needed_for, self.name)
+        return self.arm

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -13,11 +14,15 @@ from ..chain.structure.description import Cable
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Arm
-from .device_record import arm_index_of
 from .parts.drives import Drive, Spring
-from .parts.laws import LinearSpring
+from .parts.laws import ConstantForce, LinearSpring
 from .parts.routes import Route
 
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
+
+#: Placement of the arm's joint or link, m and rad, that is rounding.
+_SAME = 1e-9
 #: Share of an arm's mass, and of its moments of mass, that is rounding of a file.
 SAME_ARM = 1e-6
 
@@ -80,16 +85,21 @@ def _drive_along(cable: Cable) -> Drive:
 
 
 def springs_of(chain: ClosedChain) -> tuple[Spring, ...]:
-    """The springs between links that the robot's file has."""
+    """The springs between links, and those in joints beside the chain's own, that the robot's file has."""
     return tuple(
-        Spring(own.name, LinearSpring(own.stiffness, own.slack, own.only_pulls), route=Route.over(*own.points))
+        Spring(
+            own.name,
+            ConstantForce(own.constant) if own.constant else LinearSpring(own.stiffness, own.slack, own.only_pulls),
+            own.joint,
+            None if own.joint is not None else Route.over(*own.points),
+        )
         for own in chain.description.cables
-        if own.stiffness
+        if own.stiffness or own.constant
     )
 
 
 def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable, ...]:
-    """Routed drives and linear springs as a robot's file may have them."""
+    """Routed drives, and springs that are linear or of constant force, as a robot's file may have them."""
     found = []
     for drive in drives:
         if drive.route is not None:
@@ -97,9 +107,15 @@ def cables_of(drives: Iterable[Drive], springs: Iterable[Spring]) -> tuple[Cable
             tension = (float(np.nan_to_num(least)), float("inf") if np.isnan(greatest) else greatest)
             found.append(Cable(drive.name, _points(drive.route), tension))
     for spring in springs:
-        law = spring.law
-        if spring.route is not None and isinstance(law, LinearSpring) and law.slack >= 0.0:
-            found.append(Cable(spring.name, _points(spring.route), None, law.stiffness, law.slack, law.only_pulls))
+        law, points = spring.law, () if spring.route is None else _points(spring.route)
+        if isinstance(law, ConstantForce) and law.value:
+            found.append(Cable(spring.name, points, constant=law.value, joint=spring.joint))
+        # MuJoCo takes a length of -1 for that as drawn.
+        elif (
+            isinstance(law, LinearSpring) and law.slack != -1.0 and (law.slack >= 0.0 if points else not law.only_pulls)
+        ):
+            own = law.stiffness, law.slack, law.only_pulls
+            found.append(Cable(spring.name, points, None, *own, joint=spring.joint))
     return tuple(found)
 
 
@@ -135,3 +151,63 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
         greatest=known(ends[1]),
         speed_limit=known(speed, speed > 0.0),
     )
+
+
+def soft_bodies(device: ChainDevice) -> dict[int, str]:
+    """Joints whose bodies give way, with the names of the links.
+
+    Raises
+    ------
+    InvalidInput
+        If a link that gives way is part of the arm or of the torso, or two are one body.
+    """
+    state, found = device.chain._state, dict[int, str]()
+    for soft in device.soft_links:
+        joint = int(state.model.frames[state.frame_index(soft.link)].parentJoint)
+        if joint in (0, device.arm_index):
+            body = "torso" if joint == 0 else "arm"
+            raise InvalidInput(f"expected a link that moves on its own, got {soft.link!r}, which is part of the {body}")
+        if joint in found:
+            raise InvalidInput(f"{soft.link!r} and {found[joint]!r} are one body: give it one spring")
+        found[joint] = soft.link
+    return found
+
+
+def arm_index_of(chain: ClosedChain) -> int:
+    """Index of the joint that the arm hangs on, in the model.
+
+    Raises
+    ------
+    InvalidInput
+        If the roles name no arm.
+    """
+    arm = chain.roles.arm
+    if arm is None:
+        raise InvalidInput(f"robot {chain.description.name!r} names no arm among its roles: [roles] arm = LINK")
+    return int(chain.model.frames[chain._state.frame_index(arm)].parentJoint)
+
+
+def carries_arm(chain: ClosedChain) -> bool:
+    """Whether a device can be made of a chain."""
+    try:
+        check_arm(chain)
+    except InvalidInput:
+        return False
+    return True
+
+
+def check_arm(chain: ClosedChain) -> None:
+    """Raise unless the arm hangs on the torso by a spherical joint, with the arm's axes."""
+    name, model = chain.description.name, chain.model
+    index = arm_index_of(chain)
+    kind = model.joints[index].shortname() if index else "none"
+    if kind != "JointModelSpherical" or model.parents[index] != 0:
+        raise InvalidInput(
+            f"expected the arm {chain.roles.arm!r} of robot {name!r} on a spherical joint of the torso at the "
+            f"shoulder's centre, got joint {model.names[index]!r} ({kind}): in a URDF the arm is the root link, with "
+            '[root] joint = "spherical"'
+        )
+    frame = model.frames[chain._state.frame_index(str(chain.roles.arm))]
+    for what, place in (("joint", model.jointPlacements[index].rotation), ("link", frame.placement.rotation)):
+        if np.abs(place - np.eye(3)).max() > _SAME:
+            raise InvalidInput(f"expected the axes of the arm's {what} along those of the world at rest, got {place}")

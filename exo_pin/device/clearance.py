@@ -95,10 +95,9 @@ class LinkGaps(Gaps):
         self._body = own_body(device.arm, device.side) if body is None else body
         self._capsules, found = link_capsules(device), _pieces(device)
         self._names = (*dict.fromkeys(self._capsules.names), *dict.fromkeys(piece.name for piece in found))
-        # Limbs are told by their numbers.
-        numbers = {} if device.drive_units else {own.name: f"limb {i}" for i, own in enumerate(device.drives, 1)}
-        self.parts = tuple(numbers.get(name, name) for name in self._names)
-        if self.parts and set(self.parts) <= set(numbers.values()):
+        shown = {own.name: name for own, (name, _) in zip(device.efforts, device.drive_units, strict=False)}
+        self.parts = tuple(shown.get(name, name) for name in self._names)
+        if device.has_limbs and self.parts and set(self.parts) <= set(shown.values()):
             self.plural, self.another = Gaps.plural, Gaps.another
         self.unknown = (() if self._body is not None else (NOBODY,)) + (() if self.parts else ("shapes of the links",))
         own = set(zip(self._capsules.names, _link_pairs(device).limbs.tolist(), strict=True))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -24,11 +24,13 @@ from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q
 from ..chain.structure.topology import Topology
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
-from .device_record import DeviceRecord
 from .parts.drives import Drive, Spring
 from .parts.lacking_data import LackingData, SpringForces
 from .parts.laws import covered_force
 from .parts.routes import PlacedRoute
+
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
 
 
 class Attachments(NamedTuple):
@@ -110,7 +112,7 @@ class DeviceModel:
 
     Parameters
     ----------
-    device : DeviceRecord
+    device : ChainDevice
         The device.
     base, cuff : tuple of float
         Shifts of the device's torso side (m, base frame) and of what it has on the arm (m, arm frame) from where the
@@ -136,7 +138,7 @@ class DeviceModel:
 
     def __init__(
         self,
-        device: DeviceRecord,
+        device: ChainDevice,
         base: tuple[float, float, float] = _NOWHERE,
         cuff: tuple[float, float, float] = _NOWHERE,
         held_joints: tuple[str, ...] = (),
@@ -324,7 +326,7 @@ def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -
 
 @lru_cache(maxsize=256)
 def device_model(
-    device: DeviceRecord, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
+    device: ChainDevice, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
 ) -> DeviceModel:
     """Made once for devices that are asked again; they are compared by identity."""
     return DeviceModel(device, base, cuff)

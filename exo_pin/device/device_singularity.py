@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..chain import ClosedChain
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
 from ..load_case.pose_stacks import as_query
@@ -16,6 +18,9 @@ from .balance.device_state import moments_of
 from .chain_device import ChainDevice
 from .device_model import SINGULAR_BEFORE
 from .equilibrium import DeviceEquilibrium, device_equilibrium
+
+if TYPE_CHECKING:
+    from .protocol import Device
 
 #: Freedom of the arm below which the device does not follow it.
 _BLOCKED = 1e-7
@@ -33,7 +38,8 @@ class DeviceSingularity(Result, ReadOnly):
         "serial" (the arm cannot turn about an axis, because the device cannot follow); "loops" (loops of the device
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
-        a singular configuration). Springs and loads have no part in it.
+        a singular configuration); "undetermined" (regular by these numbers, and singular within the digits of a
+        robot's file, by the verdict of :meth:`exo_pin.chain.ClosedChain.mobility`). Springs and loads do not count.
     smallest_singular_value : ndarray
         Shape (...), of the moments per unit of effort, over all efforts that leave the device's own motions at rest:
         in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
@@ -73,6 +79,16 @@ def _filled(found: DeviceEquilibrium) -> NDArray[np.bool_]:
     return found.reached & np.isfinite(found.margin)
 
 
+def placed_readings(device: ChainDevice, found: DeviceEquilibrium) -> tuple[FloatArray, FloatArray]:
+    """Positions of the drives (N, n) and their rates (N, n, 3), NaN where they were not found; see below."""
+    n = len(device.drives)
+    known = _filled(found)[:, None]
+    pulls = np.array([drive.pulls or drive.route is not None for drive in device.drives], dtype=bool)
+    work = np.swapaxes(found.state.moment_of_f[:, :3, :n], 1, 2)
+    rates = np.where(pulls, -1.0, 1.0)[:, None] * np.where(known[..., None], work, np.nan)
+    return np.where(known, found.coordinates[:, :n], np.nan), rates
+
+
 def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
     """Power of the drives per effort and angular velocity, shape (..., n, 3); NaN where it was not found.
 
@@ -86,8 +102,8 @@ def device_jacobian(device: ChainDevice, poses: Rotation) -> FloatArray:
 
 def position_rates(device: ChainDevice, poses: Rotation) -> FloatArray:
     """Rates of what :func:`drive_positions` returns: of a drive that pulls, of its length."""
-    pulls = np.array([drive.pulls or drive.route is not None for drive in device.drives], dtype=bool)
-    return np.where(pulls, -1.0, 1.0)[:, None] * device_jacobian(device, poses)
+    query = as_query(poses)
+    return placed_readings(device, device_equilibrium(device, query))[1].reshape(*query.shape, len(device.drives), 3)
 
 
 def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularity:
@@ -116,6 +132,29 @@ def device_singularity(device: ChainDevice, poses: Rotation) -> DeviceSingularit
         found.self_stresses.reshape(shape),
         np.where(there, moment_volume(device, found), np.nan).reshape(shape),
     )
+
+
+def with_doubts(device: Device, poses: Rotation, found: Any) -> Any:
+    """Singularities of poses, "undetermined" for regular where :func:`in_doubt`; numbers of a design are as given."""
+    if device.accelerate("singularity") is not None or not is_rounded(device.chain):
+        return found
+    q = drive_positions(device.as_chain(), poses).q
+    doubt = in_doubt(device.chain, q.reshape(-1, q.shape[-1])).reshape(found.kind.shape)
+    doubt &= np.isin(found.kind, ("regular", "near"))
+    return replace(found, kind=np.where(doubt, "undetermined", found.kind))
+
+
+def is_rounded(chain: ClosedChain) -> bool:
+    """Whether the geometry is known to the digits of a file."""
+    return bool(chain.description.tolerance or chain.description.rounding)
+
+
+def in_doubt(chain: ClosedChain, q: FloatArray) -> NDArray[np.bool_]:
+    """Shape (N,): where digits may make or hide a singular pose of configurations, shape (N, nq), not of NaN ones."""
+    doubt = np.zeros(len(q), dtype=bool)
+    for k in np.flatnonzero(np.isfinite(q).all(axis=1)) if is_rounded(chain) else ():
+        doubt[k] = chain.mobility(q[k], part="orientation").verdict != "regular"
+    return doubt
 
 
 def moment_volume(device: ChainDevice, found: DeviceEquilibrium) -> FloatArray:

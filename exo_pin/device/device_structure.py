@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,10 @@ from .balance.balanced_forces import held_motions, loop_motions
 from .balance.device_loads import driven_by
 from .balance.device_state import NONE, moments_of
 from .device_model import DeviceModel, device_model
-from .device_record import DeviceRecord
 from .postures import postures
+
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ class Structure:
         set_fields(self, rank=self.moments + self.held)
 
 
-def structure_of(device: DeviceRecord) -> Structure:
+def structure_of(device: ChainDevice) -> Structure:
     """What a device can do at a pose away from rest, where no symmetry hides anything.
 
     Raises

@@ -57,13 +57,23 @@ _SLIDE = pin.JointModelPrismaticUnaligned
 _NAME = re.compile(r"(joint|axis|end_a|end_b|spring|cable|law)\[([^\]]+)\]\.([a-z_]+)")
 
 
-def chain_parameters(device: ChainDevice, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
-    """The parameters of a device that names mean, dimensions in any of their units.
+def parameters(device: ChainDevice, names: Iterable[Any]) -> tuple[DesignParameter, ...]:
+    """Dimensions in any of their units, and whom and what the device carries.
 
-    Raises
-    ------
-    UnknownName
-        If there is none of a name; the message lists them.
+    Parameters
+    ----------
+    names : iterable of str
+        Of :meth:`dimensions`, and ``arm``, ``person``, ``payload``, ``gravity``, ``lean_forward``, ``lean_left``.
+
+    Returns
+    -------
+    tuple of DesignParameter
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> [own.kind for own in device.parameters(["joint[limb_1_slide].z_mm", "payload"])]
+    ['length', 'mass']
     """
     known, found = dimensions(device), list[DesignParameter]()
     by_name: dict[Any, DesignParameter] = {}
@@ -91,31 +101,99 @@ def chain_parameters(device: ChainDevice, names: Iterable[Any]) -> tuple[DesignP
     return tuple(found)
 
 
-def chain_value(device: ChainDevice, named: DesignParameter) -> float | None:
-    """Value of a dimension, SI.
+def value_of(device: ChainDevice, named: DesignParameter) -> float | None:
+    """Value of a dimension.
 
-    Raises
-    ------
-    InvalidInput
-        If it is a parameter of the wearer.
+    Parameters
+    ----------
+    named : DesignParameter
+        Of :meth:`parameters`.
+
+    Returns
+    -------
+    float
+        SI.
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> round(device.value_of(device.parameters(["joint[limb_1_slide].x_mm"])[0]), 3)  # m
+    -0.107
     """
     if named.key in OF_WEARER:
         raise InvalidInput(f"expected a dimension, got {named.name!r}; ep.sweep varies others")
     return dimensions(device)[named.key]
 
 
-def with_chain_values(
+def with_values(
     device: ChainDevice, values: Mapping[DesignParameter, Any], payload_at: ArrayLike | None = None
 ) -> ChainDevice:
-    """The device with other values of some parameters, SI; see :meth:`.ChainDevice.with_values`."""
+    """The device with other values of its parameters.
+
+    Parameters
+    ----------
+    values : mapping of DesignParameter to value
+        SI.
+    payload_at : array_like, optional
+        Shape (3,), m, in the arm frame: where a ``payload`` is held.
+
+    Returns
+    -------
+    ChainDevice
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> (payload,) = device.parameters(["payload_kg"])
+    >>> round(float(device.with_values({payload: 2.0}, [0.0, 0.0, -0.6]).arm.mass - device.arm.mass), 9)
+    2.0
+    """
     own = {named: value for named, value in values.items() if named.key not in OF_WEARER}
     changed = _with_dimensions(device, own) if own else device
     return on_wearer(changed, {named.key: value for named, value in values.items()}, payload_at)
 
 
 def dimensions(device: ChainDevice) -> dict[str, float]:
-    """Values of all dimensions by name, SI; see :mod:`exo_pin.device.dimensions`."""
+    """Places and axes of joints, ends of closures, anchors and laws by name.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+
+    Returns
+    -------
+    dict of str to float
+        SI; each name ends in its unit. See :mod:`exo_pin.device.dimensions`.
+
+    Examples
+    --------
+    >>> round(ep.load("four-cables").device.as_chain().dimensions()["joint[limb_1_slide].x_m"], 3)
+    -0.107
+    """
     return dict(_all(device))
+
+
+def with_dimensions(device: ChainDevice, **values: float) -> ChainDevice:
+    """The device with other values of some dimensions.
+
+    Parameters
+    ----------
+    **values
+        By the names of :meth:`dimensions`, or with mm and deg in the place of m and rad.
+
+    Returns
+    -------
+    ChainDevice
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> device.with_dimensions(**{"end_b[limb_1_base].z_mm": 250.0}).dimensions()["end_b[limb_1_base].z_m"]
+    0.25
+    """
+    named = parameters(device, values)
+    return with_values(device, {own: own.in_si(value) for own, value in zip(named, values.values(), strict=True)})
 
 
 def _all(device: ChainDevice) -> Iterator[tuple[str, float]]:
@@ -155,8 +233,29 @@ def _point(name: str, values: Any) -> Iterator[tuple[str, float]]:
         yield f"{name}.{axis}_m", float(value)
 
 
-def chain_places(device: ChainDevice) -> dict[str, FloatArray]:
-    """Points that may be elsewhere; see :meth:`.ChainDevice.places`."""
+def places(device: ChainDevice) -> dict[str, FloatArray]:
+    """Places of joints, ends of closures and points of routes, by the names of their dimensions.
+
+    Joints and closures count where the rows of the loops are independent: links of a device with redundant ones fit
+    together as they are drawn, and not otherwise. Of a closure the second end counts, and of a limb among the roles
+    its ends, ``"A[1]"``, ... on the torso and ``"B[1]"``, ... on the arm.
+
+    Parameters
+    ----------
+    device : ChainDevice
+        The device.
+
+    Returns
+    -------
+    dict of str to ndarray
+        Shape (3,) each, m.
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> list(device.places())[:2]
+    ['B[1]', 'B[2]']
+    """
     heads = ("joint", "end_b", "spring", "cable") if device.structure.self_stresses == 0 else ("spring", "cable")
     known, found, ends = dimensions(device), dict[str, FloatArray](), _limb_ends(device.chain)
     for key in known:
@@ -179,10 +278,28 @@ def _limb_ends(chain: ClosedChain) -> dict[str, str]:
     return found
 
 
-def with_chain_place(device: ChainDevice, name: str, point: FloatArray) -> ChainDevice:
-    """The device with one of these points elsewhere, shape (3,), m."""
+def with_place(device: ChainDevice, name: str, point: FloatArray) -> ChainDevice:
+    """The device with one of these points elsewhere.
+
+    Parameters
+    ----------
+    name : str
+        Of :meth:`places`.
+    point : ndarray
+        Shape (3,), m.
+
+    Returns
+    -------
+    ChainDevice
+
+    Examples
+    --------
+    >>> device = ep.load("four-cables").device.as_chain()
+    >>> device.with_place("A[1]", np.array([0.1, 0.0, -0.2])).places()["A[1]"]
+    array([ 0.1,  0. , -0.2])
+    """
     own = {end: part for part, end in _limb_ends(device.chain).items() if end}.get(name, name)
-    named = chain_parameters(device, [f"{own}.{axis}_m" for axis in _XYZ])
+    named = parameters(device, [f"{own}.{axis}_m" for axis in _XYZ])
     return _with_dimensions(device, dict(zip(named, point.tolist(), strict=True)))
 
 

@@ -8,7 +8,7 @@ joints move as little as they can.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -23,8 +23,10 @@ from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
 from .device_model import REACHED, DeviceModel, device_model
-from .device_record import DeviceRecord
 from .turns.idle_joints import idle_motions, settled, undriven_motions
+
+if TYPE_CHECKING:
+    from .chain_device import ChainDevice
 
 __all__ = [
     "assembly_modes",
@@ -137,12 +139,12 @@ def _undriven(model: DeviceModel) -> int:
     return int(model.kept["undriven"])
 
 
-def posture_rule(device: DeviceRecord) -> str:
+def posture_rule(device: ChainDevice) -> str:
     """How the configuration of a device in a pose is chosen, in words.
 
     Parameters
     ----------
-    device : DeviceRecord
+    device : ChainDevice
         The device.
 
     Returns
@@ -211,7 +213,7 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
     return out
 
 
-def configurations_of(device: DeviceRecord, poses: Rotation) -> FloatArray:
+def configurations_of(device: ChainDevice, poses: Rotation) -> FloatArray:
     """Configurations of the chain in poses, shape (..., nq); NaN where a pose is out of reach."""
     shape, matrices = pose_matrices(poses)
     model = device_model(device)
@@ -225,7 +227,7 @@ def placements(state: ChainState, q: FloatArray) -> FloatArray:
     return np.array(state.buffers.poses[1:])
 
 
-def assembly_modes(device: DeviceRecord, poses: Rotation, starts: int, seed: int) -> FloatArray:
+def assembly_modes(device: ChainDevice, poses: Rotation, starts: int, seed: int) -> FloatArray:
     """Closed configurations in one pose, shape (k, nq), that of the mode from rest first; see :data:`_ALIKE`."""
     matrix = as_single_rotation("poses", poses).as_matrix()
     model, starts = device_model(device), as_count("starts", starts, 0)

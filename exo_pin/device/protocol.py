@@ -54,7 +54,10 @@ class Device(Protocol):
         What an answer lists efforts of: drives, then brakes, then the wearer's moments of a device that needs them;
         each with its actuator, stroke and limits.
     drive_units : tuple of (str, str)
-        Name and unit of each of these; empty of limbs that have numbers, with tensions in N.
+        Name and unit of each of these, at every door: of a drive or brake as its file has it, "limb 1" and on of
+        limbs.
+    has_limbs : bool
+        Whether these are the tensions of limbs, which have numbers.
     is_upu : ndarray of bool
         Shape (n,): which forces g the structure can exert without any effort.
     radius : float
@@ -108,6 +111,8 @@ class Device(Protocol):
     @property
     def drive_units(self) -> tuple[tuple[str, str], ...]: ...  # noqa: D102
     @property
+    def has_limbs(self) -> bool: ...  # noqa: D102
+    @property
     def force_words(self) -> tuple[str, str]: ...  # noqa: D102
     @property
     def is_upu(self) -> NDArray[np.bool_]: ...  # noqa: D102
@@ -125,9 +130,6 @@ class Device(Protocol):
     def cuff_is_known(self) -> bool: ...  # noqa: D102
     @property
     def summary(self) -> str: ...  # noqa: D102
-
-    def limb_words(self, numbers: Sequence[int]) -> str:
-        """Drives of these numbers, counted from 1, in words."""
 
     def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
         """The arm; raises MissingData if there is none, or if its inertia is needed and not known."""
@@ -250,23 +252,19 @@ class DeviceKind:
 
 
 class _OfChain:
-    """A name of the protocol that the chain's device answers; no attribute of the class, so no default of a field."""
+    """A name of the protocol that the chain's device answers; no attribute of the class, so no default of a field.
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    What a method answers that ``changes`` the device is one of the same class.
+    """
+
+    def __init__(self, name: str, changes: bool) -> None:
+        self._name, self._changes = name, changes
 
     def __get__(self, instance: DeviceKind | None, owner: type) -> Any:
         if instance is None:
             raise AttributeError(self._name)
-        return getattr(instance.as_chain(), self._name)
-
-
-class _Changed(_OfChain):
-    """A method of the protocol that returns the device changed: one of the same class."""
-
-    def __get__(self, instance: DeviceKind | None, owner: type) -> Any:
-        method = super().__get__(instance, owner)  # which raises where it is asked of the class
-        return partial(_changed, instance, method)
+        found = getattr(instance.as_chain(), self._name)
+        return partial(_changed, instance, found) if self._changes else found
 
 
 def _changed(kind: DeviceKind | None, method: Callable[..., ChainDevice | None], *given: Any, **named: Any) -> Any:
@@ -285,4 +283,4 @@ def _constant(answer: Any, *question: str) -> Any:
 for _name in vars(Device):
     if not _name.startswith("_") and _name not in vars(DeviceKind):
         _returns = getattr(vars(Device)[_name], "__annotations__", {}).get("return", "")
-        setattr(DeviceKind, _name, (_Changed if "Self" in _returns else _OfChain)(_name))
+        setattr(DeviceKind, _name, _OfChain(_name, "Self" in _returns))

@@ -72,7 +72,7 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         chosen_by=(words or f"limb forces of a reaction, split {reaction.split}") + _cuff(reaction),
         caution=caution,
         held=~violated,
-        drive_units=reaction.drive_units,
+        drive_units=() if device.has_limbs else reaction.drive_units,
     )
 
 
@@ -187,7 +187,9 @@ def _action_of_drives(
     caution = _caution(violated.reshape(shape))
     if lacking := ["; ".join(map(str, parts)) for parts in stack.lacking if parts]:
         caution = f"{_unevaluated(lacking)} {caution}".rstrip()
-    return DeviceAction(*whole, least, words, caution, 0, ~violated.reshape(shape), device.drive_units)
+    return DeviceAction(
+        *whole, least, words, caution, 0, ~violated.reshape(shape), () if device.has_limbs else device.drive_units
+    )
 
 
 def _side_bounds(

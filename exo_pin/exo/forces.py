@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import require_type
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Posture, warn_outside_human_range
+from ..load_case.recordings.reading import movement_cautions
 from ..reaction import (
     Assumptions,
     ConstraintBounds,
@@ -220,7 +221,8 @@ def follow(
     """
     require_type("movement", movement, Movement)
     motion = None if static else movement.motion
-    case = Case(movement.poses, motion, load, centre_offset, None, movement.pose_cautions, posture)
+    doubts = movement_cautions(movement, self.side)
+    case = Case(movement.poses, motion, load, centre_offset, None, doubts, posture)
     assumed = Assumptions(split, constraint_bounds=constraint_bounds, **within)
     return movement_reaction(self, movement, case, assumed, progress)
 
@@ -304,6 +306,7 @@ def compare(
     *others: ShoulderExo | Rotation,
     poses: Rotation | None = None,
     person: Arm | Wearer | None = None,
+    joint: bool = False,
     detailed: bool = False,
     progress: bool = False,
     **question: Unpack[Question],
@@ -318,6 +321,8 @@ def compare(
         Any stack, such as :func:`exo_pin.adl_box`; by name or after the designs.
     person : Arm or Wearer, optional
         Who wears all of them; who wears this design if left out (or the first of the others that names a person).
+    joint : bool
+        Whether the force in the joint with the wearer's own muscles leads, over the held of at most 100 poses.
     detailed : bool
         Whether to ask which kind of device is good for what, some seconds a design; see
         :func:`exo_pin.study.compare`.
@@ -340,7 +345,9 @@ def compare(
     """
     from ..study import compare
 
-    return compare(self, *others, poses=poses, person=person, detailed=detailed, progress=progress, **question)
+    return compare(
+        self, *others, poses=poses, person=person, joint=joint, detailed=detailed, progress=progress, **question
+    )
 
 
 @spelled_out

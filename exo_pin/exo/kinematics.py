@@ -5,10 +5,12 @@ The design in motion, under a controller.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -17,7 +19,9 @@ from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray
-from ..device.device_singularity import device_singularity, drive_positions, position_rates
+from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
+from ..device.accuracy.twins import TWIN_ANGLE
+from ..device.device_singularity import device_singularity, drive_positions, position_rates, with_doubts
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
 from ..load_case import CentreOffset, CentrePath, Load
@@ -128,7 +132,8 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     Returns
     -------
     Singularity or DeviceSingularity
-        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`.
+        Of a wrist :mod:`exo_pin.wrist.singularities.measures`, else :class:`.DeviceSingularity`. Of both ``kind`` is
+        "undetermined" where the digits of a robot's file may make or hide a singular pose.
 
     Examples
     --------
@@ -136,7 +141,39 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    return device_singularity(self.chain_device, poses) if self.wrist is None else self.wrist.singularity(poses)
+    wrist = self.wrist
+    found = device_singularity(self.chain_device, poses) if wrist is None else wrist.singularity(poses)
+    return with_doubts(self.device, poses, found)
+
+
+def accuracy(
+    self: ShoulderExo, poses: Rotation, twins: bool = True, twin_angle: float = float(np.degrees(TWIN_ANGLE))
+) -> PoseAccuracy:
+    """How well the drives place the arm, and which other pose looks the same to them.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Pose, single or a stack of shape (...).
+    twins : bool
+        Whether to look for twins.
+    twin_angle : float
+        Angle from which a pose that looks the same counts as a twin, degrees.
+
+    Returns
+    -------
+    PoseAccuracy
+        ``rate``, ``mm_per_degree``, ``has_twin``, ``twin_angle`` and more (:mod:`exo_pin.device.accuracy`).
+
+    Examples
+    --------
+    >>> for name in ("four-linear-actuators", "four-linear-actuators-worn"):
+    ...     exo = ep.load(name)
+    ...     round(float(exo.accuracy(exo.pose(80)).mm_per_degree), 2)
+    1.54
+    0.25
+    """
+    return pose_accuracy(self.device, poses, twins, math.radians(twin_angle))
 
 
 def configurations(self: ShoulderExo, poses: Rotation) -> FloatArray:
@@ -239,7 +276,7 @@ def workspace(
 def track(
     self: ShoulderExo,
     reference: Reference | str | PathLike[str],
-    controller: str | Callable[[float, Any], Any] = "pi",
+    controller: str | Callable[[float, Any], Any] | None = None,
     *,
     options: PlantOptions | None = None,
     duration: float | None = None,
@@ -257,7 +294,8 @@ def track(
     reference : Reference, str or path-like
         A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
         of orientations, as :func:`exo_pin.read_movement` reads it.
-    controller : {"pi", "model"} or callable
+    controller : {"pi", "model"} or callable, optional
+        "model" of a redundant design, unless it states that it measures lengths alone, else "pi", if left out.
         "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
         actuators their lengths. "model": tensions of least shoulder force and their pressures or motor forces,
         with feedback. Or any function ``(t, measurement) -> commands``, see

@@ -22,7 +22,7 @@ from ..core.files import require_ending, require_writable, write_text
 from ..core.validation import as_choice
 from ..design import Mechanism, write_mechanism
 from ..device import ChainDevice, Device, Drive, WristDevice
-from ..device.device_record import carries_arm
+from ..device.chain_roles import carries_arm
 from ..device.files.device_export import (
     DeviceFiles,
     Exported,

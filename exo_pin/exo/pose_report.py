@@ -5,9 +5,9 @@ Forces, what would make the pose possible, the load with the wearer's muscles, a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,25 +15,31 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.compiled import current_mode, mode
+from ..core.conventions import shoulder_angles
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, under_verdict
 from ..core.validation import FloatArray
+from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
-from ..device.device_singularity import device_singularity
+from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
+from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
-from ..reaction import SPLITS, Reaction
+from ..reaction import SPLITS, Reaction, solve
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
+from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
     from .shoulder_exo import ShoulderExo
 
+#: Shares of their activation that muscles may keep: of the EMG of wearers 36 to 91 % is left (:data:`MEASURED`).
+KEPT = (0.3, 0.6)
 #: How near the limbs come, and the directions of a force.
 _CLEAR_LIMBS = "Limbs are {} mm clear of the wearer and of one another."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
@@ -51,13 +57,20 @@ class PoseReport(Result):
         What would make the pose possible; None where it is possible.
     contact : JointContact or None
         The load of the joint with the wearer's own muscles, where they are counted.
+    pose_words : str
+        The pose as it was asked for, in words; empty for the angles of the pose.
+    kept : mapping of float to JointContact
+        The same load of a wearer whose every muscle keeps this share of its activation without the device, while the
+        device carries the rest; empty where that is not asked or cannot be.
     """
 
-    _hidden = frozenset({"answer", "contact"})
+    _hidden = frozenset({"answer", "contact", "pose_words", "kept"})
 
     answer: Reaction
     remedy: Remedy | None
     contact: JointContact | None
+    pose_words: str = ""
+    kept: Mapping[float, JointContact] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -72,23 +85,33 @@ class PoseReport(Result):
     def _fields(self) -> dict[str, Any]:
         # Beside the answer, which has its own.
         poses = self.answer.source.poses
+        seen = self.accuracy
         own = super()._fields() | {
+            "weakest_rate": float(seen.mm_per_degree),
+            "weakest_rate_unit": seen.unit,
+            "twin_degrees": float(np.degrees(seen.twin_angle)) if seen.has_twin else None,
             "bare_arm_share": self.bare_arm_share,
+            "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
+            "percent_of_limits": self.percent_of_limits,
+            "force_on_head_in_socket": None if self.socket is None else -self.socket @ self.answer.shoulder_force,
+            "emg_fall_percent": EMG_FALL,
+            "relief_percent": {f"{100.0 * share:.0f} % kept": relief for share, relief in self.reliefs.items()},
             "singular_kind": self.singular_kind,
             "singular_margin": float(self.answer.margin),
             "singular_distance": self.singular_distance,
         }
-        if self._device.drive_units:
-            units = [list(pair) for pair in self._device.drive_units]
+        if not self.device.has_limbs:
+            units = [list(pair) for pair in self.device.drive_units]
             return own | {"drive_coordinates": poses.lengths[0], "drive_units": units}
-        return own | {"limb_lengths": poses.lengths[0], "strokes": self._ranges}
+        return own | {"limb_lengths": poses.lengths[0], "strokes": self.ranges}
 
     @property
-    def _device(self) -> Device:
+    def device(self) -> Device:
+        """The device on its wearer."""
         return as_device(self.answer.source.poses.mechanism)
 
     @property
-    def _ranges(self) -> FloatArray:
+    def ranges(self) -> FloatArray:
         """Least and greatest position of each drive, shape (n, 2), m or rad."""
         return np.transpose(length_limits(self.answer.source.poses.mechanism))
 
@@ -99,15 +122,21 @@ class PoseReport(Result):
     @property
     def singular_kind(self) -> str:
         """See ``kind`` of :meth:`exo_pin.ShoulderExo.singularity`."""
-        record = self._device.accelerate("singularity")
+        record = self.device.accelerate("singularity")
         if record is None:
-            return str(device_singularity(self._device.as_chain(), self._pose).kind)
+            found = device_singularity(self.device.as_chain(), self._pose)
+            return str(with_doubts(self.device, self._pose, found).kind)
         return str(singularity(record.geometry, self._pose, record.is_upu).kind)
+
+    @cached_property
+    def accuracy(self) -> PoseAccuracy:
+        """How well the drives place the arm; twins are looked for where there are closed forms."""
+        return pose_accuracy(self.device, self._pose, self.device.accelerate("rates") is not None)
 
     @cached_property
     def singular_distance(self) -> float:
         """Angle to the nearest singular pose, degrees; NaN of other than wrists of three limbs, without a surface."""
-        record = self._device.accelerate("singularity")
+        record = self.device.accelerate("singularity")
         if record is None or record.limb_count != 3:
             return float("nan")
         return float(nearest_singularity(record.geometry, self._pose).degrees)
@@ -118,15 +147,73 @@ class PoseReport(Result):
         low, high = bare_arm_share(self._pose)
         return float(low), float(high)
 
+    @property
+    def pose_in_words(self) -> str:
+        """The pose, without angles that are zero."""
+        return self.pose_words or words_of_angles(shoulder_angles(self._pose, self.device.side, degrees=True).tolist())
+
+    @property
+    def socket(self) -> FloatArray | None:
+        """Axes of the wearer's socket, rows out of it, up and forward, shape (3, 3); None where no scapula is known."""
+        if self.contact is None or np.isnan(self.contact.glenoid).any():
+            return None
+        return self.contact.glenoid
+
+    @property
+    def wearer(self) -> Wearer | None:
+        """Who wears the device, if that is known."""
+        return None if self.device.arm is None else self.device.arm.wearer
+
+    @property
+    def percent_of_limits(self) -> FloatArray:
+        """Force of each drive over its limit to the same side, percent, shape (n,); NaN where that is not known."""
+        force, bounds = self.answer.actuator_forces, self.answer.source.poses.limits
+        limit = np.where(force > 0.0, bounds.upper[0], -bounds.lower[0])
+        known = np.isfinite(limit) & (limit > 0.0) & bounds.asked
+        return np.where(known, 100.0 * np.abs(force) / np.where(known, limit, 1.0), np.nan)
+
+    @property
+    def reliefs(self) -> dict[float, float]:
+        """How much less the joint carries with the device, percent, by the share of activation that muscles keep.
+
+        NaN where there is no such answer; empty where the muscles are not counted or the pose is not held.
+        """
+        contacts = {} if self.contact is None else {0.0: self.contact, **self.kept}
+        found = {share: contact.relief_percent for share, contact in contacts.items()}
+        shares = {share: float(relief) for share, relief in found.items() if relief is not None}
+        return shares if np.isfinite(shares.get(0.0, np.nan)) else {}
+
+    @property
+    def elevation_cosine(self) -> float:
+        """Cosine of the angle between the arm and the vertical."""
+        return float(self._pose.as_matrix()[2, 2])
+
+    @property
+    def left_to_wearer(self) -> tuple[FloatArray, bool] | None:
+        """Moment that a device leaves to its wearer, shape (3,), N m, and whether another limit is broken, too.
+
+        None of a device that holds the arm by itself.
+        """
+        if self.device.holds_alone or not self.answer.has_answer:
+            return None
+        limits, f = self.answer.limits, self.answer.actuator_forces
+        theirs = np.array([name.startswith("wearer") for name, _ in limits.drives], dtype=bool)
+        beyond = np.nan_to_num(limits.force_error) != 0.0
+        others = bool((beyond & ~theirs).any() or np.nan_to_num(limits.length_error).any() or limits.passive)
+        return self.device.moment_of_wearer(f[None])[0], others
+
     def __str__(self) -> str:
+        return first_answer(self)
+
+    def explained(self) -> str:
+        """All that is known of the pose: forces, how they were chosen, and what equilibrium leaves undetermined."""
         answer = self.answer
         told = [text for text in answer.cautions if not text.startswith(NOTES)]
         parts = [under_verdict(answer.verdict, told), "" if self.remedy is None else filled(str(self.remedy))]
         if not answer.has_answer:
             parts.append("" if self.contact is None else with_muscles(self.contact))
             return "\n\n".join(part for part in parts if part)
-        if answer.equilibrium_status == "near_singular":
-            parts.append(self._near())
+        parts.append(filled(self._near()))
         parts += ["\n".join([*self._shoulder(), *self._yardstick()]), "\n".join(self._limbs())]
         parts.append("\n".join(self._footnotes()))
         return "\n\n".join(part for part in parts if part)
@@ -151,15 +238,16 @@ class PoseReport(Result):
     @property
     def _unheld_words(self) -> str:
         """On what the forces of a pose that is not held rest."""
-        if not self._device.holds_alone:
+        if not self.device.holds_alone:
             return ", with what is listed below from the wearer"
-        part, force = ("drives", "efforts") if self._device.drive_units else ("limbs", "forces")
+        part, force = ("limbs", "forces") if self.device.has_limbs else ("drives", "efforts")
         return f", if the {part} could supply the {force} below"
 
     def _yardstick(self) -> list[str]:
         """What the joint of the same pose carries without the device."""
         if self.contact is not None:
-            return [with_muscles(self.contact)]
+            kept = [filled(f"{relief_words(self.reliefs)} {MEASURED}")] if self.reliefs else []
+            return [with_muscles(self.contact), *kept]
         low, high = self.bare_arm_share
         if np.isnan(high):
             return []
@@ -174,13 +262,14 @@ class PoseReport(Result):
 
     def _limbs(self) -> list[str]:
         """Position and effort of each drive beside its limits; limbs have numbers, and one unit."""
-        poses, units = self.answer.source.poses, self._device.drive_units
+        poses, units = self.answer.source.poses, self.device.drive_units
+        limbs = self.device.has_limbs
         bounds, forces = poses.limits, self.answer.actuator_forces
         rows = [("drive", "coordinate", "range", "effort", "limits")]
-        if not units:
+        if limbs:
             rows = [("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")]
-        numbers = [(str(k), "") for k in range(1, 1 + len(forces))]
-        for i, ((name, unit), (low, high)) in enumerate(zip(units or numbers, self._ranges, strict=True)):
+            units = tuple((name.removeprefix("limb "), "") for name, _ in units)
+        for i, ((name, unit), (low, high)) in enumerate(zip(units, self.ranges, strict=True)):
             scale, at = (180.0 / np.pi, " °") if unit == "N m" else (1e3, " mm" if unit else "")
             own = ("", "")
             if not name.startswith("wearer"):
@@ -192,8 +281,10 @@ class PoseReport(Result):
         return aligned(rows)
 
     def _footnotes(self) -> list[str]:
-        named = bool(self._device.drive_units)
+        named = not self.device.has_limbs
         lines = [] if named else ["Tension is positive; a negative one is a push."]
+        if self.accuracy.is_doubtful:
+            lines.append(filled(str(self.accuracy)))
         if self.answer.clearance >= 0.0:
             what = "The device is {} mm clear of the wearer." if named else _CLEAR_LIMBS
             lines.append(what.format(f"{1e3 * self.answer.clearance:.0f}"))
@@ -206,17 +297,24 @@ class PoseReport(Result):
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
 
     def _near(self) -> str:
-        """That the pose is close to a singular one, how close, and about which axis the drives hold least."""
+        """That the pose is close to a singular one, how close, and where the drives hold least; else empty."""
+        if self.answer.equilibrium_status != "near_singular":
+            return ""
         axis = describe_axis(self.answer.source.poses.weak_axis(0))
         text = "This pose is almost singular, and forces change a lot near it: the "
-        text += f"{'drives' if self._device.drive_units else 'limbs'} hardly resist a moment about {axis}."
+        text += f"{'limbs' if self.device.has_limbs else 'drives'} hardly resist a moment about {axis}."
         if np.isfinite(self.singular_distance):
             text += f" A singular pose is {self.singular_distance:.2g}° away."
-        return filled(text)
+        return text
 
 
 def report_on_pose(
-    exo: ShoulderExo, answer: Reaction, person: Person | None = None, must_have_muscles: bool = False
+    exo: ShoulderExo,
+    answer: Reaction,
+    person: Person | None = None,
+    must_have_muscles: bool = False,
+    angles: Sequence[float] | None = None,
+    offset: Sequence[float] | None = None,
 ) -> PoseReport:
     """What stands beside the forces in a pose.
 
@@ -229,7 +327,11 @@ def report_on_pose(
     person : Person, optional
         Whose muscles are counted.
     must_have_muscles : bool
-        Whether a pose in which the bare arm has no result is reported all the same.
+        Whether they are also reported of a pose outside the range of motion.
+    angles : sequence of float, optional
+        Flexion, abduction and internal rotation as they were asked for, degrees (default: those of the pose).
+    offset : sequence of float, optional
+        Of the device's centre, mm, as it was asked for.
     """
     pose: Any = answer.case.poses
     remedy = None
@@ -242,10 +344,32 @@ def report_on_pose(
     contact = None
     if person is not None:
         contact = exo.joint_contact(pose, person, answer, outside="mark")
-        bare = contact.without_device
-        if not must_have_muscles and (bare is None or not bare.has_result):
+        if not must_have_muscles and str(contact.status) == "outside":
             contact = None
-    return PoseReport(answer, remedy, contact)
+    kept = {}
+    if contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
+        assert person is not None
+        kept = _kept(exo, answer, person)
+    words = "" if angles is None else words_of_angles(angles)
+    if words and offset is not None:
+        words += f", device off by ({', '.join(f'{value:g}' for value in offset)}) mm"
+    return PoseReport(answer, remedy, contact, words, kept)
+
+
+def _kept(exo: ShoulderExo, answer: Reaction, person: Person) -> dict[float, JointContact]:
+    """What the joint carries where muscles keep some of their activation and the device carries the rest."""
+    from ..person import ContactOptions  # here: few answers need it
+    from ..person.contact.device import load_of_share
+
+    case, found = answer.case, {}
+    if exo.device.driven_moments < 3 or not exo.device.holds_alone:
+        return {}
+    for share in KEPT:
+        load = load_of_share(1.0 - share, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
+        less = solve(exo.device, replace(case, load=load), answer.assumptions)
+        options = ContactOptions(kept_activation=share)
+        found[share] = exo.joint_contact(case.poses, person, less, options=options, outside="mark")
+    return found
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:
@@ -266,7 +390,8 @@ def with_muscles(contact: JointContact) -> str:
     assert bare is not None
     text = "With the wearer's own muscles (least effort) the joint carries "
     if not bare.has_result:
-        return filled(f"{text}an unknown load without the device: {bare.verdict}")
+        own = f" With it: {float(contact.magnitude):.0f} N." if contact.has_result else ""
+        return filled(f"{text}an unknown load without the device: {bare.verdict}{own}")
     alone = f"{float(bare.magnitude):.0f} N without the device, {float(bare.percent_body_weight):.0f} % of body weight"
     if not contact.has_result:
         return filled(f"{text}{alone}. With it: {contact.verdict}")
@@ -297,8 +422,7 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
     columns["|F_s|, N"] = answer.magnitude
     if answer.percent_body_weight is not None:
         columns["% of weight"] = answer.percent_body_weight
-    names = [f"{name}, {unit}" for name, unit in answer.drive_units]
-    names = names or [f"limb {i}, N" for i in range(1, 1 + answer.actuator_forces.shape[-1])]
+    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
     columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
     # + 0.0, so that no minus stands before zero.
     cells = [
@@ -312,4 +436,4 @@ def _range(low: float, high: float, unit: str) -> str:
     if np.isnan(low) or (np.isinf(low) and np.isinf(high)):
         return "no end" if unit == " °" else "not known"
     least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
-    return f"{least} to {high:.0f}{unit}" if np.isfinite(high) else f"from {least}{unit}"
+    return f"{least} to {high + 0.0:.0f}{unit}" if np.isfinite(high) else f"from {least}{unit}"

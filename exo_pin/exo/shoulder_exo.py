@@ -419,6 +419,7 @@ class ShoulderExo(Record):
     inverse_kinematics = kinematics.inverse_kinematics
     jacobian = kinematics.jacobian
     singularity = kinematics.singularity
+    accuracy = kinematics.accuracy
     configurations = kinematics.configurations
     assembly_modes = kinematics.assembly_modes
     workspace = kinematics.workspace

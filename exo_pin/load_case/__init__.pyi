@@ -6,5 +6,7 @@ from .motion_and_load import Motion as Motion
 from .ranges_of_motion import ADL_BOX as ADL_BOX
 from .ranges_of_motion import RangeOfMotion as RangeOfMotion
 from .record_checks import MeasurementNoise as MeasurementNoise
+from .recordings.reading import RecordingOptions as RecordingOptions
+from .recordings.reading import read_movement as read_movement
+from .recordings.writing import write_movement as write_movement
 from .trajectories import Movement as Movement
-from .trajectories import read_movement as read_movement

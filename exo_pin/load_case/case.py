@@ -30,9 +30,11 @@ from .trajectories import Movement
 #: Values of idle joints by name, or configurations of a device's chain; None: by the straight turn from rest.
 Posture = Mapping[str, ArrayLike] | ArrayLike | None
 #: Backward component of the arm's direction beyond which it is extended too far: sin 65°.
-_EXTENSION = float(np.sin(np.radians(65.0)))
+BACKWARD = float(np.sin(np.radians(65.0)))
 #: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
-_ADDUCTION, _IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
+INTO_BODY, IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
+#: Turns of the arm about its own axis, rad: those of the daily-life box, -90.7 and 134.5°, with room.
+INWARD, OUTWARD = float(np.radians(-95.0)) - 1e-9, float(np.radians(135.0)) + 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,8 +238,30 @@ def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
     """
     forward = -matrices[:, 0, 2]
     outward = -matrices[:, 1, 2] if side == "left" else matrices[:, 1, 2]
-    through_body = (outward < -_ADDUCTION) & (forward < _IN_FRONT)
-    return np.asarray((forward < -_EXTENSION) | through_body)
+    through_body = (outward < -INTO_BODY) & (forward < IN_FRONT)
+    return np.asarray((forward < -BACKWARD) | through_body)
+
+
+def beyond_motion(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
+    """Whether poses are beyond a shoulder's range of motion.
+
+    That is where :func:`outside_human_range` says it of the arm's direction, or the arm is turned about its own axis
+    further than in daily life, from the straight turn that brings it to its direction.
+
+    Parameters
+    ----------
+    matrices, side
+        As there.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (N,).
+    """
+    # About z of the arm, of the quaternion's parts over 4 w: the turn is outward on a left side.
+    sine, cosine = matrices[:, 1, 0] - matrices[:, 0, 1], matrices[:, 0, 0] + matrices[:, 1, 1]
+    outward = np.arctan2(sine, cosine) * (1.0 if side == "left" else -1.0)
+    return outside_human_range(matrices, side) | (outward < INWARD) | (outward > OUTWARD)
 
 
 def warn_outside_human_range(matrices: FloatArray, side: str) -> None:

@@ -163,9 +163,10 @@ def pose_cautions(t: FloatArray, steps: FloatArray, cutoff: float) -> tuple[str,
             "remove these rows."
         )
     if float(np.median(gaps)) >= _SLOW:
+        counted = "frame numbers (rate=..., --rate HZ), or " if (gaps == 1.0).all() else ""
         found.append(
             f"Samples are {np.median(gaps):.3g} s apart, too far for accelerations. Times are taken as s: are these "
-            "milliseconds (column time_ms)?"
+            f"{counted}milliseconds (column time_ms)?"
         )
     return tuple(found)
 

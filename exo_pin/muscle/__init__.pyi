@@ -12,6 +12,9 @@ from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
 from .io.measured import table as table
 from .io.measured import tables as tables
+from .io.measurement_files import Measurements as Measurements
+from .io.measurement_files import read_measurements as read_measurements
+from .io.measurement_files import read_response as read_response
 from .io.model_files import dynamic_model as dynamic_model
 from .io.model_files import dynamic_models as dynamic_models
 from .io.model_files import load_dynamic as load_dynamic
@@ -27,6 +30,7 @@ from .laws.friction import ConstantFriction as ConstantFriction
 from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
+from .laws.published_laws import FestoLaw as FestoLaw
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
 from .laws.validity import Validity as Validity

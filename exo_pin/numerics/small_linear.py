@@ -20,6 +20,16 @@ _NOISE = 1e-14
 _SWEEPS = 30
 
 
+@kernel
+def copy_numbers(given: Any, out: Any) -> None:
+    """Copy one row of numbers into another that does not overlap it, which Numba would have to find out.
+
+    Numba compiles ``out[:] = given`` with the text of an error for other shapes, which takes seconds.
+    """
+    for k in range(len(given)):
+        out[k] = given[k]
+
+
 @kernel(inline=True)
 def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     """Take the part along the unit column k of Q out of column j of N; return its length."""

@@ -59,6 +59,7 @@ class Person(Wearer):
         Which half of the anthropometric table.
     strength, cuff_strength : float
         Factor of all muscle forces, and of the rotator cuff's besides: 1 for an average person, less for a weak one.
+        A strength of 0 is a flaccid arm: capsule and ligaments alone hold the head, and only a device holds the arm.
     scapular_motion : float
         How far clavicle and scapula follow the elevation, over the model's: 1 is a rhythm of 1.6, 0.7 one of 2.7.
     elbow_flexion : float
@@ -96,8 +97,8 @@ class Person(Wearer):
     def __post_init__(self, degrees: bool) -> None:
         if not isinstance(degrees, bool):
             raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
-        set_positive(self, "strength", "cuff_strength")
-        set_positive(self, "scapular_motion", zero=True)
+        set_positive(self, "cuff_strength")
+        set_positive(self, "strength", "scapular_motion", zero=True)
         if max(self.strength, self.cuff_strength) > 10.0:
             given = f"{self.strength:g} and {self.cuff_strength:g}"
             raise InvalidInput(f"expected strength and cuff_strength as factors up to 10, got {given} (percent?)")

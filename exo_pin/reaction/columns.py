@@ -52,14 +52,11 @@ def vector_columns(label: str, values: FloatArray | None, names: Any) -> dict[st
 def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     """F_s, |F_s|, f, g and the margin, N and 1, each of the stack's shape; without what a map left out."""
     f, g = answer.actuator_forces, answer.constraint_forces
-    limbs = range(1, 1 + (f if f is not None else g if g is not None else np.empty((0,))).shape[-1])
     columns = vector_columns("F_s_{}_N", answer.shoulder_force, "xyz")
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
-    if drives := getattr(answer, "drive_units", ()):
-        columns |= vector_columns("{}", f, [f"{name}_{unit.replace(' ', '_')}" for name, unit in drives])
-    else:
-        columns |= vector_columns("f_{}_N", f, limbs)
-    columns |= vector_columns("g_{}_N", g, limbs)
+    # "f_1_N" of "limb 1".
+    drives = [f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}" for name, unit in answer.drive_units]
+    columns |= vector_columns("{}", f, drives) | vector_columns("g_{}_N", g, range(1, 1 + len(drives)))
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
 
 
@@ -75,7 +72,7 @@ def peak(self: Reaction) -> float:
 
 
 def drive_units(self: Reaction) -> tuple[tuple[str, str], ...]:
-    """Name and unit of each effort of a device that is not a wrist; empty of limbs, whose tensions are in N."""
+    """Name and unit of each effort: "limb 1" and on of limbs, whose tensions are in N."""
     return self.source.poses.mechanism.drive_units
 
 
@@ -314,9 +311,8 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 def _force_labels(reaction: Reaction) -> tuple[dict[int, str], dict[int, str]]:
     """Labels of f and of g by their index; of a device that is not a wrist only of those g that are open."""
     mechanism = reaction.source.poses.mechanism
-    limbs = range(mechanism.limb_count)
-    efforts = {i: f"limb {i + 1} tension f, N" for i in limbs}
-    efforts |= {i: f"{name}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}
+    limbs, f = range(mechanism.limb_count), " tension f" if mechanism.has_limbs else ""
+    efforts = {i: f"{name}{f}, {unit}" for i, (name, unit) in enumerate(mechanism.drive_units)}
     if mechanism.force_words[1] == "side forces g":
         return efforts, {i: f"limb {i + 1} side force g, N" for i in limbs}
     return efforts, {i: f"structure g_{i + 1}, N" for i in np.flatnonzero(mechanism.is_upu).tolist()}

@@ -249,7 +249,7 @@ class Infeasibility(Result, ReadOnly):
         Shape (..., n), N: by how much this blocking limit alone would have to be relaxed for the pose to be held.
         Infinite where that does not make the pose feasible, or the limit does not block.
     drive_units : tuple of (str, str)
-        Name and unit of each effort; empty of limbs, which have numbers, and tensions in N.
+        Name and unit of each effort.
 
     Examples
     --------
@@ -272,7 +272,7 @@ class Infeasibility(Result, ReadOnly):
     valid_up_to: FloatArray
     blocking: NDArray[np.int8]
     relief: FloatArray
-    drive_units: tuple[tuple[str, str], ...] = ()
+    drive_units: tuple[tuple[str, str], ...]
 
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
         """Reason in words why a pose cannot be held: what is missing, and which limits block.
@@ -331,7 +331,8 @@ class Infeasibility(Result, ReadOnly):
             limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
             relief = self.relief[index][i]
             alone += not np.isfinite(relief)
-            name, unit = self.drive_units[i] if self.drive_units else (f"Limb {i + 1}", "N")
+            name, unit = self.drive_units[i]
+            name = name.replace("limb ", "Limb ")
             what = "force" if unit == "N" else "moment"
             more = f" (a limit {relief:.1f} {unit} wider would make the pose feasible)" if np.isfinite(relief) else ""
             parts.append(f"{name} is at its {which} {what}, {limit:.1f} {unit}{more}.")
@@ -342,7 +343,7 @@ class Infeasibility(Result, ReadOnly):
 
 
 def infeasibility_of(
-    shape: tuple[int, ...], rows: dict[int, Shortfall], drive_units: tuple[tuple[str, str], ...] = ()
+    shape: tuple[int, ...], rows: dict[int, Shortfall], drive_units: tuple[tuple[str, str], ...]
 ) -> Infeasibility:
     """The evidence of a stack, from rows of it, flat, one or more."""
     infeasible = np.zeros(math.prod(shape), dtype=bool)

@@ -51,7 +51,7 @@ def drive_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> dict[s
     Forces and slides apart from torques and hinges; NaN where there is none of the kind, and where no limit is known.
     """
     count = drive_count(exo)
-    units = np.array([unit for _, unit in answer.drive_units][:count] or ["N"] * count)
+    units = np.array([unit for _, unit in answer.drive_units][:count])
     held = np.asarray(answer.held).reshape(-1)
     efforts = answer.actuator_forces.reshape(len(held), -1)[:, :count]
     limits = answer.source.poses.limits
@@ -135,6 +135,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         "left_to_wearer": left_to_wearer(exo, poses, answer) if passive else np.nan,
         "undetermined": int(exo.device.is_upu.sum()),
         **misalignment_figures(exo, poses, question),
+        **_accuracy(exo, poses),
     }
 
 
@@ -178,6 +179,15 @@ def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) ->
     return min(shares)
 
 
+def _accuracy(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
+    """Rate of the drives that 99 % of the reached poses exceed, mm/° or °/° of hinges; share of poses with twins."""
+    closed = exo.device.accelerate("rates") is not None
+    seen = exo.accuracy(poses, twins=closed)
+    rate = seen.mm_per_degree[np.isfinite(seen.rate)]
+    twins = float(seen.has_twin.mean()) if closed else np.nan
+    return {"weakest_rate": float(np.quantile(rate, 0.01)) if rate.size else np.nan, "twins": twins}
+
+
 def _masses(exo: ShoulderExo) -> dict[str, float]:
     """Mass of the device on the arm, and of its other moving links, kg; NaN where a design does not say it."""
     parts = () if exo.arm is None else exo.arm.parts
@@ -218,10 +228,15 @@ def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float
     return float(np.median(left[known] / bare[known])) if known.any() else np.nan
 
 
+def sampled(poses: Rotation, most: int) -> Rotation:
+    """At most so many of the poses, evenly spaced over the flat stack."""
+    flat = Rotation.from_quat(poses.as_quat().reshape(-1, 4))
+    return flat[np.unique(np.linspace(0, len(flat) - 1, min(most, len(flat))).round().astype(int))]
+
+
 def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
     """What 10 mm of misalignment does, at rest, without load and limits."""
-    flat = Rotation.from_quat(poses.as_quat().reshape(-1, 4))
-    some = flat[np.unique(np.linspace(0, len(flat) - 1, min(_OFF_POSES, len(flat))).round().astype(int))]
+    some = sampled(poses, _OFF_POSES)
     keys = ("split", "constraint_bounds", "weights")
     split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
     follows, change = _worst_change(exo, some, split)
@@ -292,6 +307,7 @@ _OF_SOME = {
     "mass_of_links_kg": "its file gives its limbs no mass",
     "effort_share": "no limit of a drive is known",
     "left_to_wearer": "of passive supports alone",
+    "twins": "looked for among limbs between two joint centres alone",
     "change_on_cuff_N": "of devices with a frame at the cuff alone",
 }
 
@@ -309,7 +325,7 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
     passive, holds = is_passive(exo), row["holdable"] > 0.0
     if name == "left_to_wearer" and passive:
         return "no arm of a person hangs in it, or its weight has no moment"
-    if name in ("held_and_clear", "held_after_failure", "singular", "median_margin") and passive:
+    if name in ("held_and_clear", "held_after_failure", "singular", "median_margin", "weakest_rate") and passive:
         return _NO_DRIVES
     if name == "held_after_failure":
         return "the question gives no numbers for the limits of its drives"

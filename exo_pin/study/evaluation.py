@@ -18,7 +18,7 @@ from ..design import Arm, Wearer
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
-from .detailed_figures import detailed_figures, is_passive, why_blank, within_reach
+from .detailed_figures import contact_figures, detailed_figures, is_passive, sampled, why_blank, within_reach
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
@@ -94,6 +94,8 @@ def _words(arm: Arm | None) -> str:
     return f"a {kind} of {wearer.height:.4g} m, {wearer.mass:.3g} kg, {elbow}, payload {payload:.3g} kg"
 
 
+#: Most poses whose force in the joint is computed, some milliseconds each, beside a comparison.
+_JOINT_POSES = 100
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "least_margin", "one_side", "reach")
 
@@ -183,6 +185,7 @@ def compare(
     *others: ShoulderExo | Rotation,
     poses: Rotation | None = None,
     person: Arm | Wearer | None = None,
+    joint: bool = False,
     detailed: bool = False,
     progress: bool = False,
     **question: Unpack[Question],
@@ -208,6 +211,9 @@ def compare(
     person : Arm or Wearer, optional
         Who wears all designs: a left arm, or whose it is. If left out, who wears the first design that names a
         person, the first of all if it does. If none does, every design carries its own moving parts alone.
+    joint : bool
+        Whether the force in the joint with the wearer's own muscles leads: the columns ``contact_N`` to ``relief`` of
+        the notes, over the held of at most 100 poses, evenly spaced, at rest. Needs the extra ``person``.
     detailed : bool
         Whether to ask which kind of device is good for what: the columns of the notes besides, some seconds a design.
     progress : bool
@@ -224,7 +230,8 @@ def compare(
     Raises
     ------
     InvalidInput
-        If there is no other design, or a detailed comparison has a ``centre_offset``.
+        If there is no other design, a detailed comparison has a ``centre_offset``, or ``joint`` comes with a motion or
+        a load.
     MissingData
         If nobody wears any design, and one has no moving parts either.
     MissingExtra
@@ -240,6 +247,8 @@ def compare(
     ``singular`` : fraction of the reached poses that are singular, or whose :attr:`exo_pin.Reaction.margin` is below
     0.05, as in a workspace; ``median_margin`` : median of that margin. NaN of a device whose drives do not hold the arm
     about all axes in any pose.
+    ``weakest_rate`` : rate of the drives' positions about the arm's worst axis that 99 % of the reached poses exceed,
+    mm/°, of hinges °/° (:meth:`exo_pin.ShoulderExo.accuracy`); ``twins`` : fraction of poses with a twin.
     ``held_after_failure`` : fraction of poses held while one drive gives no effort, the one that matters most; NaN
     without limits.
     ``effort_N``, ``effort_Nm`` : largest effort of a drive in the held poses, of forces and of torques;
@@ -275,21 +284,29 @@ def compare(
         raise InvalidInput("expected at least one other design to compare with")
     for design in designs:
         require_method("design", design, "reaction", "a ShoulderExo")
+    if joint and (question.get("motion") is not None or question.get("load") is not None):
+        raise InvalidInput("expected no motion and no load: the force in the joint is that of an arm at rest (joint)")
     designs, whose = on_one_arm(designs, person)
-    found, more = [], []
+    found, more, joints, some = [], [], [], sampled(stack, _JOINT_POSES)
     for each in track(designs, "designs", progress):
         found.append(_figures(each, stack, question))
         more.append(detailed_figures(each, stack, question) if detailed else {})
+        asked = contact_figures(each, some, each.reaction(some, **question), question) if joint else {}
+        joints.append({name: value for name, value in asked.items() if name not in more[-1]})
     common, words = _common(designs, [force for _, force in found])
     rows: list[dict[str, Any]] = []
-    for each, (figures, force), details in zip(designs, found, more, strict=True):
+    for each, (figures, force), details, leading in zip(designs, found, more, joints, strict=True):
         # A passive design may lack a force in some of the poses: its peak over the others is no common figure.
         there = np.isfinite(force[common]).all()
-        row = {"common_peak_F_s_N": peak_of(force[common]) if there else np.nan, **figures, **details}
+        row = {**leading, "common_peak_F_s_N": peak_of(force[common]) if there else np.nan, **figures, **details}
         rows.append({"design": each.name, "rank": 0, **row, "blank": why_blank(each, row, question)})
     for row, rank in zip(rows, StudyTable(rows).ranks, strict=True):
         row["rank"] = rank
-    return StudyTable(rows, heading=(whose, words))
+    if joint and not detailed:
+        words += (
+            f" Force in the joint (contact_N): over the held of {len(some)} of {stack.as_quat()[..., 0].size} poses."
+        )
+    return StudyTable(rows, heading=(whose, words.lstrip()))
 
 
 def _common(designs: Sequence[ShoulderExo], forces: Sequence[FloatArray]) -> tuple[NDArray[np.bool_], str]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..core.errors.inputs import OutsideValidity
 from ..core.validation import FloatArray
-from ..muscle.identification.region import SECOND_ORDER, design_matrix, find_region
+from ..muscle.identification.regimes import SECOND_ORDER, design_matrix
+from ..muscle.identification.region import find_region
 from ..muscle.identification.static_identification import identify_static
 from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
 from ..muscle.io.model_files import dynamic_model, muscle_model

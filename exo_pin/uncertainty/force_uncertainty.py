@@ -8,16 +8,16 @@ offsets of the device's centre the worst is searched (:mod:`exo_pin.uncertainty.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import MissingData, SolverFailed
+from ..core.errors import ExoPinError, MissingData, SolverFailed
 from ..core.records import Record
-from ..core.results import Result, drawn
+from ..core.results import Known, Result, drawn
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
@@ -79,6 +79,8 @@ class ForceUncertainty(Result, ReadOnly):
         Of the device's centre; None where it is taken as certain.
     answer : Reaction
         In that pose.
+    known : tuple of Known
+        What was taken as known, and by how many per cent one unit of an error of it changes |F_s|.
     places_certain : bool
         Whether joints and loops count as placed exactly, as those of a device with redundant rows do.
     """
@@ -88,6 +90,7 @@ class ForceUncertainty(Result, ReadOnly):
     effects: tuple[Effect, ...]
     worst_offset: WorstOffset | None
     answer: Reaction
+    known: tuple[Known, ...] = ()
     places_certain: bool = False
 
     @property
@@ -126,7 +129,7 @@ class ForceUncertainty(Result, ReadOnly):
         found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.answer.verdict}
         found |= {"effects": [vars(effect) for effect in self.effects]}
         found |= {"worst_offset": None if self.worst_offset is None else vars(self.worst_offset)}
-        return found | {"cautions": list(self.cautions)}
+        return found | {"known": [vars(each) for each in self.known], "cautions": list(self.cautions)}
 
     def plot(self) -> Figure:
         """Draw least and greatest |F_s| of each quantity as bars about that of the question.
@@ -150,6 +153,8 @@ class ForceUncertainty(Result, ReadOnly):
             device = as_device(self.answer.source.poses.mechanism)
             rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
             lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
+        if self.known:
+            lines.append(f"Taken as known: {'; '.join(map(str, self.known))}.")
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
 
@@ -202,9 +207,11 @@ def force_uncertainty(
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
     magnitude = float(answer.magnitude)
-    effects, worst = [], None
+    effects, known, worst = [], list[Known](), None
     for quantity in quantities(mechanism, single, stated, assumptions.law.determines_sides):
-        if quantity.name == OFFSET:
+        if quantity.size == 0.0:
+            known += _taken_as_known(quantity, magnitude, assumptions)
+        elif quantity.name == OFFSET:
             start = single.offset or CentreOffset.together(np.zeros(3))
 
             def answers(steps: FloatArray, start: CentreOffset = start) -> Reaction:
@@ -220,7 +227,7 @@ def force_uncertainty(
     effects.sort(key=lambda effect: (-round(effect.change(magnitude), 9), effect.name))
     routes = all(name.startswith(("spring", "cable")) for name in mechanism.places())
     certain = routes and mechanism.as_chain().structure.self_stresses > 0
-    return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, certain)
+    return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, tuple(known), certain)
 
 
 def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
@@ -248,6 +255,25 @@ def _evaluated(answer: Reaction) -> Reaction:
     if lacking:
         raise MissingData([f"data ({lacking[0]})"], "the effect of an uncertainty", answer.source.poses.mechanism.name)
     return answer
+
+
+def _taken_as_known(quantity: Any, magnitude: float, assumptions: Assumptions) -> Iterator[Known]:
+    """The effect of one unit of a quantity that counts as certain, of a ball in the worst direction.
+
+    By central differences, which are the same on either shoulder.
+
+    Nothing where the question cannot be asked.
+    """
+    name, _, unit = quantity.name.rpartition("_")
+    try:
+        changed = [quantity.changed(sign * axis) for axis in np.eye(quantity.dimensions) for sign in (1.0, -1.0)]
+        answers = [solve(device, case, assumptions) for device, case in changed]
+    except ExoPinError:
+        return
+    there = [float(answer.magnitude) if answer.has_answer else np.nan for answer in answers]
+    share = 50.0 * float(np.linalg.norm(np.subtract(there[::2], there[1::2]))) / max(magnitude, 1e-300)
+    share = share if np.isfinite(share) else np.inf
+    yield Known(name.replace("_", " "), 1.0, {"percent": "%"}.get(unit, unit), {"F_s_percent": share}, shows=False)
 
 
 def _tried(quantity: Any, magnitude: float, assumptions: Assumptions) -> Effect:

@@ -3,11 +3,12 @@
 Names end in the unit of the uncertainty. Beside the dimensions of the device, as sweeps name them
 (:mod:`exo_pin.design.parameters.names`, :mod:`exo_pin.device.dimensions`):
 
-* ``pose_deg``: the arm is turned about any axis. ``offset_mm``: the device's centre lies elsewhere, base and cuff
-  together. ``centre_of_mass_mm``: of all that moves. ``A[i]_mm``, ``B[i]_mm``: the joint of limb i, of a wrist or of
-  the roles of a chain, lies elsewhere; ``joint[NAME]_mm``, ``end_b[NAME]_mm``, ``spring[NAME,k]_mm``,
-  ``cable[NAME,k]_mm``: of any other device, where a joint is on its link, a loop is closed, a point of a route is.
-  ``A_mm``, ``joint_mm``, ... stand for all of them. These are balls: a change of that size in any direction.
+* ``pose_deg``: the arm is turned about any axis. ``lean_deg``: the trunk leans against gravity, about any axis.
+  ``offset_mm``: the device's centre lies elsewhere, base and cuff together. ``centre_of_mass_mm``: of all that moves.
+  ``A[i]_mm``, ``B[i]_mm``: the joint of limb i, of a wrist or of the roles of a chain, lies elsewhere;
+  ``joint[NAME]_mm``, ``end_b[NAME]_mm``, ``spring[NAME,k]_mm``, ``cable[NAME,k]_mm``: of any other device, where a
+  joint is on its link, a loop is closed, a point of a route is. ``A_mm``, ``joint_mm``, ... stand for all of them.
+  These are balls: a change of that size in any direction.
 * ``mass_percent``, ``load_percent``, ``shoulder_stiffness_percent``, ``guides_percent``, ``springs_percent`` (harness,
   cuff and links, all of them alike): more or less of it.
 """
@@ -38,6 +39,7 @@ ASSUMED_UNCERTAINTY: Mapping[str, float] = MappingProxyType(
     {
         "offset_mm": 15.0,
         "pose_deg": 2.0,
+        "lean_deg": 0.0,
         **dict.fromkeys(("A_mm", "B_mm", "joint_mm", "end_b_mm", "spring_mm", "cable_mm"), 2.0),
         "mass_percent": 5.0,
         "centre_of_mass_mm": 10.0,
@@ -78,7 +80,7 @@ class _Quantity(NamedTuple):
 def quantities(
     mechanism: Device | Mechanism, case: Case, given: Mapping[str, float], elastic: bool
 ) -> Iterator[_Quantity]:
-    """What is uncertain of a question: what is assumed where nothing is stated, and what is.
+    """What is uncertain of a question: what is assumed where nothing is stated, and what is; with size 0 what is not.
 
     Parameters
     ----------
@@ -114,8 +116,7 @@ def quantities(
     for name, (dimensions, changed) in known.items():
         each = _PLACE.sub(r"\1_mm", name)
         size = sizes.get(name, sizes.get(each, ASSUMED_UNCERTAINTY[each]))
-        if size > 0.0:
-            yield _Quantity(name, size, dimensions, changed)
+        yield _Quantity(name, size, dimensions, changed)
     yield from own
 
 
@@ -131,11 +132,15 @@ def _known(device: Device, case: Case, elastic: bool) -> _Known:
     def turned(step: FloatArray) -> tuple[Device, Case]:
         return device, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
 
+    def leant(step: FloatArray) -> tuple[Device, Case]:
+        return device.replace(gravity=Rotation.from_rotvec(step, degrees=True).as_matrix() @ device.gravity), case
+
     def placed(name: str, point: FloatArray, step: FloatArray) -> tuple[Device, Case]:
         return device.with_place(name, point + 1e-3 * step), case
 
     yield OFFSET, (3, shifted)
     yield "pose_deg", (3, turned)
+    yield "lean_deg", (3, leant)
     for name, point in device.places().items():
         yield f"{name}_mm", (3, partial(placed, name, point))
     yield "mass_percent", (1, lambda step: (device.replace(arm=_heavier(arm, _factor(step))), case))

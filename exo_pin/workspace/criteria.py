@@ -62,6 +62,12 @@ class Criteria(Record):
     least_moment_without_limb : float or None
         Disturbing moment of any direction that must still be held besides while any one limb gives no force, N m; 0:
         the arm is held. None: not checked.
+    least_rate : float or None
+        Least of the weakest rates of the drives' positions (:mod:`exo_pin.device.accuracy.pose_accuracy`), m/rad, or
+        rad/rad of a device with hinges as drives; 0.0573 m/rad is 1 mm/°. None: not checked.
+    least_twin_angle : float or None
+        No pose that is at least so far away, rad, may look the same to the drives (a twin); 0.1745 is 10°. None: not
+        checked.
     least_gap : float
         Distance that limbs must keep from the body and from one another, m.
     limb_radius : float or None
@@ -106,6 +112,8 @@ class Criteria(Record):
     largest_cuff_slip: float | None = None
     least_above_elbow: float | None = None
     least_moment_without_limb: float | None = None
+    least_rate: float | None = None
+    least_twin_angle: float | None = None
     least_gap: float = 0.0
     limb_radius: float | None = None
     wearers: tuple[Wearer, ...] = ()
@@ -126,6 +134,7 @@ class Criteria(Record):
         for name in ("least_margin", "least_tension", "least_moment"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
         object.__setattr__(self, "least_gap", float(as_finite("least_gap", self.least_gap, ())))
+        set_positive(self, "least_rate", "least_twin_angle", optional=True)
         set_positive(
             self, "largest_shoulder_force", "limb_radius", "largest_cuff_pull", "largest_cuff_slip", optional=True
         )

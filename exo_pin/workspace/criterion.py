@@ -107,6 +107,11 @@ def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     return ["limbs between two joint centres"] if as_device(mechanism).accelerate("workspace") is None else []
 
 
+def every_axis(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of drives that hold the arm about every axis."""
+    return [] if as_device(mechanism).driven_moments == 3 else ["drives that hold the arm about every axis"]
+
+
 def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of who wears it."""
     return [] if criteria.wearers_of(mechanism) else [NOBODY]
@@ -296,6 +301,29 @@ _ALL = (
     ),
     Criterion(
         "limb_loss", "N m", "loss of a limb", "#AA4499", _loss, 5.0, (forces,), limit="least_moment_without_limb"
+    ),
+    Criterion(
+        "accuracy",
+        "m/rad",
+        "weak drives",
+        "#117733",
+        _at_least("rates", "least_rate"),
+        lambda a: a.least_rate or 1.0,
+        (every_axis,),
+        most=1.0,
+        limit="least_rate",
+    ),
+    Criterion(
+        "twins",
+        "",
+        "looks like another pose",
+        "#6699CC",
+        lambda at: at.twin_difference - 1.0,
+        1.0,
+        (every_axis,),
+        0.2,
+        1.0,
+        "least_twin_angle",
     ),
     Criterion("clearance", "m", "clearance", "#F0E442", _clearance, 0.03, (body,), aim=0.003, is_vital=True),
 )

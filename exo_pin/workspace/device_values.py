@@ -13,13 +13,15 @@ import functools
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..design.holding_frame import device_mass, mass_text
+from ..device.accuracy.twins import WIDE_SPACING
 from ..device.chain_device import ChainDevice
-from ..device.device_singularity import moment_volume
+from ..device.device_singularity import moment_volume, placed_readings
 from ..device.equilibrium import DeviceEquilibrium
 from ..device.turns.given_postures import given_posture
 from ..device.wrist_device import as_device
@@ -121,6 +123,17 @@ class DeviceValues(PoseValues):
         placed = solve(self._device, case, Assumptions(limits="none")).source.poses.placed
         assert placed is not None
         return np.where(placed.reached, self._signed(placed), placed.share - 1.0)
+
+    def readings(self, matrices: FloatArray, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """See :meth:`.PoseValues.readings`."""
+        case = self._case(matrices, self.offsets.rows(rows))
+        placed = solve(self._device, case, Assumptions(limits="none")).source.poses.placed
+        assert placed is not None
+        return placed_readings(self._device, placed)
+
+    @property
+    def _of_twins(self) -> tuple[float, tuple[FloatArray, ...] | None]:
+        return WIDE_SPACING, None
 
     @property
     def stroke_unit(self) -> str:  # type: ignore[override]

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import along_arm
@@ -24,6 +24,8 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..device import as_device, clearance
+from ..device.accuracy.pose_accuracy import limb_readings, tolerances, weakest_rates
+from ..device.accuracy.twins import SPACING, find_twins
 from ..load_case import CentreOffset, CentrePath, Load
 from ..load_case.pose_stacks import arm_loads, as_query
 from ..numerics.vectors import SINGULAR_MARGIN
@@ -298,6 +300,36 @@ class PoseValues(Record):
         """
         limbs = range(self.mechanism.limb_count)
         return np.asarray(np.min([self.held_by_arm(lost)[0].min(axis=0) for lost in limbs], axis=0))
+
+    def readings(self, matrices: FloatArray, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Positions of the drives (M, n) and their rates (M, n, 3) in other poses, with the rows' offsets."""
+        own = self.offsets.rows(rows)
+        return limb_readings(self.mechanism.geometry, matrices, own.base, own.cuff)
+
+    @functools.cached_property
+    def rates(self) -> FloatArray:
+        """Weakest rate of the drives' positions, shape (N,), m/rad, or rad/rad where hinges are drives.
+
+        See :mod:`exo_pin.device.accuracy.pose_accuracy`; the device's centre stays where it is in the pose.
+        """
+        rates = self.readings(self.matrices, np.arange(len(self.matrices)))[1]
+        return weakest_rates(as_device(self.mechanism), rates)[0]
+
+    @functools.cached_property
+    def twin_difference(self) -> FloatArray:
+        """How far the pose that looks most alike, and is no neighbour, is from being a twin, shape (N,): at 1 it is."""
+        least, device = self.criteria.least_twin_angle, as_device(self.mechanism)
+        assert least is not None
+        found = find_twins(
+            self.readings, self.matrices, tolerances(device), device.side, least, *self._of_twins, centre=self._nearest
+        )
+        return found.difference
+
+    @property
+    def _of_twins(self) -> tuple[float, tuple[FloatArray, ...] | None]:
+        """Distance of the net's nodes, and what the compiled search needs."""
+        points = (np.array(self.mechanism.geometry.base_points), np.array(self.mechanism.geometry.platform_points))
+        return SPACING, (*points, self.offsets.base, self.offsets.cuff)
 
     @functools.cached_property
     def gaps(self) -> FloatArray:

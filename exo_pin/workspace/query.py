@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, SuspectMeasurements
+from ..core.errors.base import warn
 from ..core.errors.checked import checked
 from ..core.progress import mapped
 from ..core.validation import FloatArray, as_rotation, require_method, require_type
@@ -157,8 +158,7 @@ def task_reach(
     mechanism : Device or Mechanism
         The design; of a device that is not a wrist a pose takes milliseconds.
     movements : mapping of str to Movement or path, optional
-        By name of the task: movements, or CSV files whose header declares the order of the angles
-        (:func:`exo_pin.read_movement`).
+        By name of the task: movements, or recordings (:func:`exo_pin.read_movement`).
     ranges : iterable of RangeOfMotion
         Published ranges.
     criteria : Criteria or iterable of str, optional
@@ -177,7 +177,8 @@ def task_reach(
     Raises
     ------
     InvalidInput
-        If there is neither a movement nor a range.
+        If there is neither a movement nor a range; FileFormatError of a file as :func:`exo_pin.read_movement`, whose
+        cautions are warnings here (:class:`exo_pin.SuspectMeasurements`).
 
     Notes
     -----
@@ -213,6 +214,8 @@ def _of_movement(
     criteria: Criteria,
 ) -> dict[str, Any]:
     movement = given if isinstance(given, Movement) else read_movement(fspath(given), mechanism.side)
+    for text in () if movement is given else movement.cautions:
+        warn(f"{name}: {text}", SuspectMeasurements)
     found = workspace(mechanism, movement.poses, criteria.off_grid())
     return _row(name, "movement", found, _Rates(mechanism, movement))
 
@@ -233,7 +236,7 @@ class _Rates:
     def __init__(self, mechanism: Device | Mechanism, movement: Movement | None) -> None:
         device = as_device(mechanism)
         own = device.drives
-        units = [unit for _, unit in device.drive_units[: len(own)]] or ["N"] * len(own)
+        units = [unit for _, unit in device.drive_units[: len(own)]]
         self.turning = np.array([unit != "N" for unit in units], dtype=bool)
         limits = [(None, None) if each is None else (each.speed_limit, each.power_limit) for each in own]
         self.limits = np.array(limits, dtype=np.float64).reshape(len(own), 2).T

@@ -216,7 +216,9 @@ def test_bad_input_is_refused():
         ((arm, lengths, exo), {"orientation_noise": 0.01}),
         ((arm, lengths, exo), {"orientation_noise": 2.0, "length_noise": 1e-3}),
         ((arm, lengths, exo), {"tolerances": {"base_points": 1e-3}}),
-        ((arm, lengths, exo), {"tolerances": {"cuff_offset": 1e-3}, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"tolerances": {"elbow": 1e-3}, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"tolerances": {"cuff_offset": 0.0}, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"tolerances": {"cuff_offset": 1e-3}}),
         ((arm, lengths, exo), {"tolerances": 3, "length_noise": 1e-3}),
         ((arm, lengths, exo), {"torso_mounting": arm}),
         ((arm, lengths, exo), {"arm_mounting": [0, 0, 0, 1]}),
@@ -254,12 +256,13 @@ def test_result_prints_its_verdict_first():
     found = ep.calibrate(seen, lengths, exo, unknowns=GROUPS, length_noise=3e-4)
     text = str(found)
     assert text.startswith(found.verdict)
-    assert sum(direction.is_exact for direction in found.undetermined) == 12
-    assert f"do not determine {len(found.undetermined)} of 33 directions" in found.verdict
+    # With all unknown, the scale too is.
+    assert sum(direction.is_exact for direction in found.undetermined) == 13
+    assert f"do not determine {len(found.undetermined)} of 34 directions" in found.verdict
     for words in (
         "pose 4, limb 2: +",
         "length offset 3, mm",
         "torso mounting, deg",
     ):
         assert words in text
-    assert "of 33" in repr(found)
+    assert "of 34" in repr(found)

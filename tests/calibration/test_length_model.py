@@ -42,7 +42,7 @@ def test_derivatives_by_unknowns_and_orientation(limbs):
     rng = np.random.default_rng(10 + limbs)
     device = near(random_exo(rng, limbs), rng, offsets=0.1, mounting=1.0)
     model, arm = model_of(device), poses(rng, 12)
-    assert model.size == 7 * limbs + 12 == len(model.names) == len(set(model.names))
+    assert model.size == 7 * limbs + 13 == len(model.names) == len(set(model.names))
     # Away from the start, so that the mountings' rotation vectors are large.
     values = 0.02 * rng.normal(size=model.size)
     for name in ("torso_mounting", "arm_mounting"):

@@ -16,7 +16,7 @@ SERIAL, SUPPORT = str(URDF / "serial-y-x-z.urdf"), str(URDF / "spring-support.ur
 def test_reaction_says_what_the_drives_give(capsys):
     assert main(["reaction", SERIAL, "--flexion", "60", "--abduction", "30"]) == 0
     text = capsys.readouterr().out
-    assert "The device can hold this pose." in text
+    assert "YES, it holds." in text
     assert "flexion" in text
     assert "N m" in text
     assert "a cuff that puts no couple on the arm" in text
@@ -29,8 +29,20 @@ def test_reaction_says_what_the_drives_give(capsys):
 def test_a_passive_support_says_what_the_wearer_must_add(capsys):
     assert main(["reaction", SUPPORT, "--abduction", "60"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert "the wearer's own muscles would have to add" in text
+    assert "IT SUPPORTS, and the wearer holds." in text
+    assert "It leaves the wearer's muscles 6.3 N m about the forward axis" in text
     assert "No pose within" not in text
+
+
+@pytest.mark.full
+def test_drives_that_cannot_turn_the_arm_about_itself_do_not_hold_it(capsys):
+    # With the forearm across, the arm's weight turns it about itself, and the cuff of the 3RPS turns freely there.
+    words = ["--flexion", "90", "--internal-rotation", "45", "--person", "1.755,85,male", "--elbow-flexion", "90"]
+    assert main(["reaction", str(URDF / "3rps-passive-ball.urdf"), *words]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "NO, it cannot hold." in text
+    assert "The wearer's own muscles would have to add 2.41 N m about the arm." in text
+    assert "springs" not in text
 
 
 @pytest.mark.parametrize(

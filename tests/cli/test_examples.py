@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 QUICK = ("presets", "kinematics", "mobility", "muscle")
 #: What the answer to an example of each command says.
 ANSWERS = {
-    "reaction": r"The device can(not)? hold this pose|(\d+) poses|\d+ samples",
+    "reaction": r"YES, it holds|NO, it cannot|The device can(not)? hold this pose|(\d+) poses|\d+ samples",
     "person": r"The joint carries \d+ N|\d+ samples|as given +\d+",
     "kinematics": r"\d+ poses? fits?",
     "singularity": r"nearest singular pose +\d|singular",
@@ -35,6 +35,7 @@ ANSWERS = {
     "calibrate": r"All \d+ unknowns are determined",
     "export": r"(four-cables\.xml|device\.urdf)",
     "check": r": consistent",
+    "record": r"can have moved like this",
     "mobility": r"degrees of freedom +\d",
     "forces": r"effort of limb_1_slide +-?\d+(\.\d+)? N",
     "track": r"abduction test|peak F_s, N \d+",
@@ -42,6 +43,7 @@ ANSWERS = {
     "muscle pressure": r"30\.00 +20\.00 +\d\.\d+",
     "muscle identify": r"\d+ of \d+ measurements",
     "muscle step": r"settling time +\d",
+    "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
     "warm-up": r"kernels are ready",
 }

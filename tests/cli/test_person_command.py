@@ -112,7 +112,7 @@ def test_map_over_the_box(capsys, tmp_path):
 
 def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     pose = ["--flexion", "60", "--abduction", "30"]
-    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male"]) == 0
+    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male", "--explain"]) == 0
     text = " ".join(capsys.readouterr().out.split())
     person, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables")
     orientation = exo.pose(60, 30, 0)
@@ -124,7 +124,9 @@ def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     data = json.loads(capsys.readouterr().out)["with_muscles"]
     assert data["magnitude"] == pytest.approx(contact.magnitude, rel=1e-6)
     # A pose without limb forces still has its yardstick.
-    assert main(["reaction", "prototype", "--abduction", "90", "--person", "1.75,75,male", "--muscles"]) == 0
+    assert (
+        main(["reaction", "prototype", "--abduction", "90", "--person", "1.75,75,male", "--muscles", "--explain"]) == 0
+    )
     text = " ".join(capsys.readouterr().out.split())
     assert "N without the device" in text
     assert "The device has no limb forces in this pose." in text
@@ -143,7 +145,7 @@ def test_reaction_has_its_usual_yardstick_where_muscles_cannot_be_counted(capsys
     if more == ["not installed"]:
         monkeypatch.setitem(sys.modules, "clarabel", None)
         more = []
-    assert main(["reaction", "four-cables", "--flexion", "60", "--person", "1.75,75,male", *more]) == 0
+    assert main(["reaction", "four-cables", "--flexion", "60", "--person", "1.75,75,male", "--explain", *more]) == 0
     out = capsys.readouterr().out
     assert "For comparison: at this elevation a bare arm loads" in out
     assert "With the wearer's own muscles" not in out

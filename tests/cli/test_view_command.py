@@ -44,7 +44,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
     status, out, _ = run(capsys, "view", "prototype", "--plot", str(tmp_path / "scene.html"))
     assert status == 0
-    assert ".[human]" in out.splitlines()[0]
+    assert "needs the extra 'human'" in out.splitlines()[0]
 
 
 @pytest.mark.parametrize(

@@ -103,8 +103,8 @@ def test_optimise_writes_a_design(capsys, tmp_path):
     path = tmp_path / "found.toml"
     status, out, _ = run(
         capsys, "optimise", "--limbs", "3", "--family", "linear", "--person", "1.75,75,male", "--criteria",
-        "singularity,forces", "--seed", "2", "--budget", "120", "--run-length", "120", "--name", "found",
-        "--out", str(path),
+        "singularity,forces", "--without-limb", "0", "--seed", "2", "--budget", "120", "--run-length", "120", "--name",
+        "found", "--out", str(path),
     )  # fmt: skip
     assert status == 0
     assert "Checked with Pinocchio" in out
@@ -117,6 +117,9 @@ def test_optimise_writes_a_design(capsys, tmp_path):
     assert " --limbs 3 --family linear " in command
     assert "--seed 2" in command
     assert "--supply" not in command
+    # A limit of zero is one, and a gap of zero is the default.
+    assert "--without-limb 0" in command
+    assert "--gap" not in command
 
 
 def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):

@@ -6,15 +6,23 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
+import threading
 import warnings
 
 import numba
 import numpy as np
 import pytest
+from numba.core import event
 
 from exo_pin.core import compiled, machine_code
 from exo_pin.core.compiled import Kernel, compilations
 from exo_pin.core.errors import CacheUnusable
+
+try:
+    from fcntl import LOCK_EX, flock
+except ImportError:  # Windows
+    flock = None
 
 pytestmark = pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"), reason="with NUMBA_DISABLE_JIT there is no compiled form"
@@ -59,7 +67,7 @@ def empty(path):
 @pytest.mark.parametrize("damage", [cut, empty])
 @pytest.mark.parametrize("kernel", ["half", "more"])
 def test_what_cannot_be_read_is_compiled_anew_and_said_once(cache, monkeypatch, damage, kernel):
-    assert (ask(), ask(), len(cache())) == (3, 0, 5)
+    assert (ask(), ask(), len(cache())) == (3, 0, 6)
     for path in cache():
         if path.name.startswith(f"test_machine_code.{kernel}"):
             damage(path)
@@ -68,7 +76,7 @@ def test_what_cannot_be_read_is_compiled_anew_and_said_once(cache, monkeypatch, 
     assert len(said) == 1
     # The folder has been cleared: the next process stores all anew.
     monkeypatch.setattr(machine_code, "_is_stored", True)
-    assert (ask(), ask(), len(cache())) == (3, 0, 5)
+    assert (ask(), ask(), len(cache())) == (3, 0, 6)
 
 
 @pytest.mark.parametrize(("step", "number"), [("replace", errno.ENOSPC), ("mkdir", errno.EROFS)])
@@ -87,6 +95,22 @@ def test_what_cannot_be_written_stays_in_the_process(cache, monkeypatch, step, n
     assert cache() == []
 
 
+def test_no_other_folder_is_taken_for_one_that_cannot_be_written(cache, monkeypatch):
+    def only_elsewhere(dir):
+        if ".more" in str(dir):
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+        return temporary(dir=dir)
+
+    temporary = tempfile.TemporaryFile
+    monkeypatch.setattr(tempfile, "TemporaryFile", only_elsewhere)
+    ask()
+    assert [each.compiled.stats.cache_path is None for each in compiled.kernels()] == [False, True]
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    compiled.kernels()[1].forget()
+    with pytest.warns(CacheUnusable, match="Permission denied"):
+        compiled.kernels()[1](1)
+
+
 def test_a_kernel_that_cannot_be_compiled_leaves_the_cache_alone(cache):
     ask()
     with compiled.mode("compiled"), pytest.raises(numba.TypingError):
@@ -102,37 +126,59 @@ def hears_ctrl_c():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_waits_for_the_machine_code_and_a_second_does_not(cache, monkeypatch):
-    def compile_and_stop(own, kinds, stops, reached):
-        for _ in range(stops):
-            signal.raise_signal(signal.SIGINT)
-            reached.append("on")
-        own.compile(kinds)
+@pytest.mark.usefixtures("hears_ctrl_c", "cache")
+def test_ctrl_c_waits_for_the_machine_code_and_a_second_does_not():
+    class Stops(event.Listener):
+        """Ctrl-C while Numba compiles."""
 
-    class Stopped:
-        def __init__(self, stops):
-            self.reached, self.stops = [], stops
+        def __init__(self, count):
+            self.count, self.reached = count, []
 
-        def compile(self, kinds):
-            compile_and_stop(made, kinds, self.stops, self.reached)
+        def on_start(self, event):
+            for _ in range(self.count):
+                signal.raise_signal(signal.SIGINT)
+                self.reached.append("on")
 
-    made = numba.njit(half)
-    twice = Stopped(2)
+        def on_end(self, event):
+            pass
+
+    def compile_for(made, value, stops):
+        with event.install_listener("numba:compile", stops):
+            machine_code.make_ready(made, (value,))
+
+    made = machine_code.dispatcher(half, "a stamp", {}, list)
+    twice = Stops(2)
     with pytest.raises(KeyboardInterrupt):
-        machine_code.make_ready(twice, (1.0,))
+        compile_for(made, 1.0, twice)
     assert twice.reached == ["on"]
     assert made.signatures == []
-    once = Stopped(1)
     with pytest.raises(KeyboardInterrupt):
-        machine_code.make_ready(once, (1.0,))
+        compile_for(made, 1.0, Stops(1))
     assert made.signatures == [(numba.float64,)]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     # A program's own handler stays.
     heard = []
     signal.signal(signal.SIGINT, lambda *_: heard.append(1))
-    machine_code.make_ready(Stopped(2), (1,))
+    compile_for(made, 1, Stops(2))
     assert heard == [1, 1]
+
+
+@pytest.mark.skipif(flock is None, reason="this system has no locks")
+def test_another_process_is_waited_for_where_it_compiles_the_same(cache, tmp_path):
+    ask()
+    inner, outer = compiled.kernels()
+    held = os.open(next(tmp_path.rglob("*.half.part/*")), os.O_RDONLY)
+    flock(held, LOCK_EX)
+    found = []
+    with compiled.mode("compiled"):
+        assert inner(3) == 1.5  # another form of the kernel that is locked
+        job = threading.Thread(target=lambda: found.append(outer(3)), daemon=True)
+        job.start()
+        job.join(1.0)
+        assert found == []
+        os.close(held)
+        job.join()
+    assert found == [2.5]
 
 
 QUERY = (
@@ -169,6 +215,7 @@ def test_processes_that_begin_together_share_a_new_cache(tmp_path):
     assert len({total for total, *_ in answers}) == 1
     assert not any("CacheUnusable" in said for *_, said in answers)
     # They waited for one another: each function was compiled once, by one of them.
+    assert sum(count for _, count, _ in answers) == len(list(tmp_path.rglob("*.nbc")))
     assert finished(start(tmp_path)) == (answers[0][0], 0, "")
 
 

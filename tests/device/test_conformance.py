@@ -133,7 +133,8 @@ def test_a_passive_part_changes_nothing(name):
         assert exo.chain.mobility(q).degrees_of_freedom == other.chain.mobility(q).degrees_of_freedom
 
 
-@every(*FEW, slow=[name for name in DEVICES if name not in FEW], rest=MORE)
+# Of limbs-11 a joint settles while a driven one moves idly: the way goes on from where the file draws it.
+@every(*FEW, slow=[*(name for name in DEVICES if name not in FEW), "limbs-11"], rest=MORE)
 def test_what_is_written_and_read(name, tmp_path, capsys):
     exo, angles = device_of(name)
     exo.export(tmp_path / "device.urdf")

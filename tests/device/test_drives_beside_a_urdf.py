@@ -124,7 +124,9 @@ def test_with_assumed_masses_the_device_moves_as_much_and_its_links_more(tmp_pat
     read = ep.load(path).worn_by(WOMAN)
     assert read.arm.mass == pytest.approx(exo.worn_by(WOMAN).arm.mass, rel=1e-12)
     assert read.device.links_mass == pytest.approx(4 * (0.06 + 0.04 + 0.005))  # as its header says
-    main(["reaction", str(path), "--person", f"{WOMAN.height},{WOMAN.mass},{WOMAN.sex}", "--flexion", "20"])
+    main(
+        ["reaction", str(path), "--person", f"{WOMAN.height},{WOMAN.mass},{WOMAN.sex}", "--flexion", "20", "--explain"]
+    )
     assert "moving part of the device 1.08 kg" in " ".join(capsys.readouterr().out.split())
 
 

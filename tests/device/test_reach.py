@@ -40,3 +40,16 @@ def test_the_way_from_rest_is_followed_to_its_end():
     for q, R in zip(exo.configurations(poses), poses.as_matrix(), strict=True):
         assert np.abs(exo.chain.residual(q)).max() < 1e-12
         np.testing.assert_allclose(exo.chain.placement(q, "arm").rotation, R, atol=1e-12)
+
+
+def test_a_device_says_where_digits_leave_a_singular_pose_open():
+    """As its chain does: a wrist of a file of seven decimals beside a singular pose, and far from one."""
+    exact = ep.load(URDF / "prototype.urdf")
+    rounded = ep.ShoulderExo.from_device(exact.device.replace(chain=exact.device.chain.with_tolerance(5e-8)))
+    poses = exact.pose(flexion=[35.45, 90.0])
+    assert exact.singularity(poses).kind.tolist() == ["near", "regular"]
+    assert rounded.singularity(poses).kind.tolist() == ["undetermined", "regular"]
+    for pose, verdict in zip(poses, ("singular", "regular"), strict=True):
+        assert rounded.chain.mobility(rounded.configurations(pose), part="orientation").verdict == verdict
+        said = [text for text in rounded.reaction(pose).cautions if text.startswith("Undetermined")]
+        assert bool(said) == (verdict != "regular")

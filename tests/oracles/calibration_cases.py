@@ -102,18 +102,25 @@ def in_sensors(torso, arm, base, platform):
     return np.concatenate([torso.inv().apply(base), arm.apply(platform)])
 
 
-def error(found, device):
-    """How far a fitted device is from the real one, m, whatever the frames."""
-    own = in_sensors(found.torso_mounting, found.arm_mounting, *found.joints)
-    return float(np.abs(own - in_sensors(device.torso, device.arm, device.base, device.platform)).max())
+def error(found, device, frames=("body", "sensors")):
+    """How far a fitted device is from the real one, m: its joints in the body's frames, and in those of the sensors."""
+    own, true = (found.joints, (device.base, device.platform))
+    apart = {
+        "body": np.concatenate(own) - np.concatenate(true),
+        "sensors": in_sensors(found.torso_mounting, found.arm_mounting, *own)
+        - in_sensors(device.torso, device.arm, *true),
+    }
+    return max(float(np.abs(apart[frame]).max()) for frame in frames)
 
 
-def stated_error(found):
+def stated_error(found, frames=("body", "sensors")):
     """Largest standard deviation that a calibration states for these joints, m, by differences of their positions."""
     model, step = found.model, 1e-6
 
     def ends(values):
-        return in_sensors(*model.mountings(values), *model.joints(values)).ravel()
+        joints = model.joints(values)
+        parts = {"body": np.concatenate(joints), "sensors": in_sensors(*model.mountings(values), *joints)}
+        return np.concatenate([parts[frame] for frame in frames]).ravel()
 
     rows = [(ends(found.values + dx) - ends(found.values - dx)) / (2.0 * step) for dx in step * np.eye(model.size)]
     return float(np.sqrt(np.diag(found.information.spread(np.transpose(rows)))).max())

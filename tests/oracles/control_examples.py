@@ -16,6 +16,7 @@ def control_examples():
     sensor = control.ImuSensor(imu, exo.mechanism)
     reading, seen = sensor.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
+    loop = control.muscle_loop(ep.muscle.muscle_model("best", 0.25), 1.3, 0.1, duration=0.1)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
     for controller in (thesis, model):
         controller(0.0, seen)
@@ -26,7 +27,7 @@ def control_examples():
     feedback = control.FeedbackGains()
     return (
         imu, sensor, reading, seen, contractions, thesis, model, model.planned,
-        tracking, tracking.experiment, gains, pi, feedback, *_motor_examples(reference),
+        tracking, tracking.experiment, loop, gains, pi, feedback, *_motor_examples(reference),
     )  # fmt: skip
 
 

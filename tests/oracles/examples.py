@@ -1,6 +1,7 @@
 """Examples of public classes that no ordinary question makes: errors, muscles, rare results."""
 
 import numpy as np
+from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin import FileFormatError, InvalidInput, muscle
@@ -106,6 +107,8 @@ def muscle_examples():
         muscle.table("3-1"),
         states,
         muscle.identify_static(states.contraction, states.pressure, states.force, 0.3, select="region"),
+        muscle.FestoLaw(name="festo", reference_length=0.189, validity=static.validity, largest_strain=0.1667),
+        muscle.read_measurements(REPOSITORY / "examples" / "muscle.csv", 0.3),
         model,
         ConstantFriction(),
         muscle.simulate(model, 1.3, step, np.linspace(0, 0.5, 20), outside="mark"),

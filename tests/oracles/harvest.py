@@ -8,6 +8,7 @@ import sys
 import typing
 from collections import Counter
 
+import foreign_records
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
@@ -147,6 +148,14 @@ def _forces(folder):
     ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)
 
 
+def _recordings(folder):
+    truth = foreign_records.movement(0, "left")
+    for writer in (foreign_records.clinical, foreign_records.mvnx):
+        ep.read_movement(writer(folder, truth)[0], reading=ep.RecordingOptions(start=(0, 0, 0)))
+    path, _ = foreign_records.clinical(folder, truth._replace(angles=np.radians(truth.angles)))
+    assert ep.read_movement(path).cautions
+
+
 def _swing(count):
     return ep.shoulder_rotation(np.linspace(0, 40, count), np.linspace(0, 20, count), np.zeros(count), degrees=True)
 
@@ -164,6 +173,7 @@ def _wrists(folder):
     exo.forward_kinematics(state.lengths)
     exo.singularity(POSE)
     exo.nearest_singularity(POSE)
+    exo.accuracy(POSES)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
@@ -287,7 +297,7 @@ def _pictures(folder):
 #: Queries of every kind, without pictures.
 NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _devices)
 #: Queries with files, pictures and persons.
-OTHER = (_files, _pictures, _persons)
+OTHER = (_files, _recordings, _pictures, _persons)
 #: What makes the examples that no query makes.
 EXAMPLES = (
     muscle_examples,

@@ -73,7 +73,7 @@ def test_what_an_answer_was_chosen_by_names_limits_and_socket_where_a_pose_keeps
 
 
 def test_slack_limbs_are_counted_in_held_poses():
-    exo, rest = ep.load("four-cables"), "slack: a least_tension of the actuator keeps a limb taut."
+    exo, rest = ep.load("four-cables"), "slack: a least tension of the actuator (least_tension) keeps a limb taut."
 
     def slack(answer):
         return [text for text in answer.cautions if "slack" in text]
@@ -94,9 +94,9 @@ def test_slack_limbs_are_counted_in_held_poses():
     none = f <= 1e-9 * f.max(axis=1, keepdims=True)
     loose = (np.flatnonzero(none.any(axis=0)) + 1).tolist()
     assert len(loose) > 1
-    names = f"{', '.join(map(str, loose[:-1]))} and {loose[-1]}"
-    count = int(none.any(axis=1).sum())
-    assert slack(stack) == [f"Limbs {names} are slack in {count} of 4 held poses{rest.removeprefix('slack')}"]
+    each = [f"limb {limb} in {int(none[:, limb - 1].sum())}" for limb in loose]
+    names = f"{', '.join(each[:-1])} and {each[-1]}"
+    assert slack(stack) == [f"Of 4 held poses limbs are slack, {names}{rest.removeprefix('slack')}"]
     # Limbs that may push, or that a least tension keeps taut, are not slack.
     assert slack(exo.replace(limbs=[ep.Limb("SPS")] * 4).reaction(poses, limits=(-5.0, 1e4))) == []
     assert slack(exo.reaction(exo.pose(60.0, 30.0), limits=(2.0, 1e4))) == []

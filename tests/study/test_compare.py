@@ -89,3 +89,26 @@ def test_a_chain_has_the_side_of_the_singular_surface(name):
     sides = np.linalg.det(chain.jacobian(poses)[np.isfinite(kinds.determinant)]) > 0.0
     assert table["one_side"][1] == max(sides.mean(), 1.0 - sides.mean())
     assert (table["one_side"][1] < 1.0) == (name == "appendix-d")
+
+
+@pytest.mark.full
+def test_the_force_in_the_joint_leads_over_a_sample():
+    man = ep.Person(1.75, 75, "male")
+    designs = [ep.load("four-cables"), ep.load("four-linear-actuators")]
+    poses = designs[0].pose(np.linspace(0.0, 90.0, 130), 20.0)
+    table = designs[0].compare(designs[1], poses=poses, person=ep.Wearer(1.75, 75, "male"), joint=True)
+    assert list(table)[2:6] == ["contact_N", "peak_contact_N", "contact_without_N", "relief"]
+    assert "over the held of 100 of 130 poses" in " ".join(table.heading)
+    some = poses[np.unique(np.linspace(0, 129, 100).round().astype(int))]
+    for k, exo in enumerate(designs):
+        worn = exo.worn_by(man)
+        answer = worn.reaction(some)
+        assert answer.held.all()
+        found = worn.joint_contact(some, man, answer)
+        assert table["contact_N"][k] == pytest.approx(np.median(found.magnitude), rel=1e-6)
+        assert table["relief"][k] == pytest.approx(np.median(found.relief_percent) / 100.0, rel=1e-6)
+    plain = designs[0].compare(designs[1], poses=poses, person=ep.Wearer(1.75, 75, "male"))
+    assert "contact_N" not in list(plain)
+    assert plain["rank"].tolist() == table["rank"].tolist()
+    with pytest.raises(ep.InvalidInput, match="no motion and no load"):
+        designs[0].compare(designs[1], poses=some, joint=True, load=ep.Load([0.0, 0.0, -10.0]))

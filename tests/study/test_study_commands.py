@@ -79,7 +79,9 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     )
     assert status == 0
     assert "beyond_limits" in out
-    status, out, _ = run(capsys, "reaction", "prototype", "--flexion", "30", "--abduction", "20", "--limits", "pull")
+    status, out, _ = run(
+        capsys, "reaction", "prototype", "--flexion", "30", "--abduction", "20", "--limits", "pull", "--explain"
+    )
     assert status == 0
     assert "With the best forces within the limits" in " ".join(out.split())
     for bad, message in (

@@ -174,3 +174,22 @@ def test_bad_questions(exo):
         exo.uncertainty(ep.shoulder_rotation(0, 90, 0, **DEGREES))
     with pytest.raises(ep.MissingData, match="arm"):
         ep.load("scenario-one").uncertainty(LIFTED)
+
+
+def test_what_counts_as_certain_is_listed_with_its_effect():
+    exo = ep.load("prototype").worn_by(PERSON)
+    found = exo.uncertainty(LIFTED, uncertainties={"mass_percent": 0.0, "offset_mm": 0.0, "A_mm": 0.0, "B_mm": 0.0})
+    known = {each.name: each.effects["F_s_percent"] for each in found.known}
+    assert {"mass", "offset", "lean", "A[1]", "B[3]"} <= known.keys()
+    # Massless limbs: the force is in proportion to the arm's mass.
+    assert known["mass"] == pytest.approx(1.0, rel=1e-9)
+    slope = []
+    for axis in np.radians(0.5) * np.eye(3):
+        leant = [
+            exo.replace(gravity=Rotation.from_rotvec(sign * axis).as_matrix() @ exo.device.gravity)
+            for sign in (1.0, -1.0)
+        ]
+        ahead, behind = (float(each.reaction(LIFTED).magnitude) for each in leant)
+        slope.append(ahead - behind)
+    assert known["lean"] == pytest.approx(100.0 * np.linalg.norm(slope) / found.magnitude, rel=0.05)
+    assert "Taken as known: " in str(found)

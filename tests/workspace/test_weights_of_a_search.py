@@ -63,7 +63,7 @@ def test_what_counts_as_one_in_a_search():
 def test_which_of_two_designs_of_one_index_is_on_the_front(name):
     """More room for moments and a larger worst margin are better; less of forces and of mass is."""
     designs = [merit.Evaluation(1.0, {"index": 0.5, name: value}) for value in (2.0, 1.0)]
-    more = name in ("median_moment_margin", "worst_margin")
+    more = name in ("median_moment_margin", "worst_margin", "weakest_rate")
     wanted = check_objectives(["index", name])
     assert reported(designs, wanted, False) == [0 if more else 1]
     better = [merit.Evaluation(1.0, {"index": index, name: 1.0}) for index in (0.5, 0.6)]

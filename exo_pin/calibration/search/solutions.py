@@ -86,6 +86,8 @@ class _Search:
     def __init__(self, problem: CalibrationProblem) -> None:
         self.problem, self.model, self.prior, self.errors = problem, problem.model, problem.prior, problem.errors
         self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, problem.model.size))
+        #: Whether what is asked for has tolerances; those of what is known decide nothing.
+        self.has_tolerances = bool(np.isfinite(problem.prior[problem.model.asked]).any())
 
     def residuals(self, devices: FloatArray) -> FloatArray:
         """Of stated standard deviations, shape (K, N n)."""
@@ -138,7 +140,7 @@ class _Search:
 
     def nearest_twin(self, device: FloatArray, cost: float) -> FloatArray:
         """Tolerances make their own choice."""
-        if np.isfinite(self.prior).any():
+        if self.has_tolerances:
             return device
         twins = combined(self.model, limb_options(self.model, device[None], self.problem.measured), _LISTED)
         fit = self.costs(twins) <= cost + TOLD_APART
@@ -162,7 +164,7 @@ class _Search:
         """All that cannot be told from the best, (K, p), at most 256, and how many there are."""
         model = self.model
         options = limb_options(model, minima, self.problem.measured)
-        free = {"base_points", "platform_points"} <= set(model.places) and not np.isfinite(self.prior).any()
+        free = {"base_points", "platform_points"} <= set(model.places) - set(model.known) and not self.has_tolerances
         if free:
             # Limbs do not depend on each other: an option fits, or does not, whatever the others are.
             for i, own in enumerate(options):
@@ -171,8 +173,8 @@ class _Search:
                 devices = devices_of(model, limbs)
                 options[i] = own[self.distinct(devices)]
         fit = combined(model, options, _TWINS)
-        if np.isfinite(self.prior).any():
-            # Tolerances say where in its frame a device is.
+        if self.has_tolerances or "length_scale" in model.places or (model.known and not free):
+            # Tolerances say where in its frame a device is, and twins are of the nominal scale.
             fit = np.concatenate([minima, fit])
         fit = fit[self.distinct(fit)]
         return fit, math.prod(map(len, options)) if free else len(fit)

@@ -26,7 +26,7 @@ def limb_options(model: LengthModel, minima: FloatArray, measured: FloatArray) -
     The first is that of the first minimum. Where both rings are unknown, limbs of different minima may be combined.
     """
     u, v = in_sensors(model, minima)
-    offsets, found = model.length_offsets(minima), []
+    offsets, found = model.length_offsets(minima) / model.length_scale(minima)[:, None], []
     for i in range(model.limb_count):
         options = np.zeros((0, 7))
         for own, to, offset in zip(u[:, i], v[:, i], offsets[:, i], strict=True):
@@ -66,8 +66,8 @@ def _pairs(reach: float, u: FloatArray, v: FloatArray, measured: FloatArray) -> 
 
 
 def in_sensors(model: LengthModel, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """u_i and v_i of vectors of unknowns (..., p), shape (..., n, 3) each."""
-    a, b = model.joints(values)
+    """u_i and v_i of vectors of unknowns (..., p), shape (..., n, 3) each, in lengths as the sensors show them."""
+    a, b = (points / model.length_scale(values)[..., None, None] for points in model.joints(values))
     torso, arm = (mounting.as_matrix() for mounting in model.mountings(values))
     return a @ torso, b @ np.swapaxes(arm, -1, -2)
 
@@ -97,13 +97,15 @@ def placed(model: LengthModel, u: FloatArray, v: FloatArray, offsets: FloatArray
     )
     for seen, nominal, start, mounting, offset, points in rings:
         turn = np.broadcast_to(start.as_matrix(), (len(u), 3, 3))
-        if mounting in model.places:
-            turn = _turned(seen, nominal[:m], offset in model.places)
+        # What is known but for a tolerance stays where it is.
+        free = model.places.keys() - set(model.known)
+        if mounting in free:
+            turn = _turned(seen, nominal[:m], offset in free)
             # Q_T = exp(θ) Q_T0; Q_S = Q_S0 exp(θ), so that Q_Sᵀ = exp(-θ) Q_S0ᵀ.
             own = (Rotation.from_matrix(turn) * start.inv()).as_rotvec()
             values[:, model.places[mounting]] = own if mounting == "torso_mounting" else -own
         moved = seen @ np.swapaxes(turn, 1, 2) - nominal[:m]
-        if offset in model.places:
+        if offset in free:
             values[:, model.places[offset]] = moved.mean(axis=1)
             moved = moved - moved.mean(axis=1, keepdims=True)
         if points in model.places:
@@ -179,6 +181,9 @@ def starts(problem: CalibrationProblem, searched: Sequence[str]) -> FloatArray:
     for name in ("torso_mounting", "arm_mounting"):
         if name in model.places:
             scatter[:, model.places[name]] = Rotation.random(_RANDOM, rng).as_rotvec()
+    scatter[:, ~model.asked] = 0.0
+    if "length_scale" in model.places:
+        scatter[:, model.places["length_scale"]] = 0.0
     found.append(scatter)
     return _with_offsets(model, np.concatenate(found), measured, lengths)
 

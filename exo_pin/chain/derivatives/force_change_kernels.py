@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.small_linear import solve_factored, solve_transposed
-from ..dynamics.equations.equation_kernels import copy_numbers, split_terms
+from ...numerics.small_linear import copy_numbers, solve_factored, solve_transposed
+from ..dynamics.equations.equation_kernels import split_terms
 from ..dynamics.equations.motion_kernels import (
     NUMBERS,
     ORDINARY,

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.compiled import kernel
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ...numerics.small_linear import solve_transposed
+from ...numerics.small_linear import copy_numbers, solve_transposed
 from ..dynamics.equations.equation_kernels import clear_motion
 from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, wrenches_on
 from ..dynamics.forward_dynamics import ClosedMotion, efforts_of, forward_dynamics
@@ -249,7 +249,7 @@ def acceleration_changes(
     reduced, own = np.zeros((2, nv, d)), np.empty(d, dtype=np.int64)
     Z, v_q = reduced[0], reduced[1]
     if len(given) == d:
-        own[:] = given
+        copy_numbers(given, own)
     else:
         fill_ascending(order[rank:], own)
     most = fill_reduced(order, rank, factors[0][rank:].T, error, own, Z)

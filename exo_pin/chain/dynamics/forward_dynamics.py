@@ -69,6 +69,11 @@ class ClosedMotion(Record):
         """Shape (nv,): where friction and the stop's reaction are the same in every solution; a is always."""
         return np.ones(len(self.a), dtype=np.bool_) if self._contacts is None else self._contacts.unique
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """Doubts about the acceleration and its forces, with their size; computed when they are asked for."""
+        return self.forces.cautions
+
     @cached_property
     def forces(self) -> ClosedForces:
         """Multipliers and joint reactions of the motion, with their certificate.
@@ -168,7 +173,7 @@ def forward_dynamics(
     if not finite or state.nq != state.nv:
         state.configuration(q)
         state.tangent("v", v)
-    if not worst <= state.closed:
+    if not state.is_closed(worst, gap):
         raise LoopNotClosed(q, worst, 0)
     refuse_opening(state, opening, speed)
     if rough:

@@ -269,8 +269,10 @@ def with_digits(
         else _measured(ChainState(model, closures), q, lambda seed: again(Redrawn(seed, tolerance)), state.tolerance)
     )
     if worst != (0, 0.0) and measured is None:
-        said = f"{known}, which leaves open whether rows of the loops agree: read as they stand"
-        return replace(closures, left_out=(*closures.left_out, entry("digits", said)))
+        said, read = f"{known}, which leaves open whether rows of the loops agree", rounded
+        if _closed(ChainState(model, closures)) is not None:
+            said, read = f"{said}: read as they stand", replace(closures, rounding=tolerance)
+        return replace(read, left_out=(*closures.left_out, entry("digits", said)))
     finer = (
         rounded if measured is None else replace(closures, tolerance=min(measured.tolerance or tolerance, tolerance))
     )

@@ -155,7 +155,12 @@ def renamed(description: Closures, joints: Mapping[str, str], frames: Mapping[st
         joints=tuple(replace(item, joint=joint(item.joint)) for item in description.joints),
         shapes=tuple(replace(shape, frame=frame(shape.frame)) for shape in description.shapes),
         cables=tuple(
-            replace(own, points=tuple((frame(end), at) for end, at in own.points)) for own in description.cables
+            replace(
+                own,
+                points=tuple((frame(end), at) for end, at in own.points),
+                joint=None if own.joint is None else joint(own.joint),
+            )
+            for own in description.cables
         ),
     )
 

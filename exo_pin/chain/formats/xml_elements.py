@@ -131,7 +131,9 @@ def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:
         mended = _mended(source)
         if mended != source:
             return parse_xml(mended if encoding is None else mended.decode("utf-8", "surrogatepass"), what)
-        raise FileFormatError(f"not {what}: its XML is not well-formed: {error}") from error
+        is_bare = re.search(rb"<\w[^<>]*\s[\w:]+=[^\s\"'<>]", source) is not None
+        quotes = " (XML needs quotes about the values of attributes)" if is_bare else ""
+        raise FileFormatError(f"not {what}: its XML is not well-formed{quotes}: {error}") from error
     assert builder.root is not None
     return builder.root
 

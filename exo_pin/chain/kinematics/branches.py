@@ -1,217 +1,22 @@
-"""Assembly branches: forward and inverse kinematics along paths that stay on one, and all that there are.
-
-All closed configurations of a chain with some joints held, by closing from random starts until none is left unseen.
-
-How often each is found tells how many were not. By Good and Turing the probability that the next start finds a new one
-is about the share of the starts whose configuration was found once; by Chao at least f1 (f1 - 1) / (2 (f2 + 1)) are
-unseen, where f1 were found once and f2 twice (A. Chao, Scandinavian Journal of Statistics 11 (1984) 265-270). The
-search stops where every configuration was found three times: then both are zero. That is an estimate: a configuration
-that hardly any start leads to may be missing.
-"""
+"""Assembly branches: forward and inverse kinematics along paths that stay on one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
-from ...core.progress import track
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_count, as_finite, frozen, require_type
+from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.validation import FloatArray, as_choice, as_finite, require_type
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
 from ..structure.frames import placement_of
-from ..structure.memory.chain_buffers import forest_of
 from ..structure.motion_axes import joint_names, limits_of
-from .closing import CLOSED_TO, STEPS, close, follow, followed, mobilities, nearest_closed, reference_configuration
-from .closing_steps import BLOCK, closed_stack
-from .loops import closed_configuration, placement, scaled_jacobian
-from .reduced_kinematics import still_moving
-
-#: Configurations whose bodies are no farther apart, characteristic lengths and entries of rotations, are one: where two
-#: of them meet the loops close to the root of their residual.
-_ALIKE = 1e-4
-#: Residual of a closed loop, m and rad, and most steps to it.
-_CLOSED, _STEPS = 1e-12, 60
-#: How often steps that are stuck start anew.
-_ROUNDS = 4
-#: How often each configuration has to be found.
-_OFTEN = 3
-#: Singular values up to this share of the largest are zero where two configurations meet.
-_MEETING = 1e-4
-
-
-@dataclass(frozen=True, eq=False)
-class Assemblies(Record):
-    """The closed configurations that were found with some joints held; prints as a table.
-
-    Attributes
-    ----------
-    configurations : ndarray
-        Shape (k, nq), the one found most often first.
-    hits : ndarray of int
-        Shape (k,), how many starts led to each.
-    margins : ndarray
-        Shape (k,), the smallest singular value of the loops with the joints held, over the largest: zero where two
-        configurations meet, such as at a double root.
-    starts : int
-        Random starts, those whose loops did not close among them.
-
-    Examples
-    --------
-    >>> chain = ep.load("three-linear-actuators").chain
-    >>> found = chain.assemblies(chain.roles.actuated, chain.close(chain.neutral()), frame="arm")
-    >>> len(found), found.is_complete  # orientations of the arm with these three lengths
-    (2, True)
-    """
-
-    configurations: FloatArray
-    hits: NDArray[np.int64]
-    margins: FloatArray
-    starts: int
-
-    def __len__(self) -> int:
-        return len(self.hits)
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether each was found three times."""
-        return bool(len(self) and self.hits.min() >= _OFTEN)
-
-    @property
-    def unseen(self) -> float:
-        """About how many more there are, at least, by Chao's estimate; 0 where each was found three times."""
-        once, twice = (int((self.hits == count).sum()) for count in (1, 2))
-        return once * (once - 1) / (2 * (twice + 1))
-
-    @property
-    def meeting(self) -> NDArray[np.bool_]:
-        """Shape (k,), where two or more configurations meet."""
-        return np.asarray(self.margins < _MEETING)
-
-    def __str__(self) -> str:
-        met = f", {int(self.meeting.sum())} of them where two meet" if self.meeting.any() else ""
-        rest = (
-            f"each found {_OFTEN} times or more"
-            if self.is_complete
-            else f"about {self.unseen:.1f} or more unseen: give more starts"
-        )
-        head = (
-            f"{len(self)} closed configurations{met} from {self.starts} starts, {int(self.hits.sum())} closed; {rest}"
-        )
-        return "\n".join([head, f"hits     {', '.join(map(str, self.hits))}"])
-
-
-def assemblies(
-    state: ChainState,
-    held: Iterable[str] = (),
-    q: ArrayLike | None = None,
-    frame: str | None = None,
-    starts: int = 100_000,
-    seed: int = 0,
-    progress: bool = False,
-) -> Assemblies:
-    """All closed configurations with some joints held that random starts lead to.
-
-    Starts are spread over whole turns of the hinges and balls, over the limits of slides, and over two characteristic
-    lengths about q where these have none. The search stops where every configuration was found three times. Joint
-    limits do not count: :meth:`beyond_limits` says which a configuration breaks.
-
-    Parameters
-    ----------
-    held : iterable of str
-        Joints that do not move, such as the actuated ones; with them the loops have to determine all others.
-    q : array_like, optional
-        Shape (nq,), where they are held; :meth:`reference_configuration` if left out.
-    frame : str, optional
-        Configurations that put this frame at one pose count as one, such as those whose universal joints are turned
-        over. If left out, all links have to be at theirs.
-    starts : int
-        At most so many.
-    seed : int
-        Of the random numbers.
-    progress : bool
-        Whether to show a bar.
-
-    Returns
-    -------
-    Assemblies
-
-    Raises
-    ------
-    UndeterminedMotion
-        If joints can still move: hold more of them.
-
-    Examples
-    --------
-    >>> exo = ep.load("scenario-one")
-    >>> found = exo.chain.assemblies(exo.chain.roles.actuated, exo.chain.close(exo.chain.neutral()), frame="arm")
-    >>> len(found), int(found.meeting.sum())  # in one of them two meet
-    (3, 1)
-    """
-    names, most, top, count = joint_names(held), as_count("starts", starts, 1), state.topology, 0
-    start = reference_configuration(state) if q is None else state.configuration(q)
-    weight = mobilities(state, state.velocity_indices(names))
-    forest, rng = forest_of(state), np.random.default_rng(seed)
-    scale = np.ones((state.model.njoints - 1, 4, 3))
-    scale[:, 3] = 1.0 / top.length
-    bodies = slice(1, None) if frame is None else slice(state.body_index(frame), state.body_index(frame) + 1)
-    scale = scale[: len(range(state.model.njoints)[bodies])]
-    is_fixed = False
-    found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
-    for done in track(range(0, most, BLOCK), "closing", progress):
-        count = min(BLOCK, most - done)
-        rows, closed = _starts(state, start, weight, rng, count), np.zeros(count, dtype=np.bool_)
-        # Along narrow valleys steps get stuck; some go on when they start anew from there.
-        for _ in range(_ROUNDS):
-            rows[~closed], closed[~closed] = closed_stack(state, rows[~closed], weight, _CLOSED, _STEPS, False)
-        for row in rows[closed]:
-            poses = (forest.kinematics(row[None])[0][0, bodies] * scale).ravel()
-            near = np.flatnonzero(np.abs(places - poses).max(axis=1, initial=0.0) <= _ALIKE)
-            if near.size:
-                hits[near[0]] += 1
-                continue
-            found, hits, places = np.vstack([found, row]), np.append(hits, 1), np.vstack([places, poses])
-        if len(found) and not is_fixed:
-            _refuse_loose(state, found[0], np.flatnonzero(weight))
-            is_fixed = True
-        if hits.min(initial=_OFTEN) >= _OFTEN and len(hits):
-            break
-    order = np.argsort(-hits, kind="stable")
-    free = np.flatnonzero(weight)
-    margins = [_margin(scaled_jacobian(state, row)[0][:, free]) for row in found[order]]
-    return Assemblies(frozen(found[order]), frozen(hits[order]), frozen(np.array(margins)), done + count)
-
-
-def _starts(state: ChainState, q: FloatArray, weight: FloatArray, rng: np.random.Generator, count: int) -> FloatArray:
-    """Random configurations, shape (count, nq), with coordinates without weight as in q."""
-    reach = np.where(state.topology.metres, 2.0 * state.topology.length, np.pi) * (weight > 0.0)
-    rows = np.array([pin.integrate(state.model, q, rng.uniform(-reach, reach)) for _ in range(count)])
-    limits = limits_of(state.model)
-    sliding = state.topology.metres[limits.v_index] & (weight[limits.v_index] > 0.0)
-    sliding &= np.isfinite(limits.lower) & np.isfinite(limits.upper)
-    lower, upper = limits.lower[sliding], limits.upper[sliding]
-    rows[:, limits.q_index[sliding]] = rng.uniform(lower, upper, (count, len(lower)))
-    return rows
-
-
-def _refuse_loose(state: ChainState, q: FloatArray, free: NDArray[np.intp]) -> None:
-    """Raise UndeterminedMotion if these coordinates can move in a closed configuration."""
-    moving = still_moving(state, q, free)
-    if moving:
-        scaled, least = scaled_jacobian(state, q)
-        rank = np.linalg.matrix_rank(scaled[:, free], tol=least)
-        raise UndeterminedMotion(q.copy(), len(free) - int(rank), moving)
-
-
-def _margin(J: FloatArray) -> float:
-    """The smallest singular value over the largest, of a matrix that has no more columns than rows."""
-    values = np.linalg.svd(J, compute_uv=False)
-    return float(values[-1] / values[0]) if len(values) else 0.0
+from .closing import CLOSED_TO, STEPS, close, follow, followed, nearest_closed, reference_configuration
+from .loops import closed_configuration, placement
 
 
 def forward_kinematics(
@@ -331,7 +136,7 @@ def inverse_kinematics(
         return nearest_closed(there, q, held, CLOSED_TO, STEPS)[0]
 
     try:
-        if state.buffers.residual(start) <= state.closed:
+        if state.is_closed(state.buffers.residual(start), state.scaled_gap()):
             q = follow(state, start, reach, correct)
             if not respect_limits or limits.holds(q):
                 return q

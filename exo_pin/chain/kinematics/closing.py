@@ -166,11 +166,14 @@ def close(
         if not joints or state.buffers.residual(start) <= _CLOSE * state.topology.length:
             return nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
         base, found = _on_branch(state, start, joints)
-        if found is not None and (not respect_limits or limits_of(state.model).holds(found)):
+        beyond = () if found is None or not respect_limits else beyond_limits(state, found)
+        if found is not None and not beyond:
             return nearest_closed(state, found, held, tolerance, iterations)[0]
         nearest = nearest_closed(state, start, held, tolerance, iterations, respect_limits, starts)[0]
         if base is not None:
             text = f"the branch of the configuration ends before it has {', '.join(joints)} where they are held"
+            if beyond:
+                text = f"on the branch of the configuration the limits of {', '.join(beyond)} are passed"
             warn(f"{text}: another branch is returned", BranchChanged)
         return nearest
 
@@ -297,7 +300,7 @@ def neighbours(
         try:
             yield nearest_closed(state, start, held, CLOSED_TO, STEPS)[0]
         except LoopNotClosed as error:
-            if error.residual <= state.closed:
+            if state.is_closed(state.buffers.residual(error.q), state.scaled_gap()):
                 yield error.q
 
 
@@ -315,13 +318,13 @@ def _least_open(
         return start, True
     free = np.flatnonzero(weight > 0.0)
     ranks = structural_rank(state, start, free if len(free) < state.nv else None), None
-    most, row_scale = FEW * state.tolerance, state.topology.row_scale
+    most = FEW * state.tolerance
     for rank in ranks if worst > most else ranks[::-1]:
         q, left = settled(state, start, rank, weight)
         if rank is None:
-            left = float(np.abs(state.buffers.gap * row_scale).max())
+            left = state.scaled_gap()
         if left <= most and (limits is None or limits.holds(q)):
-            return q, bool(np.abs(state.buffers.gap).max() <= state.closed)
+            return q, state.is_closed(float(np.abs(state.buffers.gap).max()), state.scaled_gap())
     return start, False
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...core.compiled import kernel
 from ...core.progress import track
 from ...core.validation import FloatArray
+from ...numerics.small_linear import copy_numbers
 from ..structure.chain_state import ChainState
 from ..structure.memory.chain_buffers import forest_of
 from ..structure.motion_axes import Limits
@@ -204,7 +205,10 @@ def advance(
     if count == 0:
         memory[1], memory[2] = size, 1.0
     if better or closed:
-        q[:], here[0][:], here[1][:] = trial, there[0], there[1]
+        copy_numbers(trial, q)
+        copy_numbers(there[0], here[0])
+        for r in range(len(there[1])):
+            copy_numbers(there[1][r], here[1][r])
         memory[0], memory[3] = size, worst
     if closed:
         return CLOSED_THERE

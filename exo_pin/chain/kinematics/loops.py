@@ -178,7 +178,7 @@ def closed_configuration(state: ChainState, q: ArrayLike) -> FloatArray:
     """
     array = state.configuration(q)
     worst = state.buffers.residual(array)
-    if not worst <= state.closed:
+    if not state.is_closed(worst, state.scaled_gap()):
         raise LoopNotClosed(array.copy(), worst, 0)
     return array
 
@@ -189,7 +189,7 @@ def scaled_jacobian(state: ChainState, q: FloatArray) -> tuple[FloatArray, float
     work.linearise(q)
     scaled = work.jacobian * top.row_scale[:, None] * top.column
     largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
-    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    gap = state.uncertainty(state.scaled_gap())
     return scaled, rank_tolerance(scaled.shape, largest, state.model.njoints, gap) if scaled.size else 0.0
 
 
@@ -281,7 +281,7 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
 def _least(state: ChainState, right: FloatArray) -> FloatArray:
     """The least x with J x = right, J as last linearised."""
     work, top = state.buffers, state.topology
-    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    gap = state.uncertainty(state.scaled_gap())
     found: FloatArray = nearest_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found
 

@@ -250,7 +250,7 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     """Ranks of the constraints alone, with the actuators locked, with the output locked, and with both."""
     J, _ = scaled_jacobian(state, q)
     top, nv = state.topology, state.model.nv
-    gap = state.digits or float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
+    gap = state.digits or state.scaled_gap()
     # The configuration of a rounded geometry is the nearest one, and known as well as the geometry.
     error = state.digits or self_consistent_error(J, state.model.njoints, gap)
     unit = np.eye(nv)

@@ -121,7 +121,7 @@ def reduced(
         work.poses, work.J, top.loops, work.q, allowed, top.scales, state.model.njoints, state.tolerance, work.gap,
         work.jacobian,
     )  # fmt: skip
-    if not worst <= state.closed:
+    if not state.is_closed(worst, state.scaled_gap()):
         raise LoopNotClosed(q.copy(), worst, 0)
     if given is None:
         return others, dependent, G, triangle
@@ -160,7 +160,7 @@ def solve_dependent(
     work.linearise(state.configuration(q))
     allowed = np.zeros(state.model.nv, dtype=np.bool_)
     allowed[dependent] = True
-    gap = state.uncertainty(float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    gap = state.uncertainty(state.scaled_gap())
     *found, _ = dependent_on(work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap)
     return tuple(found)
 

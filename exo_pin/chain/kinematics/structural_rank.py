@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ..structure.chain_state import ChainState
+from ..structure.chain_state import CLOSED, ChainState
 from .loops import scaled_jacobian
 from .rank import rank_tolerance
 
@@ -28,6 +28,8 @@ _EXACT = 1e-14
 _SETTLING, _FAR, _MOST_DAMPING, _SETTLED = 40, 0.5, 1e8, 1e-14
 #: How far from the mean an error of the digits may lie, over the root of the mean square.
 _SPREADS = 4.0
+#: The same of a loop as it is drawn.
+_DRAWN = 3.0
 #: How far it lies with certainty at most: the root mean square of 16 geometries is itself known to a sixth.
 _MOST_SPREADS = 5.0
 
@@ -66,7 +68,7 @@ def agreeing_rows(state: ChainState, q: FloatArray) -> tuple[int, float] | None:
     """
     found = (0, 0.0)
     for J, opening in _jacobians(state, q):
-        if opening > state.closed:
+        if opening > max(CLOSED, state.contradiction):
             continue
         values = np.linalg.svd(J, compute_uv=False)
         exact, rounded = _rank(state, values, 0.0), _rank(state, values, state.tolerance)
@@ -132,13 +134,13 @@ def measured_agreement(
         away = motions @ np.random.default_rng(0).normal(size=(motions.shape[1], _NEIGHBOURS))
         away *= _NEAR * 2.0 ** np.arange(_NEIGHBOURS) / np.abs(away).max(axis=0)
         starts = [pin.integrate(state.model, q, state.topology.column * step) for step in away.T]
-    exact = _rank(state, values, 0.0)
+    exact, opened = _rank(state, values, 0.0), _drawn_opening(state, others, q, least)
     found = [one for k in range(least, exact) if (one := _agreement(state, others, starts, k)) is not None]
     if not found:
         seen = [_errors(state, others, start, exact) for start in starts]
-        return Agreement(0, 0.0, max((one.tolerance for one in seen if one is not None), default=0.0))
+        return Agreement(0, 0.0, max([opened, *(one.tolerance for one in seen if one is not None)]))
     standing = [one for one in found if one.tolerance < np.inf]
-    return standing[0] if len(standing) == 1 else None
+    return standing[0]._replace(tolerance=max(opened, standing[0].tolerance)) if len(standing) == 1 else None
 
 
 class _Errors(NamedTuple):
@@ -196,9 +198,20 @@ def _opening(state: ChainState) -> float:
 
     A closed loop may be open by ten times the tolerance and the number of joints.
     """
-    length = state.topology.length
-    allowed = 10.0 * state.model.njoints * max(1.0, 1.0 / length) * max(length, 1.0)
-    return 3.0 * float(np.abs(state.buffers.gap).max(initial=0.0)) / allowed
+    return 0.3 * state.scaled_gap() / (state.model.njoints * max(1.0, 1.0 / state.topology.length))
+
+
+def _drawn_opening(state: ChainState, others: Sequence[ChainState], q: FloatArray, rank: int) -> float:
+    """The tolerance that explains how other digits open the loops as drawn, along all but that many singular values.
+
+    In a singular pose no motion closes these: they stay open by what the digits make, and not by what one file's do.
+    """
+    U, unit = np.linalg.svd(scaled_jacobian(state, q)[0])[0][:, rank:], max(1.0, 1.0 / state.topology.length)
+    opened = []
+    for other in others:
+        settled(other, q, rank)
+        opened.append(np.linalg.norm(U.T @ (other.buffers.gap * other.topology.row_scale)))
+    return _DRAWN * float(np.sqrt(np.mean(np.square(opened)) / state.model.njoints)) / unit
 
 
 def settled(
@@ -280,7 +293,7 @@ def _jacobians(state: ChainState, q: FloatArray) -> Iterator[tuple[FloatArray, f
         start = there = pin.integrate(state.model, q, top.column * step)
         for rank in (None, *range(1, min(state.row_count, state.nv) + 1)):
             there = settled(state, start, rank)[0]
-            opening = float(np.abs(state.buffers.gap * top.row_scale).max(initial=0.0))
+            opening = state.scaled_gap()
             if opening <= max(digits, _CLOSED):
                 break
         yield scaled_jacobian(state, there)[0], opening

@@ -65,8 +65,8 @@ class ChainState:
         How much rows that should agree may contradict each other, as a share of the motion or force: ten times the
         tolerance of every joint, each of which adds its own; 0 for an exact geometry.
     closed : float
-        Largest residual of a closed loop where a function needs closed loops, m and rad: :data:`CLOSED` for an exact
-        geometry.
+        Residual up to which steps may take loops of a rounded geometry for closed, m and rad: :data:`CLOSED` for an
+        exact one. Whether they are says :meth:`is_closed`.
     structural_ranks : dict
         Ranks away from singular poses of a rounded geometry, once they are known.
 
@@ -109,6 +109,14 @@ class ChainState:
         if work is None:
             work = self._local.buffers = ChainBuffers(self.model, self.topology)
         return work
+
+    def is_closed(self, worst: float, scaled: float) -> bool:
+        """Whether loops are closed, by their largest residual, m and rad, and by the same in characteristic lengths."""
+        return worst <= CLOSED or scaled <= self.contradiction
+
+    def scaled_gap(self) -> float:
+        """The largest residual where this thread's buffers stand, characteristic lengths and rad."""
+        return float(np.abs(self.buffers.gap * self.topology.row_scale).max(initial=0.0))
 
     def uncertainty(self, gap: float) -> float:
         """The error of the constraint Jacobian's entries, scaled, where the largest scaled residual is ``gap``."""

@@ -214,7 +214,7 @@ class JointProperties:
 
 @dataclass(frozen=True)
 class Cable:
-    """A cable or spring of a robot's file along straight pieces between points of its links.
+    """A cable or spring of a robot's file along straight pieces between points of its links, or a spring in a joint.
 
     A chain does not feel it. A device of this chain has it as a drive along a route, as a spring, or as both.
 
@@ -223,13 +223,17 @@ class Cable:
     name : str
         Its name.
     points : tuple of (str, tuple of float)
-        Frames, and points in their axes, m; two or more.
+        Frames, and points in their axes, m; two or more, or none of a spring in a joint.
     tension : tuple of float or None
         Least and greatest tension that its actuator gives, N, infinite where no limit is known; None without actuator.
     stiffness, slack : float
         Of its spring, N/m, and the length at which it is slack, m; without a spring 0.
     only_pulls : bool
         Whether the spring goes slack below that length.
+    constant : float
+        Tension of a spring of constant force, N or N m; 0 without one.
+    joint : str or None
+        The hinge or slide of a spring in a joint, whose coordinate is its length.
     """
 
     name: str
@@ -238,6 +242,8 @@ class Cable:
     stiffness: float = 0.0
     slack: float = 0.0
     only_pulls: bool = False
+    constant: float = 0.0
+    joint: str | None = None
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, read_toml
 from ...core.validation import as_choice, as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry, preset
+from ...load_case import RecordingOptions
 from ..imu import PRINTED_DRIFT, Imu
 from ..plant.drives import Contractions
 from ..plant.faults import Fault
@@ -170,8 +171,10 @@ VISCOUS, COULOMB = 0.04, 0.02
 TASK_TIME = 20.0
 
 
-def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> Reference:
-    """A reference from what a user gives: itself, "abduction" or "flexion", or a CSV file of orientations.
+def reference_of(
+    given: Reference | str | PathLike[str], side: str = "left", reading: RecordingOptions | str | None = None
+) -> Reference:
+    """A reference from what a user gives: itself, "abduction" or "flexion", or a recording.
 
     Parameters
     ----------
@@ -179,6 +182,8 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
         What the user gives.
     side : {"left", "right"}
         Side of the body.
+    reading : RecordingOptions or str, optional
+        Of a recording, as in :func:`exo_pin.read_movement`.
 
     Returns
     -------
@@ -199,9 +204,9 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     if isinstance(given, str) and given in ("abduction", "flexion"):
         return abduction(side=side) if given == "abduction" else flexion(side=side)
     if isinstance(given, str | PathLike):
-        return read_reference(given, side)
+        return read_reference(given, side, reading=reading)
     if not isinstance(given, Reference):
-        raise InvalidInput(f'expected a reference, "abduction", "flexion" or a CSV file, got {echo(given)}')
+        raise InvalidInput(f'expected a reference, "abduction", "flexion" or a recording, got {echo(given)}')
     return given
 
 

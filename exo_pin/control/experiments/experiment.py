@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from ..plant.options import PlantOptions
 from ..plant.plant import Plant
 from ..plant.state import PlantState
 from ..trajectories.reference import Reference
+from .foresight import default_controller, foreseen
 from .tracking import Tracking
 
 #: Controllers by name: PI of each limb by itself, and the one that knows the plant.
@@ -46,8 +48,9 @@ class Experiment(Record):
         The design, with an arm and drives.
     reference : Reference
         Where the arm shall be.
-    controller : {"pi", "model"} or callable
-        "pi": of muscles the thesis's (:class:`exo_pin.control.ContractionController`), of motors
+    controller : {"pi", "model"}, callable or None
+        None for what suits the design: "model" of a redundant one, unless it states that it measures lengths alone,
+        else "pi". "pi": of muscles the thesis's (:class:`exo_pin.control.ContractionController`), of motors
         :class:`exo_pin.control.LengthController`; "model": the one that knows the plant
         (:class:`exo_pin.control.ModelController`); or any function ``(t, measurement) -> commands``.
     options : PlantOptions
@@ -76,7 +79,7 @@ class Experiment(Record):
     title: str
     mechanism: Mechanism
     reference: Reference
-    controller: str | Callable[[float, Any], Any] = "pi"
+    controller: str | Callable[[float, Any], Any] | None = None
     options: PlantOptions = field(default_factory=PlantOptions)
     duration: float | None = None
     imu: Imu | None = None
@@ -94,6 +97,8 @@ class Experiment(Record):
             imu=Imu | None,
             feedback=FeedbackGains | None,
         )
+        if self.controller is None:
+            object.__setattr__(self, "controller", default_controller(self.mechanism))
         if isinstance(self.controller, str):
             as_choice("controller", self.controller, CONTROLLERS)
         else:
@@ -134,6 +139,11 @@ class Experiment(Record):
         if isinstance(options, PlantOptions):
             options = options.replace(**{name: value for name, value in changes.items() if name in plant})
         return replace(self, **{name: value for name, value in changes.items() if name in own} | {"options": options})
+
+    @cached_property
+    def foreseen(self) -> tuple[str, ...]:
+        """What can be said before it is run: poses that the drives cannot hold, or that lengths alone do not tell."""
+        return foreseen(self)
 
     @property
     def plant(self) -> Plant:

@@ -13,12 +13,13 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
-from ...core.results import Result, drawn
+from ...core.results import Known, Result, drawn
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
-from ..controllers.tension_program import HELD, missing_moments
+from ..controllers.tension_program import missing_moments
 from ..plant.run import Run
-from .tracking_report import columns_of, continuous_angles, findings, labelled, summary_of, verdict_of
+from .foresight import holdable
+from .tracking_report import columns_of, continuous_angles, findings, known_of, labelled, summary_of, verdict_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -102,13 +103,7 @@ class Tracking(Result, ReadOnly):
     @property
     def reachable(self) -> np.ndarray:
         """Shape (N,), bool: whether the drives can hold the wanted pose at rest, within the strokes of motor drives."""
-        plant = self.run.plant
-        lengths = plant.contractions.lengths(self.wanted)
-        held = self.missing_moment <= HELD
-        for drive, length in zip(plant.drives, lengths.T, strict=True):
-            if drive.is_motor:
-                held &= drive.spans(length)
-        return np.asarray(held)
+        return holdable(self.run.plant, self.wanted)
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:
         """Angles of the arm, or of the reference, over time.
@@ -216,9 +211,14 @@ class Tracking(Result, ReadOnly):
         return findings(self)
 
     @property
+    def known(self) -> tuple[Known, ...]:
+        """What the controller took as known, the mounting of the pose's sensor; effects at rest in the last pose."""
+        return known_of(self)
+
+    @property
     def cautions(self) -> tuple[str, ...]:
-        """Those of a measured reference and of the run; and that forces after a fault depend on estimates."""
-        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions)
+        """Of a measured reference, of the run and of what was foreseen; and that forces after a fault are estimates."""
+        found = (*getattr(self.experiment.reference, "cautions", ()), *self.run.cautions, *self.experiment.foreseen)
         if not self.experiment.faults:
             return found
         text = "Forces after a fault depend on estimated data of the plant: repeat the run with other estimates."
@@ -228,7 +228,8 @@ class Tracking(Result, ReadOnly):
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
-        return "\n".join([self.verdict, *cautions, *(f"- {finding}" for finding in self.findings), "", *lines])
+        known = [f"Taken as known: {each}." for each in self.known]
+        return "\n".join([self.verdict, *cautions, *known, *(f"- {text}" for text in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
         """Everything over time, by name with its unit.

@@ -5,8 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from ...core.results import Known
 from ...core.validation import FloatArray
+from ...device.accuracy.pose_accuracy import pose_accuracy
+from ...device.wrist_device import WristDevice, as_device
+from ...load_case import Case
+from ...load_case.case import beyond_motion
+from ...reaction import Assumptions, solve
 from ...wrist.clearance.gaps import LimbGaps
 from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
 
@@ -55,6 +62,8 @@ _SELDOM = 0.02
 _HALF = 0.5
 #: Angle by which the rest pose must be off to be named, degrees.
 _OFF = 2.0
+#: Largest error of lengths that counts as right, m.
+_RIGHT = 3e-3
 #: Movement in the last part of a run that counts as standing still, degrees a second, and the smoothing, s.
 _STILL, _WINDOW = 2.0, 0.25
 _BAR = 1e5
@@ -183,6 +192,20 @@ def _force_limits(tracking: Tracking) -> list[str]:
     return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
 
 
+def _alike(tracking: Tracking) -> list[str]:
+    """The lengths are right and the pose is not."""
+    off, run = float(np.degrees(tracking.error[-1])), tracking.run
+    wanted = run.plant.contractions.lengths(tracking.wanted[-1:])[0]
+    wrong = float(np.abs(run.lengths[-1] - wanted).max())
+    if off < _OFF or wrong > _RIGHT:
+        return []
+    seen = pose_accuracy(WristDevice.of(tracking.experiment.mechanism), tracking.wanted[-1:])
+    return [
+        f"the lengths end within {1e3 * wrong:.1f} mm of those wanted and the arm {off:.1f}° off: "
+        f"{seen.sensitivity()}; a sensor of the arm's orientation tells"
+    ]
+
+
 def _faults(tracking: Tracking) -> list[str]:
     """What the shoulder gets after a fault."""
     texts, force = [], np.linalg.norm(tracking.shoulder_force, axis=1)
@@ -195,6 +218,15 @@ def _faults(tracking: Tracking) -> list[str]:
                 f"they are |F_s| reaches {force[after].max():.0f} N and the arm is up to {off:.0f}° off"
             )
     return texts
+
+
+def _beyond_motion(tracking: Tracking) -> list[str]:
+    """The arm leaves what a shoulder can do."""
+    beyond = beyond_motion(tracking.run.rotations.as_matrix(), tracking.experiment.mechanism.side)
+    if not beyond.any():
+        return []
+    first = tracking.times[int(beyond.argmax())]
+    return [f"the arm is beyond a shoulder's range of motion from {first:.2f} s on: nothing of a joint stops it here"]
 
 
 def _sensor(tracking: Tracking) -> list[str]:
@@ -225,7 +257,7 @@ def _name(tracking: Tracking, number: int) -> str:
     return f"{tracking.run.plant.drives[number - 1].word} {number}"
 
 
-_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _faults, _sensor)
+_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _beyond_motion, _sensor)
 
 
 #: Units that end the keys of a summary, as they are written in text.
@@ -250,6 +282,7 @@ def summary_of(tracking: Tracking) -> dict[str, float]:
         "end_deg": float(main[-1]),
         "wanted_end_deg": float(wanted[-1]) + 0.0,
         "furthest_deg": float(way * (way * main).max()),
+        "end_error_deg": float(np.degrees(tracking.error[-1])),
         "rms_error_deg": float(np.degrees(tracking.rms_error())),
         "reachable_share": float(tracking.reachable.mean()),
         "rms_error_reachable_deg": float(np.degrees(tracking.rms_error(tracking.reachable))),
@@ -318,8 +351,25 @@ def verdict_of(tracking: Tracking) -> str:
     else:
         # Rounded, and added to zero: no minus before a zero.
         reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
-        end = f"{name} ends at {reached}° of {wanted}°"
+        end = f"{name} ends at {reached}° of {wanted}°, the arm {numbers['end_error_deg']:.1f}° off"
     force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
-    text = f"{tracking.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); {force}."
+    text = f"{tracking.experiment.title}: {end} ({numbers['rms_error_deg']:.1f}° rms); {force}."
     touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
     return f"{text} {touching}".rstrip()
+
+
+#: Step of the differences, degrees: the effect of 1° is the derivative's.
+_STEP = 0.1
+
+
+def known_of(tracking: Tracking) -> tuple[Known, ...]:
+    """The mounting of the sensor, and what 1° of it about each axis does to the last pose and its |F_s| at rest."""
+    mechanism, last = tracking.experiment.mechanism, tracking.run.rotations[-1]
+    steps = _STEP * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    turns = Rotation.from_rotvec(steps, degrees=True)
+    answer = solve(as_device(mechanism), Case(turns * last), Assumptions(limits="none"))
+    size, ahead, behind = answer.magnitude[0], answer.magnitude[1:4], answer.magnitude[4:]
+    share = 100.0 * float(np.linalg.norm(ahead - behind)) / (2.0 * _STEP) / max(float(size), 1e-300)
+    if not np.isfinite(share):
+        return ()
+    return (Known("mounting of the arm's sensor", 1.0, "deg", {"pose_deg": 1.0, "F_s_percent": share}, shows=False),)

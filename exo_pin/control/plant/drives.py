@@ -120,7 +120,7 @@ class Contractions:
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6
 #: Whose thread gives the volume of the air.
-_THREAD = "fitted-chou-hannaford"
+THREAD = "fitted-chou-hannaford"
 #: Nominal length of the muscle whose braid has the stated stiffness, m.
 _BRAID_LENGTH = 0.3
 #: Tension that keeps a cable taut, N: that of the search which found the shipped designs.
@@ -251,7 +251,7 @@ class MuscleDrive(LimbDrive):
     def row(self) -> FloatArray:
         """See :meth:`LimbDrive.row`."""
         model, options = self.model, self.options
-        thread = muscle_model(_THREAD)
+        thread = muscle_model(THREAD)
         assert isinstance(thread, ChouHannaford)
         line = model.validity.capability_line
         intercept = float(line(np.array(0.0)))

@@ -15,7 +15,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen, require_type
-from ...load_case import MeasurementNoise, Motion, Movement, read_movement
+from ...load_case import MeasurementNoise, Motion, Movement, RecordingOptions, read_movement
 from ...numerics.smoothing.smoothing_splines import continuous_quaternions, motion_of_quaternions
 
 #: A movement with more samples than this is a slip in the rate.
@@ -289,20 +289,26 @@ def _check_waypoints(t: FloatArray, poses: Rotation, rest: bool) -> None:
 
 
 def read_reference(
-    path: str | PathLike[str], side: str = "left", smoothing: str | None = "gcv", sensor_noise: float | None = None
+    path: str | PathLike[str],
+    side: str = "left",
+    smoothing: str | None = "gcv",
+    sensor_noise: float | None = None,
+    reading: RecordingOptions | str | None = None,
 ) -> OrientationSpline:
-    """Read a reference from a CSV file of orientations.
+    """Read a reference from a recording.
 
     Parameters
     ----------
     path : path-like
-        Columns and other arguments as in :func:`exo_pin.read_movement`.
+        The recording; it and the other arguments are as in :func:`exo_pin.read_movement`.
     side : {"left", "right"}
         Side of the body that clinical angles are of.
     smoothing : {"gcv", None}
         How to smooth the samples; None interpolates them.
     sensor_noise : float, optional
         Standard deviation of the samples about each axis, rad, if it is known.
+    reading : RecordingOptions or str, optional
+        What the recording does not say itself.
 
     Returns
     -------
@@ -318,4 +324,6 @@ def read_reference(
     >>> round(float(np.rad2deg(read_reference("arm.csv", smoothing=None)(1.0).orientation.magnitude())), 3)
     20.0
     """
-    return OrientationSpline.of_movement(read_movement(path, side, smoothing, sensor_noise), f"from {path}")
+    return OrientationSpline.of_movement(
+        read_movement(path, side, smoothing, sensor_noise, reading=reading), f"from {path}"
+    )

@@ -315,6 +315,8 @@ class MasslessMotion(ExoPinError, ValueError):
     ----------
     joints : tuple of str
         Joints that move in it, the most moved first.
+    in_line : tuple of str
+        Two of them, hinges that turn about one line there, as two of a ball that is written as hinges.
 
     Examples
     --------
@@ -326,12 +328,15 @@ class MasslessMotion(ExoPinError, ValueError):
     limb_1_platform_y
     """
 
-    def __init__(self, joints: Iterable[str]) -> None:
-        self.joints = tuple(joints)
+    def __init__(self, joints: Iterable[str], in_line: Iterable[str] = ()) -> None:
+        self.joints, self.in_line = tuple(joints), tuple(in_line)
+        said = "give the links mass (of a wrist's limbs, as Limb.base_body and Limb.platform_body), or take "
+        said += "these joints out"
+        if self.in_line:
+            said = f"{' and '.join(self.in_line)} turn about one line here (gimbal lock): write a ball of hinges as a "
+            said += "ball joint, or give the links between mass"
         super().__init__(
-            f"moving {few(self.joints)} moves no mass, so forces "
-            "do not determine the acceleration: give the links mass (of a wrist's limbs, as Limb.base_body and "
-            "Limb.platform_body), or take these joints out"
+            f"moving {few(self.joints)} moves no mass, so forces do not determine the acceleration: {said}"
         )
 
 

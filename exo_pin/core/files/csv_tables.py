@@ -25,14 +25,14 @@ from ..records import Record
 from ..validation import FloatArray, frozen
 from .atomic import is_stream, read_text, write_bytes, write_text
 
-# float() alone would read 1_000, digits of other scripts, inf and nan.
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+# A number: float() alone would read 1_000, digits of other scripts, inf and nan.
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 #: A text that would be a spreadsheet's formula without the apostrophe before it.
 _FORMULA = re.compile(r"^'('*[=+@-])")
 #: Ends of lines, tabs and what a terminal would obey.
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 #: Cells without a number, in small letters, where these are allowed.
-_NO_NUMBER = ("", "nan", "na", "n/a", "null")
+NO_NUMBER = ("", "nan", "na", "n/a", "null")
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ class CsvTable(Record):
         for index, (line, row) in enumerate(zip(self.lines, self.rows, strict=True)):
             for column, place in enumerate(places):
                 cell = row[place]
-                value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
-                if not np.isfinite(value) and not (gaps and cell.lower() in _NO_NUMBER):
+                value = float(cell) if NUMBER.fullmatch(cell) else np.nan
+                if not np.isfinite(value) and not (gaps and cell.lower() in NO_NUMBER):
                     expected = f"line {line}: expected a finite number in column {columns[column]}"
                     raise FileFormatError(f"{expected}, got {echo(cell)}", self.path)
                 values[index, column] = value
@@ -120,7 +120,7 @@ def parse_csv(text: str, path: str | PathLike[str] | None) -> CsvTable:
             comments.append(line[1:].strip())
         elif line.strip():
             lines.append(number)
-            rows.append(_cells(line.rstrip("\n"), number, path))
+            rows.append(cells_of(line.rstrip("\n"), number, path))
     if not rows:
         raise FileFormatError("is empty; expected a header line that names the columns", path)
     header = rows[0]
@@ -136,9 +136,11 @@ def parse_csv(text: str, path: str | PathLike[str] | None) -> CsvTable:
     return CsvTable(path, header, tuple(rows[1:]), tuple(lines[1:]), tuple(comments))
 
 
-def _cells(line: str, number: int, path: str | PathLike[str] | None) -> tuple[str, ...]:
+def cells_of(line: str, number: int, path: str | PathLike[str] | None, separator: str = ",") -> tuple[str, ...]:
+    """The cells of a line, without the blanks around them; ``number`` and ``path`` are for messages."""
     try:
-        return tuple(_FORMULA.sub(r"\1", cell.strip()) for cell in next(csv.reader([line], strict=True)))
+        cells = next(csv.reader([line], strict=True, delimiter=separator))
+        return tuple(_FORMULA.sub(r"\1", cell.strip()) for cell in cells)
     except csv.Error as error:
         raise FileFormatError(f"line {number}: not CSV: {error}", path) from error
 
@@ -191,6 +193,6 @@ def _cell(value: Any) -> str:
 def _as_text(cell: str) -> str:
     """A cell of one line that no spreadsheet takes for a formula; numbers stay as they are."""
     cell = _CONTROL.sub(lambda sign: repr(sign[0])[1:-1], cell)
-    if cell.lstrip("'")[:1] not in tuple("=+-@") or _NUMBER.fullmatch(cell) or cell in ("-inf", "+inf"):
+    if cell.lstrip("'")[:1] not in tuple("=+-@") or NUMBER.fullmatch(cell) or cell in ("-inf", "+inf"):
         return cell
     return f"'{cell}"

@@ -34,6 +34,8 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     table["gravity_m_s2"] = mechanism.gravity.tolist()
     if mechanism.estimated:
         table["estimated"] = list(mechanism.estimated)
+    if mechanism.measures:
+        table["measures"] = list(mechanism.measures)
     table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
     if mechanism.arm is not None:
         table["arm"] = arm_table(mechanism.arm)

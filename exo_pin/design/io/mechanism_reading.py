@@ -110,6 +110,8 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
         _Key("power_limit", "power", required=False),
         _Key("travel_limit", "length", required=False),
         _Key("least_tension", "force", required=False),
+        _Key("play", "length", required=False),
+        _Key("resolution", "length", required=False),
         _Key("tackle", Tackle),
     ),
     Wearer: (
@@ -210,6 +212,7 @@ def read_root(root: TomlTable) -> Mechanism:
     side = root.text("side", required=False, choices=("left", "right")) or "left"
     gravity = root.quantity("acceleration", "gravity", (3,), required=False)
     document, estimated = root.text("source", required=False), root.texts("estimated")
+    measures = root.texts("measures")
     if document is not None:
         sources["mechanism"] = document
     assert name is not None
@@ -235,6 +238,7 @@ def read_root(root: TomlTable) -> Mechanism:
         sources=sources,
         estimated=estimated,
         interfaces=interfaces,
+        measures=measures,
         **({} if gravity is None else {"gravity": gravity}),
     )
 

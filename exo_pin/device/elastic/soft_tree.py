@@ -25,8 +25,8 @@ from ...core.validation import FloatArray, set_fields
 from ...design import Interfaces, Shoulder
 from ...design.shoulder import nothing_gives_way
 from ..chain_device import ChainDevice
+from ..chain_roles import soft_bodies
 from ..device_model import DeviceModel, device_model
-from ..device_record import DeviceRecord, soft_bodies
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
 from .springs import CUFF, HARNESS, OF_LINK, SHOULDER, GuidedLimb, gives_way, guided_limbs, placed_springs, straight
@@ -37,13 +37,13 @@ class SoftTree:
 
     Parameters
     ----------
-    device : DeviceRecord
+    device : ChainDevice
         The device.
     ends : bool
         Whether shoulder, harness and cuff are among these parts.
     """
 
-    def __init__(self, device: DeviceRecord, ends: bool = True) -> None:
+    def __init__(self, device: ChainDevice, ends: bool = True) -> None:
         self.given: ChainState = device.chain._state
         self.arm, self.model, self._ends = device.arm_index, pin.Model(), ends
         old = self.given.model
@@ -162,7 +162,7 @@ class SoftTree:
         return point if there is None else RoutePoint(there[0], tuple(there[1].act(np.array(point.point)).tolist()))
 
 
-def soft_device(device: DeviceRecord) -> Any:
+def soft_device(device: ChainDevice) -> Any:
     """The device on its springs, of the same kind as the one given.
 
     Raises
@@ -176,7 +176,7 @@ def soft_device(device: DeviceRecord) -> Any:
 
 
 @lru_cache(maxsize=32)
-def twisting_device(device: DeviceRecord) -> Any:
+def twisting_device(device: ChainDevice) -> Any:
     """The device whose guided limbs let their two halves turn against each other, and that gives way nowhere else.
 
     Off its centre limbs with two universal joints close no other way. As of a wrist, their side forces then are unknown
@@ -189,7 +189,7 @@ def twisting_device(device: DeviceRecord) -> Any:
     return found
 
 
-def _on_tree(device: DeviceRecord, tree: SoftTree) -> Any:
+def _on_tree(device: ChainDevice, tree: SoftTree) -> Any:
     """The device with the joints of a tree."""
     described = device.chain.description
     closures = tuple(tree.closure(closure) for closure in tree.given.closures)

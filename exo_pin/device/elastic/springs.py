@@ -17,7 +17,7 @@ Springs of a device that gives way: displacements and generalised forces on its 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -27,9 +27,12 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...design import Interface, LimbGuide
 from ...numerics.analytic_vectors import angle_about, cross_matrix, dot, turn_coefficients
+from ..chain_roles import soft_bodies
 from ..device_model import DeviceModel
-from ..device_record import DeviceRecord, soft_bodies
 from ..parts.soft_parts import GuidedSlide
+
+if TYPE_CHECKING:
+    from ..chain_device import ChainDevice
 
 #: What the names of the joints of a guide, and of a limb that may twist, end in.
 OF_GUIDE, OF_TWIST = "_guide", "_twist"
@@ -65,7 +68,7 @@ class GuidedLimb(NamedTuple):
         return self.part.slide + (OF_GUIDE if self.part.resists else OF_TWIST)
 
 
-def guided_limbs(device: DeviceRecord) -> dict[int, GuidedLimb]:
+def guided_limbs(device: ChainDevice) -> dict[int, GuidedLimb]:
     """Limbs by the index of their slides.
 
     Raises
@@ -221,7 +224,7 @@ def _turned_back(turn: FloatArray, x: FloatArray) -> FloatArray:
 CUFF, HARNESS, SHOULDER, OF_LINK = "cuff_spring", "harness_spring", "shoulder_spring", "_spring"
 
 
-def gives_way(device: DeviceRecord) -> bool:
+def gives_way(device: ChainDevice) -> bool:
     """Whether any part of a device has a stiffness."""
     guides = any(part.resists for part in device.guided_slides)
     return bool(device.soft_links) or guides or not device.interfaces.are_rigid or device.shoulder.stiffness is not None
@@ -288,7 +291,7 @@ class PlacedSpring(NamedTuple):
         return np.asarray(self.at - {HARNESS: base, CUFF: cuff}.get(self.name, np.zeros(3)))
 
 
-def placed_springs(device: DeviceRecord, model: DeviceModel) -> list[PlacedSpring | PlacedGuide]:
+def placed_springs(device: ChainDevice, model: DeviceModel) -> list[PlacedSpring | PlacedGuide]:
     """Springs of shoulder, harness, cuff and links, and guides, in this order; of those that are not rigid."""
     held, free = model.held.model, model.free.model
     parts: dict[str, Interface | None] = {HARNESS: device.interfaces.harness, CUFF: device.interfaces.cuff}

@@ -26,7 +26,8 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ..chain_device import ChainDevice
 from ..chain_roles import cables_of, is_same_arm
-from ..postures import configurations_of
+from ..device_model import device_model
+from ..postures import closed_at_rest, configurations_of
 from .device_files import ENDING, SCHEMA, read_device
 from .device_writing import design_text, device_tables, device_text
 from .robot_files import read_robot, robot_tables
@@ -118,8 +119,9 @@ def files_of_device(device: ChainDevice, chain: ClosedChain, target: Path, endin
         If the format has no joint for one of the device's, which the message names, or a spring has a law of its own
         kind.
     """
-    q = configurations_of(device, Rotation.identity())
-    _require_reached(device, q)
+    _require_reached(device, configurations_of(device, Rotation.identity()))
+    # Joints that settle are followed from here, and not from where they hang.
+    q = closed_at_rest(device_model(device))
     cables = cables_of(device.drives, device.springs) if ending == ".xml" else ()
     native = type(chain)(chain.model, replace(chain.description, cables=cables))
     written = written_chain(native._state, ending, q)

@@ -364,7 +364,7 @@ _LAWS = {"constant": _constant, "linear": _linear, "gas": _gas, "table": _table}
 def _drive(table: TomlTable) -> Drive:
     place = _place(table)
     limits = {key: _either(table, _EFFORT, key) for key in ("lower", "upper")}
-    limits |= {key: _either(table, _LENGTH, key) for key in ("least", "greatest")}
+    limits |= {key: _either(table, _LENGTH, key) for key in ("least", "greatest", "play", "resolution")}
     limits["speed_limit"] = _either(table, ("speed", "rate"), "speed")
     limits["power_limit"] = table.quantity("power", "power", required=False)
     own = {key: read_record(kind, table.table(key), {}) for key, kind in (("actuator", Actuator), ("stroke", Stroke))}

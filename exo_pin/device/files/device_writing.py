@@ -148,6 +148,7 @@ def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
     named = {
         f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,
         f"greatest_{at}": drive.greatest, f"speed{rate}": drive.speed_limit, "power_W": drive.power_limit,
-        "pulls": drive.pulls or None, "zero_length_m": drive.zero_length or None,
+        f"play_{at}": drive.play,
+        f"resolution_{at}": drive.resolution, "pulls": drive.pulls or None, "zero_length_m": drive.zero_length or None,
     }  # fmt: skip
     return {key: value for key, value in named.items() if value is not None} | own

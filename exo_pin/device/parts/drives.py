@@ -55,6 +55,9 @@ class Drive:
         Greatest speed of the coordinate or of the route's length, rad/s or m/s; that of an ``actuator`` if it is less.
     power_limit : float or None
         Greatest mechanical power, W; likewise.
+    play, resolution : float or None
+        How far the coordinate or length may shift while the drive stands, end to end, and the least difference that its
+        sensor tells apart, rad or m; those of an ``actuator`` where they are left out, None where they are not known.
     actuator, stroke : Actuator, Stroke or None
         Of a route, or of a slide that is counted by its tension: limits by length, as of a limb.
 
@@ -79,6 +82,8 @@ class Drive:
     actuator: Actuator | None = None
     stroke: Stroke | None = None
     zero_length: float = 0.0
+    play: float | None = None
+    resolution: float | None = None
 
     def __post_init__(self) -> None:
         _require_place(self)
@@ -98,6 +103,10 @@ class Drive:
         for name in ("speed_limit", "power_limit"):
             known = [value for part in (self, self.actuator) if (value := getattr(part, name, None)) is not None]
             set_fields(self, **{name: min(known, default=None)})
+        set_positive(self, "play", "resolution", zero=True, optional=True)
+        for name in ("play", "resolution"):
+            if getattr(self, name) is None:
+                set_fields(self, **{name: getattr(self.actuator, name, None)})
         if self.joint is not None and not self.pulls and (self.actuator is not None or self.stroke is not None):
             raise InvalidInput(f"expected {self.name!r} with pulls=True: its actuator's limits are those of a tension")
         if self.route is not None and self.actuator is None and self.lower is None:

@@ -10,7 +10,7 @@ the way; else the others are where least motion leaves them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -24,8 +24,10 @@ from ...core.records import reduced_tuple
 from ...core.tables import enumerated
 from ...core.validation import FloatArray, as_finite
 from ..device_model import UNREACHED, DeviceModel
-from ..device_record import DeviceRecord
 from .idle_joints import idle_motions, settled, undriven_motions
+
+if TYPE_CHECKING:
+    from ..chain_device import ChainDevice
 
 __all__ = ["GivenPosture", "given_posture", "posed", "stepped"]
 
@@ -72,12 +74,12 @@ class GivenPosture(NamedTuple):
         return f"{enumerated(shown)} as asked for (rad, m), reached from the straight turn with the arm held"
 
 
-def given_posture(device: DeviceRecord, posture: Any, shape: tuple[int, ...]) -> GivenPosture | None:
+def given_posture(device: ChainDevice, posture: Any, shape: tuple[int, ...]) -> GivenPosture | None:
     """The posture of a stack of poses, from what a user gives.
 
     Parameters
     ----------
-    device : DeviceRecord
+    device : ChainDevice
         The device.
     posture : mapping, array_like or None
         Values by joint, m or rad, or in the unit that the name ends in; or configurations, shape (..., nq).
@@ -113,7 +115,7 @@ def given_posture(device: DeviceRecord, posture: Any, shape: tuple[int, ...]) ->
     return GivenPosture(tuple(found), np.stack(list(found.values()), axis=1))
 
 
-def _joint_of(device: DeviceRecord, name: Any) -> tuple[str, float]:
+def _joint_of(device: ChainDevice, name: Any) -> tuple[str, float]:
     """The joint that a name means, and the SI value of its unit."""
     chain = device.chain
     known = {str(each) for each in chain.model.names[1:]} - {device.arm_joint}

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import compress
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import compress, count
+from time import monotonic
 
 import numpy as np
 import scipy
@@ -12,13 +13,16 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
+from ...core.progress import track
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, set_fields
-from ..laws.dynamic import DynamicModel
+from ..laws.dynamic import DynamicModel, G
 from ..laws.friction import Damping, LoadDependentFriction
-from ..laws.static import StaticModel
+from ..laws.static import BAR, StaticModel
 from ..simulation.response import PressureInput, PressureTrace
 from ..simulation.step_response import QUICK, simulate
+from .plausibility import require_possible
+from .regimes import resolution_of
 from .region import collinear, confidence_interval
 
 
@@ -128,6 +132,9 @@ class DynamicIdentification(Record):
         Coefficients that the recordings cannot distinguish.
     inside : float
         Share of the simulated samples that lie in the model's range.
+    doubts : tuple of str
+        Recordings that contradict the static law, states where the fitted friction or damping would drive, a search
+        that the time limit ended.
 
     Examples
     --------
@@ -147,11 +154,12 @@ class DynamicIdentification(Record):
     samples: int
     indistinct: tuple[str, ...]
     inside: float
+    doubts: tuple[str, ...] = ()
 
     @property
     def cautions(self) -> tuple[str, ...]:
-        """Samples outside the range of the force law, coefficients that the recordings cannot distinguish."""
-        found = []
+        """Doubts, samples outside the range of the force law, coefficients that the recordings cannot distinguish."""
+        found = list(self.doubts)
         if self.inside < 1.0:
             found.append(
                 f"{100.0 * self.inside:.0f} % of the samples are inside the range of the force law; elsewhere it is "
@@ -199,6 +207,64 @@ _FIRST_GUESSES = [
 ]
 
 
+class _TimeIsUp(Exception):
+    """The time limit is reached."""
+
+
+@dataclass
+class _Search:
+    """The sum of squares of simulated less recorded contraction over the scaled coefficients, and its best so far."""
+
+    recordings: Sequence[Recording]
+    build: Callable[[FloatArray], DynamicModel]
+    end: float
+    progress: bool
+    best: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
+    _last: tuple[FloatArray, FloatArray] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._ticks = track(count(), "sets of responses simulated", self.progress)
+
+    def residual(self, scaled: FloatArray) -> FloatArray:
+        """Simulated less recorded contraction of all samples, m."""
+        if monotonic() > self.end:
+            raise _TimeIsUp
+        next(self._ticks)
+        model = self.build(scaled * _SCALE)
+        self._last = scaled.copy(), np.concatenate([recording.residual(model) for recording in self.recordings])
+        return self._last[1]
+
+    def jacobian(self, scaled: FloatArray) -> FloatArray:
+        """Its derivatives, by central differences: responses bend where a phase of sticking appears or goes."""
+        here = self._last[1] if np.array_equal(self._last[0], scaled) else self.residual(scaled)
+        steps = np.diag(_STEP * np.maximum(1.0, np.abs(scaled)))
+        rises = [(self.residual(scaled + step) - self.residual(scaled - step)) / (2 * step.sum()) for step in steps]
+        found = np.column_stack(rises)
+        if self.best is None or here @ here < self.best[0]:
+            self.best = float(here @ here), scaled.copy(), here, found
+        return found
+
+    def run(self, guesses: list[FloatArray], first: int) -> str:
+        """Search from the best of the guesses; return why it ended early, empty if it converged."""
+        try:
+            if first < len(guesses):
+                # The sum of squares has several valleys: a friction too large stops the motion early, too small late.
+                costs = [float((self.residual(guess / _SCALE) ** 2).sum()) for guess in guesses]
+                guesses = [guesses[i] for i in np.argsort(costs, kind="stable")[:first]]
+            for guess in guesses:
+                answer = scipy.optimize.least_squares(
+                    self.residual, guess / _SCALE, jac=self.jacobian, method="trf", xtol=1e-7, ftol=1e-8, gtol=1e-14
+                )
+                if not answer.success:
+                    raise SolverFailed("least_squares", float(answer.optimality), str(answer.message))
+                self.jacobian(answer.x)
+        except _TimeIsUp:
+            return "The time limit ended the search before it converged: these are its best coefficients so far."
+        finally:
+            self._ticks.close()  # type: ignore[attr-defined]  # the bar of a generator
+        return ""
+
+
 @checked
 def identify_dynamic(
     recordings: Sequence[Recording],
@@ -206,6 +272,8 @@ def identify_dynamic(
     start: ArrayLike | None = None,
     name: str = "identified",
     source: str = "",
+    time_limit: float = 300.0,
+    progress: bool = False,
 ) -> DynamicIdentification:
     """Fit N_2, N_1, N_0, D_1, D_2 of (3-22) to recorded responses, all at once.
 
@@ -223,6 +291,10 @@ def identify_dynamic(
         and dampings.
     name, source : str
         Name and source of the parameter set.
+    time_limit : float
+        When the search ends at the latest, s; the best coefficients so far are the answer then, with a caution.
+    progress : bool
+        Whether to show a bar, of the sets of responses that were simulated.
 
     Returns
     -------
@@ -231,11 +303,12 @@ def identify_dynamic(
     Raises
     ------
     InvalidInput
-        If there is no recording, or an argument is not usable.
+        If there is no recording, an argument is not usable, or no muscle can have made a recording.
     NotIdentifiable
-        If the responses do not depend on some coefficient, or there are too few samples; it names the coefficients.
+        If the responses do not depend on some coefficient, their friction or damping would have the wrong sign, or
+        there are too few samples; it names the coefficients.
     SolverFailed
-        If the search does not converge.
+        If the search does not converge, or has no answer when its time is over.
 
     Notes
     -----
@@ -257,47 +330,32 @@ def identify_dynamic(
     if samples <= len(_NAMES):
         raise NotIdentifiable(f"expected more than {len(_NAMES)} samples, got {samples}", _NAMES)
 
+    for recording in recordings:
+        require_possible(recording.contraction, recording.pressure.sample(recording.time), static.reference_length)
+
     def build(values: FloatArray) -> DynamicModel:
         N_2, N_1, N_0, D_1, D_2 = values.tolist()
         friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0), Damping.from_bar(D_1, D_2)
         return DynamicModel(name=name, static=static, friction=friction, damping=damping, source=source)
 
-    def residual(scaled: FloatArray) -> FloatArray:
-        model = build(scaled * _SCALE)
-        return np.concatenate([recording.residual(model) for recording in recordings])
-
-    def jacobian(scaled: FloatArray) -> FloatArray:
-        # Central differences: the responses bend where a phase of sticking appears or goes.
-        steps = np.diag(_STEP * np.maximum(1.0, np.abs(scaled)))
-        rises = [(residual(scaled + step) - residual(scaled - step)) / (2 * step.sum()) for step in steps]
-        return np.column_stack(rises)
-
-    if start is None:
-        # The sum of squares has several valleys: a friction too large stops the motion early, one too small late.
-        ranked = sorted(_FIRST_GUESSES, key=lambda guess: float((residual(guess / _SCALE) ** 2).sum()))
-        guesses = ranked[:_STARTS]
-    else:
-        guesses = [np.array(as_finite("start", start, (len(_NAMES),)))]
-    answers = [
-        scipy.optimize.least_squares(
-            residual, guess / _SCALE, jac=jacobian, method="trf", xtol=1e-9, ftol=1e-10, gtol=1e-14
-        )
-        for guess in guesses
-    ]
-    answer = min(answers, key=lambda a: float(a.cost))
-    if not answer.success:
-        raise SolverFailed("least_squares", float(answer.optimality), str(answer.message))
-    sensitivity = np.asarray(answer.jac)
+    guesses = _FIRST_GUESSES if start is None else [np.array(as_finite("start", start, (len(_NAMES),)))]
+    search = _Search(recordings, build, monotonic() + as_positive("time_limit", time_limit), progress)
+    early = search.run(guesses, _STARTS)
+    if search.best is None:
+        raise SolverFailed("least_squares", np.inf, f"no answer within the time limit of {time_limit:g} s")
+    squares, found, _, sensitivity = search.best
     norms = np.linalg.norm(sensitivity, axis=0)
     floor = 1e-9 * norms.max() if norms.max() > 0 else np.inf
     if (norms <= floor).any() or np.linalg.matrix_rank(sensitivity / np.maximum(norms, 1e-300)) < len(_NAMES):
         lost = tuple(compress(_NAMES, (norms <= floor) | collinear(sensitivity)))
         raise NotIdentifiable(f"these responses cannot determine the coefficients {', '.join(lost)}", lost)
-    variance = float(answer.fun @ answer.fun) / (samples - len(_NAMES))
+    rounding = max(resolution_of(recording.contraction) for recording in recordings) ** 2 / 12.0
+    variance = max(squares / (samples - len(_NAMES)), rounding)
     upper = np.linalg.inv(np.linalg.qr(sensitivity / norms, mode="r"))
     spread = (upper @ upper.T) / np.outer(norms, norms) * np.outer(_SCALE, _SCALE)
-    values = answer.x * _SCALE
+    values = found * _SCALE
     model = build(values)
+    doubts = [*_contradictions(recordings, static), *_drives(model, recordings), *([early] if early else [])]
     return DynamicIdentification(
         model=model,
         names=_NAMES,
@@ -307,7 +365,44 @@ def identify_dynamic(
         samples=samples,
         indistinct=tuple(compress(_NAMES, collinear(sensitivity))),
         inside=_share_inside(model, recordings),
+        doubts=tuple(doubts),
     )
+
+
+def _contradictions(recordings: Sequence[Recording], static: StaticModel) -> list[str]:
+    """Recordings that begin at rest where the static law pulls a multiple of the hung weight, or a fraction."""
+    found = []
+    for number, recording in enumerate(recordings, 1):
+        t, x = float(recording.time[0]), max(0.0, float(recording.contraction[0]))
+        pull, weight = float(static.unchecked_force(x, recording.pressure(t))), recording.mass * G
+        if pull > 0.0 and x > 0.0 and not 0.4 < weight / pull < 2.5:
+            found.append(
+                f"Recording {number} begins at {1e3 * x:.1f} mm, where the force law pulls {pull:.1f} N, with a weight "
+                f"of {weight:.1f} N: look at the weight (N, no kg), the pressure and the length of the muscle."
+            )
+    return found
+
+
+def _drives(model: DynamicModel, recordings: Sequence[Recording]) -> list[str]:
+    """How often the fitted friction or damping would drive; NotIdentifiable where it does so mostly."""
+    states = [(r.contraction, np.gradient(r.contraction, r.time)) for r in recordings]
+    x, v = (np.concatenate(parts) for parts in zip(*states, strict=True))
+    moving = np.abs(v) > 0.05 * float(np.abs(v).max(initial=0.0))
+    friction = float(np.mean(np.asarray(model.friction.factors(x, BAR, 0.0)[1]) < 0.0))
+    damping = float(np.mean(model.damping.rate(v[moving]) < 0.0)) if moving.any() else 0.0
+    found = []
+    for what, share, names in (("friction", friction, _NAMES[:3]), ("damping", damping, _NAMES[3:])):
+        if share > 0.5:
+            raise NotIdentifiable(
+                f"these responses show no {what}: the fitted one would drive the motion in {100 * share:.0f} % of the "
+                f"samples, so {', '.join(names)} cannot be determined",
+                names,
+            )
+        if share > 0.0:
+            found.append(
+                f"The fitted {what} would drive the motion in {100 * share:.0f} % of the samples; it counts as 0."
+            )
+    return found
 
 
 def _share_inside(model: DynamicModel, recordings: Sequence[Recording]) -> float:

@@ -1,10 +1,12 @@
 """Region of validity of the force law, found from the data: the thick line of Tables 3-3a and 3-3b (Section 3.2.1).
 
-A weight beyond the muscle's capability leaves the braid almost unstretched, and the muscle then follows another
-law. So the measurements, sorted by contraction, are split in two regimes; each gets its own least-squares fit and
-its own scatter, and the split is judged by its likelihood (a change point). Of all splits that the data cannot tell
-from the most likely one at 95 %, the one that keeps the fewest measurements is taken. The capability line is then
-the straight line in pressure and force that separates selected from rejected measurements by the widest margin.
+A weight beyond the muscle's capability leaves the braid almost unstretched. The braid then carries a part of it, so
+the muscle holds more than the law says. Measurements are sorted by contraction, the most contracted first. The region
+is the largest set from there on that one law describes. The test is Chow's: for every cut, an F test asks whether the
+measurements after it agree with the law of those before it, each variance over its own degrees of freedom; the level
+holds for all cuts together (Bonferroni). So one regime is the answer unless the data prove two, and the region of a
+region is all of it. A single measurement that the others contradict is an outlier. The capability line is the
+straight line in pressure and force that separates selected from rejected measurements by the widest margin.
 """
 
 from __future__ import annotations
@@ -18,9 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_positive, frozen
 from ..laws.static import BAR
 from ..laws.validity import Validity
+from .plausibility import as_measurements
+from .regimes import LEAST_EXCESS, SECOND_ORDER, Powers, regimes
 
 #: Condition index above which a dependency among columns of unit length is called strong (Belsley, Kuh, Welsch).
 CONDITION_LIMIT = 30.0
@@ -64,50 +68,6 @@ def confidence_interval(centre: FloatArray, variance: FloatArray, level: float, 
     return np.column_stack([centre - half, centre + half])
 
 
-Powers = tuple[tuple[int, int], ...]
-
-#: Powers (of contraction, of pressure) of (3-10), in the order K_1, K_2, C_1, S_1, S_2, S_3.
-SECOND_ORDER: Powers = ((2, 1), (1, 1), (0, 1), (2, 0), (1, 0), (0, 0))
-#: More than any pneumatic muscle bears, Pa: a pressure in another unit.
-_MOST_PRESSURE = 1e7
-
-
-def as_measurements(
-    contraction: ArrayLike, pressure: ArrayLike, force: ArrayLike, nominal_length: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Check three columns of measurements, shape (n,) each, in m, Pa and N, of a muscle of a nominal length in m.
-
-    Raises
-    ------
-    InvalidInput
-        If one is not finite or not of shape (n,), their lengths differ, a pressure is below zero or
-        that of no pneumatic muscle, or a contraction is as long as the muscle.
-    """
-    x = as_finite("contraction", contraction, (None,))
-    p = as_finite("pressure", pressure, (None,))
-    f = as_finite("force", force, (None,))
-    if not len(x) == len(p) == len(f):
-        raise InvalidInput(
-            f"expected contraction, pressure and force of one length, got {len(x)}, {len(p)} and {len(f)}"
-        )
-    if (p < 0).any():
-        raise InvalidInput(f"expected pressure to be zero or more, got {p.min():g} Pa")
-    if p.max(initial=0.0) > _MOST_PRESSURE:
-        raise InvalidInput(f"expected pressure in Pa, at most {_MOST_PRESSURE / BAR:g} bar, got {p.max() / BAR:g} bar")
-    length, most = as_positive("nominal_length", nominal_length), np.abs(x).max(initial=0.0)
-    if most >= length:
-        raise InvalidInput(f"expected contraction in m, less than the nominal length of {length:g} m, got {most:g} m")
-    return x, p, f
-
-
-def design_matrix(contraction: FloatArray, pressure: FloatArray, powers: Powers) -> FloatArray:
-    """Columns x^i P^j with x in m and P in bar, shape (n, len(powers))."""
-    bar = pressure / BAR
-    if not len(powers):
-        raise InvalidInput("expected one pair of powers or more, got none")
-    return np.column_stack([contraction**i * bar**j for i, j in powers])
-
-
 def hull(
     contraction: FloatArray,
     pressure: FloatArray,
@@ -137,6 +97,11 @@ class Region(Record):
     margin : float
         Half the width of the empty band around the capability line, N; zero if the line does not separate selected from
         rejected measurements, infinite if none was rejected.
+    outliers : ndarray of int
+        Indices of single measurements that the others contradict; they are not selected.
+    misfit : float
+        Root mean square of what one law leaves over, N, where the data prove that it does not describe all of them but
+        the rest is not where a braid puts it; None where the law describes what is selected.
 
     Examples
     --------
@@ -150,11 +115,8 @@ class Region(Record):
     selected: NDArray[np.bool_]
     validity: Validity
     margin: float
-
-
-def _squares(matrix: FloatArray, force: FloatArray) -> float:
-    fitted = matrix @ np.linalg.lstsq(matrix, force, rcond=None)[0]
-    return float(((force - fitted) ** 2).sum())
+    outliers: NDArray[np.int_]
+    misfit: float | None = None
 
 
 def capability_line(
@@ -196,6 +158,10 @@ def capability_line(
     return (float(answer.x[0]) / BAR, float(answer.x[1])), float(answer.x[2])
 
 
+#: What one law may leave over, as a share of the greatest force, before it is said that it does not describe the data.
+_MISFIT = 0.02
+
+
 @checked
 def find_region(
     contraction: ArrayLike,
@@ -203,7 +169,7 @@ def find_region(
     force: ArrayLike,
     nominal_length: float,
     powers: Powers = SECOND_ORDER,
-    level: float = 0.95,
+    level: float = 0.01,
 ) -> Region:
     """Find where a force law holds from measurements alone.
 
@@ -216,7 +182,7 @@ def find_region(
     powers : tuple of (int, int)
         Terms of the law; (3-10) by default.
     level : float
-        Confidence of the change point.
+        Probability of calling measurements of one law two regimes.
 
     Returns
     -------
@@ -225,9 +191,14 @@ def find_region(
     Raises
     ------
     InvalidInput
-        If the measurements are not usable columns.
+        If the measurements are not usable columns, or no muscle can have made them.
     NotIdentifiable
-        If there are too few measurements for two regimes.
+        If there are too few measurements for a law.
+
+    Notes
+    -----
+    The region is that of Section 3.2.1 of the thesis, the test that of predictions by G. Chow, Econometrica 28 (1960)
+    591.
 
     Examples
     --------
@@ -237,31 +208,35 @@ def find_region(
     >>> int(region.selected.sum())  # of them obey the law
     27
     """
-    x, p, f = as_measurements(contraction, pressure, force, nominal_length)
-    length = as_positive("nominal_length", nominal_length)
-    confidence = as_positive("level", level)
-    if confidence >= 1:
-        raise InvalidInput(f"expected level below 1, got {confidence:g}")
-    least = len(powers) + 2
-    if len(x) < 2 * least:
-        raise NotIdentifiable(f"expected at least {2 * least} measurements for two regimes, got {len(x)}")
-    order = np.argsort(-x, kind="stable")
-    matrix, sorted_force = design_matrix(x, p, powers)[order], f[order]
-    splits = np.arange(least, len(x) - least + 1)
-    deviance = np.empty(len(splits))
-    # Exact data would have no scatter and an unbounded likelihood; the print's last digit bounds it below.
-    floor = 1e-12 * float(f @ f) + 1e-300
-    for row, k in enumerate(splits):
-        long, short = _squares(matrix[:k], sorted_force[:k]), _squares(matrix[k:], sorted_force[k:])
-        rest = len(x) - k
-        deviance[row] = k * np.log((long + floor) / k) + rest * np.log((short + floor) / rest)
-    whole = len(x) * np.log((_squares(matrix, sorted_force) + floor) / len(x))
-    # A second regime must pay for its coefficients, its scatter and its place (the information criterion of Bayes).
-    price = (len(powers) + 2) * np.log(len(x))
-    selected = np.ones(len(x), dtype=bool)
-    if deviance.min() + price < whole:
-        alike = splits[deviance - deviance.min() <= scipy.stats.chi2.ppf(confidence, 1)]
-        selected[order[alike.min() :]] = False
-    line, margin = capability_line(p, f, selected)
-    basis = f"change point in contraction over {len(x)} measurements, {int(selected.sum())} selected"
-    return Region(selected=selected, validity=hull(x[selected], p[selected], length, line, basis), margin=margin)
+    x, p, f, _ = as_measurements(contraction, pressure, force, nominal_length)
+    return region_of(x, p, f, as_positive("nominal_length", nominal_length), powers, level)
+
+
+def region_of(
+    x: FloatArray, p: FloatArray, f: FloatArray, length: float, powers: Powers, level: float = 0.01
+) -> Region:
+    """:func:`find_region` of measurements that are checked already."""
+    if not 0 < as_positive("level", level) < 1:
+        raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
+    k = len(powers)
+    if len(x) < k + 3:
+        raise NotIdentifiable(f"expected at least {k + 3} measurements for a law and a test of it, got {len(x)}")
+    matrix, order, size, outliers = regimes(x, p, f, powers, level)
+    selected = np.zeros(len(x), dtype=bool)
+    selected[order[:size]] = True
+    rejected = order[size:]
+    misfit: float | None = None
+    if len(rejected):
+        law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
+        excess = f[rejected] - matrix[rejected] @ law
+        if np.median(excess) <= 0.0 or excess.max() < LEAST_EXCESS * np.abs(f).max():
+            selected[rejected] = True
+            law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
+            left = float(np.sqrt(np.mean((f - matrix @ law)[selected] ** 2)))
+            misfit = left if left > _MISFIT * np.abs(f).max() else None
+    judged = np.ones(len(x), dtype=bool)
+    judged[outliers] = False
+    line, margin = capability_line(p[judged], f[judged], selected[judged])
+    basis = f"test for one regime over {len(x)} measurements, {int(selected.sum())} selected"
+    found_validity = hull(x[selected], p[selected], length, line, basis)
+    return Region(selected, found_validity, margin, frozen(np.array(sorted(outliers), dtype=int)), misfit)

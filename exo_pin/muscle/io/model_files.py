@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cache, partial
 from importlib.resources import files
+from math import radians
 from os import PathLike
 from typing import Any
 
@@ -17,12 +18,17 @@ from ..identification.static_identification import coefficient_name
 from ..laws.dynamic import DynamicModel
 from ..laws.force_laws import ChouHannaford, PolynomialModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
+from ..laws.published_laws import FestoLaw
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 
-#: Keys of the constants of the law of Chou and Hannaford, by attribute.
-_BRAID = {"braid_length": "braid_length_m", "turns": "turns"}
-_FORMS: dict[type[StaticModel], str] = {PolynomialModel: "polynomial", ChouHannaford: "chou-hannaford"}
+#: Laws with constants of their own: form in the file, and the keys of the constants by attribute.
+_CONSTANTS: dict[type[StaticModel], tuple[str, dict[str, str]]] = {
+    ChouHannaford: ("chou-hannaford", {"braid_length": "braid_length_m", "turns": "turns"}),
+    FestoLaw: ("aarl-festo", {"largest_strain": "largest_strain"}),
+}
+#: Read only: it is written as the polynomial that it is.
+_TONDU_LOPEZ = ("tondu-lopez", {"diameter": "diameter_m", "braid_angle": "braid_angle_deg", "k": "k"})
 
 
 def _unit(i: int, j: int) -> str:
@@ -90,19 +96,19 @@ def parameter_content(model: StaticModel) -> dict[str, Any]:
     require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    if type(model) not in _FORMS:
+    if type(model) not in (PolynomialModel, *_CONSTANTS):
         raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
     content = {
         "name": model.name,
         "source": model.source,
         "notes": list(model.notes),
         "reference_length_m": model.reference_length,
-        "form": _FORMS[type(model)],
+        "form": "polynomial" if isinstance(model, PolynomialModel) else _CONSTANTS[type(model)][0],
         "validity": _validity_table(model.validity),
     }
     if isinstance(model, PolynomialModel):
         return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
-    return content | {"constants": {key: getattr(model, name) for name, key in _BRAID.items()}}
+    return content | {"constants": {key: getattr(model, name) for name, key in _CONSTANTS[type(model)][1].items()}}
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -134,7 +140,8 @@ def parse_parameters(top: TomlTable) -> StaticModel:
     FileFormatError
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
-    form = top.text("form", choices=_FORMS.values())
+    laws = {form: (law, keys) for law, (form, keys) in _CONSTANTS.items()}
+    form = str(top.text("form", choices=("polynomial", _TONDU_LOPEZ[0], *laws)))
     common: dict[str, Any] = {
         "name": top.text("name"),
         "source": top.text("source", required=False) or "",
@@ -148,8 +155,10 @@ def parse_parameters(top: TomlTable) -> StaticModel:
             build = partial(PolynomialModel.from_bar, _parse_terms(top))
         else:
             constants = top.required_table("constants")
-            braid: dict[str, Any] = {name: constants.coefficient(key) for name, key in _BRAID.items()}
-            build = partial(ChouHannaford, **braid)
+            build, keys = laws[form] if form in laws else (PolynomialModel.tondu_lopez, _TONDU_LOPEZ[1])
+            common |= {name: constants.coefficient(key) for name, key in keys.items()}
+            if "braid_angle" in common:
+                common["braid_angle"] = radians(common["braid_angle"])
             constants.finish()
         top.skip("identification")
         top.finish()

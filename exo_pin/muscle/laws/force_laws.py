@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import pi
+from math import pi, sin, tan
 from typing import Any, Self
 
 import numpy as np
@@ -116,6 +116,51 @@ class PolynomialModel(StaticModel):
         """
         terms = {(2, 1): K_1, (1, 1): K_2, (0, 1): C_1, (2, 0): S_1, (1, 0): S_2, (0, 0): S_3}
         return cls.from_bar(terms, **fields)
+
+    @classmethod
+    def tondu_lopez(
+        cls, diameter: float, braid_angle: float, reference_length: float, k: float = 1.0, **fields: Any
+    ) -> Self:
+        """Law of Tondu and Lopez: F = (π/4) D² P (a (1 - k ε)² - b), a = 3/tan² α, b = 1/sin² α, ε the strain.
+
+        Parameters
+        ----------
+        diameter : float
+            D of the muscle at rest, m.
+        braid_angle : float
+            α between thread and axis at rest, rad.
+        reference_length : float
+            Nominal length, m.
+        k : float
+            How much more the muscle contracts than a cylinder, for its round ends: 1 is a cylinder. It is measured, and
+            no value is taken as known here.
+        **fields
+            ``name``, ``validity`` and the other fields of the model.
+
+        Returns
+        -------
+        PolynomialModel
+
+        Notes
+        -----
+        Source: thesis Table 2-4.
+
+        Examples
+        --------
+        >>> from exo_pin.muscle import PolynomialModel, Validity
+        >>> limits = Validity(strain=(0.0, 0.3), pressure=(0.0, 5e5))
+        >>> law = PolynomialModel.tondu_lopez(0.010, np.radians(25), 0.25, name="braid", validity=limits)
+        >>> slack = 1 - np.cos(np.arctan(np.sqrt(2.0))) / np.cos(np.radians(25))  # threads at 54.7°: no pull
+        >>> round(abs(float(law.unchecked_force(0.25 * slack, 3e5))), 9)  # N
+        0.0
+        """
+        width, length = as_positive("diameter", diameter), as_positive("reference_length", reference_length)
+        angle, factor = as_positive("braid_angle", braid_angle), as_positive("k", k)
+        if angle >= pi / 2:
+            raise InvalidInput(f"expected braid_angle in rad, below a right angle, got {angle:g}")
+        a, b, area, bend = 3 / tan(angle) ** 2, 1 / sin(angle) ** 2, pi / 4 * width**2, factor / length
+        terms = {(0, 1): area * (a - b), (1, 1): -2 * area * a * bend, (2, 1): area * a * bend**2}
+        return cls(coefficients=terms, reference_length=length, **fields)
 
     @property
     def in_bar(self) -> dict[tuple[int, int], float]:

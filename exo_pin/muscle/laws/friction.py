@@ -87,6 +87,7 @@ class FrictionLaw(ABC):
         return product
 
 
+@checked
 @dataclass(frozen=True)
 class ConstantFriction(FrictionLaw):
     """Constant Coulomb friction, the 2.5 N that Chou and Hannaford suggest (Figures 3-3 and 3-4).

@@ -18,7 +18,7 @@ from ...core.tables import aligned
 from ...core.validation import FloatArray, as_choice, as_finite, set_fields
 from ...design.wearer import Wearer
 from ...reaction.constraints.glenoid_cone import GlenoidCone
-from .result import JointContact
+from .result import WITHOUT_MUSCLES, JointContact
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -52,6 +52,9 @@ class ContactOptions(Record):
     socket_turn : float
         Turn of the socket about the vertical against that of the model, rad, positive to face further forward; the
         muscles' paths stay.
+    kept_activation : float
+        With a device every muscle keeps at least this share of its activation without the device, 0 to 1: people do
+        not let go of all that a device carries. Let the device carry the rest (``forces=1 - kept_activation``).
 
     Examples
     --------
@@ -69,6 +72,7 @@ class ContactOptions(Record):
     load_on: str = "upper arm"
     centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
     socket_turn: float = 0.0
+    kept_activation: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.power, int) or self.power not in (2, 3):
@@ -83,7 +87,10 @@ class ContactOptions(Record):
         turn = float(as_finite("socket_turn", self.socket_turn, ()))
         if abs(turn) > np.pi / 2:
             raise InvalidInput(f"expected socket_turn in rad, within a right angle, got {turn:g} (degrees?)")
-        set_fields(self, centre_shift=shift, socket_turn=turn)
+        kept = float(as_finite("kept_activation", self.kept_activation, ()))
+        if not 0.0 <= kept <= 1.0:
+            raise InvalidInput(f"expected kept_activation as a share of 0 to 1, got {kept:g} (percent?)")
+        set_fields(self, centre_shift=shift, socket_turn=turn, kept_activation=kept)
         if self.cone is not None:
             if not isinstance(self.cone, GlenoidCone):
                 raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")
@@ -118,9 +125,17 @@ class ContactOptions(Record):
         if self.cone is not None:
             rim = f"inside the rim, shear over compression up to {self.cone.superior:g} (superior) and "
             rim += f"{self.cone.anterior:g} (anterior)"
+        beyond = "no co-contraction beyond it"
+        if self.kept_activation:
+            beyond = f"each at least {100.0 * self.kept_activation:.3g} % of that without the device"
+        if not person.strength:
+            return {
+                "muscles": "none (strength 0); something else holds the elbow",
+                "socket": f"no condition; {WITHOUT_MUSCLES}",
+            }
         return {
             "criterion": f"least sum of {'squared' if self.power == 2 else 'cubed'} activations, {self.weights} "
-            "weights, no co-contraction beyond it",
+            f"weights, {beyond}",
             "socket": rim,
             "muscles": f"Saul 2015 on MyoArm's paths, strength x {person.strength_scale:.3g}, lengths x "
             f"{person.length_scale:.3g}, force-length{' and force-velocity' if moving else ''}, "

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import MIRROR
-from ...core.errors import OutsideRangeOfMotion
+from ...core.errors import InvalidInput, OutsideRangeOfMotion
 from ...core.progress import mapped
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...load_case import Load, Motion
@@ -186,7 +186,10 @@ def contact_forces(
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
         held = np.array(np.broadcast_to(action.held, query.shape))
-        with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by})
+        kept = (
+            options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
+        )
+        with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by}, kept)
         result = replace(
             with_device, without_device=result, caution=action.caution, held=held, drive_units=action.drive_units
         )
@@ -229,11 +232,14 @@ def _length_rates(person: Person, query: Query) -> FloatArray:
     return (sides[0] - sides[1]) / (2.0 * _INSTANT)
 
 
-def _answer(arm: _Arm, action: DeviceAction, assumptions: dict[str, str]) -> JointContact:
+def _answer(
+    arm: _Arm, action: DeviceAction, assumptions: dict[str, str], kept: FloatArray | float = 0.0
+) -> JointContact:
+    """The answer with activations of at least ``kept``, shape (N, m); NaN, as of a bare arm without result, is none."""
     m, limb, balance, shape = len(MUSCLES), arm.limb, arm.balance, arm.shape
     action = action.flat(shape)
     tensions = action.limbs.shape[1] - action.side_forces
-    solved = _solve(arm, action)
+    solved = _solve(arm, action, np.nan_to_num(np.broadcast_to(kept, (len(limb.centre), m))))
     z, status = solved.z, solved.status
     a, f = z[:, :m], z[:, m:]
     wrench = action.constant + np.einsum("kni,kn->ki", action.limbs, f)
@@ -254,7 +260,10 @@ def _answer(arm: _Arm, action: DeviceAction, assumptions: dict[str, str]) -> Joi
         status=np.array(STATUS)[status].reshape(shape),
         missing_moment=solved.missing[:, :3].reshape(*shape, 3),
         missing_elbow=solved.missing[:, 3:].reshape(*shape, 2),
-        residual=_residual(balance, a, wrench, arm.is_straight).reshape(shape),
+        # What something else holds is missing from nothing.
+        residual=_residual(
+            balance._replace(constant=balance.constant + solved.missing), a, wrench, arm.is_straight
+        ).reshape(shape),
         kkt=solved.kkt.reshape(shape),
         gap=solved.gap.reshape(shape),
         body_weight=arm.person.mass * STANDARD_GRAVITY,
@@ -263,7 +272,7 @@ def _answer(arm: _Arm, action: DeviceAction, assumptions: dict[str, str]) -> Joi
     )
 
 
-def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
+def _solve(arm: _Arm, action: DeviceAction, kept: FloatArray) -> _Solved:
     limbs, lower, upper, balance, cone = action.limbs, action.lower, action.upper, arm.balance, arm.options.cone
     count, n = limbs.shape[:2]
     m = len(MUSCLES)
@@ -274,12 +283,14 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
         np.full(count, np.nan),
         np.full(count, np.nan),
     )
-    volume = arm.person.muscle_table.volume
-    weights = np.ones(m) if arm.options.weights == "equal" else volume / volume.mean()
-    ratios = None if cone is None else np.array([[1.0], [cone.superior], [cone.anterior]])
     out.status[arm.limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
+    if not arm.person.strength:
+        return _without_muscles(arm, action, out)
+    volume = arm.person.muscle_table.volume
+    weights = np.ones(m) if arm.options.weights == "equal" else volume / volume.mean()
+    ratios = None if cone is None else np.array([[1.0], [cone.superior], [cone.anterior]])
     rows, programs, places = np.flatnonzero(out.status == 0).tolist(), [], []
     for row in rows:
         # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
@@ -292,7 +303,7 @@ def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
             constant=balance.constant[row] + np.concatenate([wrench[3:], np.zeros(2)]),
             pull=np.concatenate([balance.pull[row], -free[:, :3].T], axis=1),
             rest=balance.rest[row] - wrench[:3],
-            low=np.concatenate([np.zeros(m), lower[row, ~fixed]]),
+            low=np.concatenate([kept[row], lower[row, ~fixed]]),
             high=np.concatenate([np.ones(m), upper[row, ~fixed]]),
             weights=weights,
             power=arm.options.power,
@@ -326,6 +337,31 @@ def _solve_pose(pose: MusclePose) -> tuple[FloatArray | None, str, float, float,
     if not proved or bool((np.abs(missing) <= BALANCED).all()):
         return None, "not_solved", np.nan, np.nan, nothing
     return None, status, np.nan, np.nan, missing
+
+
+def _without_muscles(arm: _Arm, action: DeviceAction, out: _Solved) -> _Solved:
+    """Of a wearer without any muscle force: the device balances the arm, or nothing does; something holds the elbow.
+
+    Raises
+    ------
+    InvalidInput
+        If limb forces are to be chosen together with the activations.
+    """
+    rows, m = np.flatnonzero(out.status == 0), len(MUSCLES)
+    if (action.lower[rows] != action.upper[rows]).any():
+        raise InvalidInput("expected given limb forces for a wearer of strength 0: there is no effort to be made least")
+    out.z[rows, :m], out.z[rows, m:] = 0.0, action.lower[rows]
+    turning = action.constant[rows] + np.einsum("kni,kn->ki", action.limbs[rows], action.lower[rows])
+    out.missing[rows] = -arm.balance.constant[rows]
+    out.missing[rows, :3] -= turning[:, 3:]
+    if arm.is_straight:
+        out.missing[rows, 3] = np.minimum(out.missing[rows, 3], 0.0)
+    least = BALANCED * np.maximum(1.0, np.linalg.norm(turning[:, 3:], axis=1))
+    held = np.linalg.norm(out.missing[rows, :3], axis=1) <= least
+    out.missing[rows[held], :3] = 0.0
+    out.status[rows[~held]] = STATUS.index("too_weak")
+    out.kkt[rows[held]] = out.gap[rows[held]] = 0.0
+    return out
 
 
 def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool) -> FloatArray:

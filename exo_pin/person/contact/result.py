@@ -146,6 +146,9 @@ def build_table(person: Person) -> str:
     )
 
 
+#: What holds the joint of a wearer whose muscles have no force.
+WITHOUT_MUSCLES = "capsule and ligaments alone hold the head; how much they bear is not known"
+
 #: Why a pose has no result.
 NO_RESULT = {
     "too_weak": "The muscles are too weak to hold the arm in this pose.",
@@ -192,7 +195,8 @@ class JointContact(Result, ReadOnly):
         Shape (..., 3), N m: moment about the glenohumeral centre that would have to be added for a pose that is too
         weak or unstable. Zero where the pose is held, NaN where no moment would do.
     missing_elbow : ndarray
-        Shape (..., 2), N m: the same for elbow flexion and pronation.
+        Shape (..., 2), N m: the same for elbow flexion and pronation; of a wearer of strength 0 also in poses that the
+        device holds, whose elbow something else has to hold.
     residual : ndarray
         Shape (...): what the moment balance of the arm misses, relative to the sum of its terms.
     kkt, gap : ndarray
@@ -330,9 +334,15 @@ class JointContact(Result, ReadOnly):
         return np.asarray(self.status == "ok")
 
     @property
+    def has_muscles(self) -> bool:
+        """Whether the wearer's muscles have any force."""
+        return not self.assumptions.get("muscles", "").startswith("none")
+
+    @property
     def verdict(self) -> str:
         """One sentence, behind what the device cannot do."""
-        return f"{self.caution} {self._result()}".lstrip()
+        alone = "" if self.has_muscles else f"No muscle acts: {WITHOUT_MUSCLES}."
+        return " ".join(text for text in (self.caution, alone, self._result()) if text)
 
     def _result(self) -> str:
         if self.status.ndim:

@@ -23,6 +23,7 @@ from ...load_case.pose_stacks import Rows
 from ...numerics.bounded.box_descent import scratch
 from ...numerics.bounded.box_program import GAP_TOLERANCE, least_bounded
 from ...numerics.bounded.polytope_program import FEW
+from ...numerics.small_linear import copy_numbers
 from ...numerics.vectors import (
     NOT_SOLVED,
     SINGULAR,
@@ -294,11 +295,11 @@ def map_any(
         if status >= SINGULAR and status != INFEASIBLE:
             f[:], g[:], shoulder[:] = np.nan, np.nan, np.nan
         if out.shoulder.shape[0]:
-            out.shoulder[i] = shoulder
+            copy_numbers(shoulder, out.shoulder[i])
         if out.f.shape[0]:
-            out.f[i] = f
+            copy_numbers(f, out.f[i])
         if out.g.shape[0]:
-            out.g[i] = g
+            copy_numbers(g, out.g[i])
         if out.status.shape[0]:
             out.status[i] = status
         if out.margin.shape[0]:

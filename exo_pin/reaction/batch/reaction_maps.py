@@ -72,6 +72,8 @@ class ReactionMap(Result, ReadOnly):
         How the forces that equilibrium does not determine were chosen.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
+    drive_units : tuple of (str, str)
+        Name and unit of each f_i, as :attr:`exo_pin.Reaction.drive_units`.
 
     Examples
     --------
@@ -90,6 +92,7 @@ class ReactionMap(Result, ReadOnly):
     magnitude: FloatArray | None
     split: str
     trivial: bool = False
+    drive_units: tuple[tuple[str, str], ...] = ()
 
     @property
     def status(self) -> NDArray[np.str_]:
@@ -268,7 +271,8 @@ def reaction_map(
     if not allowed.bind:
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
-    return ReactionMap(status_codes=filled.pop("status"), **filled, split=law.name, trivial=bool(trivial))
+    more = {"split": law.name, "trivial": bool(trivial), "drive_units": mechanism.drive_units}
+    return ReactionMap(status_codes=filled.pop("status"), **filled, **more)
 
 
 def _has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions) -> bool:
@@ -284,12 +288,13 @@ def _has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions)
 
 def _map_of(answer: Reaction, selected: set[str]) -> ReactionMap:
     """The map of an answer that keeps the selected quantities."""
-    kept = {name: getattr(answer, name) if name in selected else None for name in _KEEP}
+    kept: dict[str, Any] = {name: getattr(answer, name) if name in selected else None for name in _KEEP}
     codes = unknown = None
     if kept.pop("status") is not None:
         codes = np.vectorize(_CODES.__getitem__, otypes=[np.int8])(answer.status)
         unknown = answer.unknown
-    return ReactionMap(**kept, status_codes=codes, unknown=unknown, split=answer.split, trivial=answer.trivial)
+    more = {"split": answer.split, "trivial": answer.trivial, "drive_units": answer.drive_units}
+    return ReactionMap(**kept, status_codes=codes, unknown=unknown, **more)
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:

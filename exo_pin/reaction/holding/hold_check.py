@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.results import Result
-from ...core.tables import enumerated, limb_list
+from ...core.tables import drive_list, enumerated, limb_list
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
+from ...device.device_singularity import in_doubt
 from ..constraints.actuator_limits import LimbLimits
 from ..evidence import AnswerSource
 from ..splits.pose_stack import UNFELT
@@ -135,15 +136,14 @@ def hold_check(
         missing=missing_limits(mechanism, not (limits.open_below | limits.open_above).any()) if limits.asked else (),
         estimated=_estimates(mechanism) if limits.asked else (),
         asked=limits.asked,
-        drives=mechanism.drive_units,
-        pulls=_are_tensions(mechanism),
+        drives=() if mechanism.has_limbs else mechanism.drive_units,
+        pulls=() if mechanism.has_limbs else _are_tensions(mechanism),
         passive=passive,
     )
 
 
 def _are_tensions(device: Any) -> tuple[bool, ...]:
-    """Whether efforts that have names are tensions; empty for limbs."""
-    return tuple(drive.joint is None or drive.pulls for drive in device.limbs) if device.drive_units else ()
+    return tuple(drive.joint is None or drive.pulls for drive in device.limbs)
 
 
 def _estimates(mechanism: Mechanism) -> tuple[str, ...]:
@@ -163,10 +163,10 @@ def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[st
     Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
     """
     lacking: dict[str, list[int]] = {}
-    for number, limb in enumerate(mechanism.limbs, start=1):
+    for row, limb in enumerate(mechanism.limbs):
         for quantity in limb.missing_limits(known_forces):
-            lacking.setdefault(quantity, []).append(number)
-    return tuple(f"{name} of {mechanism.limb_words(numbers)}" for name, numbers in lacking.items())
+            lacking.setdefault(quantity, []).append(row)
+    return tuple(f"{name} of {drive_list(mechanism.drive_units, rows)}" for name, rows in lacking.items())
 
 
 #: Side forces that are so many times larger than every other force of an answer are named.
@@ -221,6 +221,10 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
     """What to mind of efforts and postures, and of a cuff whose place is not known."""
     sharing, device = source.poses.sharing, source.poses.mechanism
     yield from device.doubts
+    placed = source.poses.placed
+    if placed is not None and (doubt := in_doubt(device.chain, placed.q)).any():  # type: ignore[attr-defined]
+        where = f" in {doubt.sum()} of {len(doubt)} poses" if len(doubt) > 1 else ""
+        yield f"Undetermined{where}: the digits of the robot's file may make or hide a singular pose."
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
@@ -228,7 +232,8 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
         )
     if sharing is not None and sharing.wearer is not None and source.poses.limits.asked:
         left = np.linalg.norm(source.poses.limits.upper[:, sharing.wearer], axis=1)
-        if left.any():
+        # Less is rounding of a device that leaves nothing.
+        if left.max() > 1e-9:
             most = device.require_arm("moments").weight_moment(device.gravity)
             yield (
                 f"Counted as held: up to {left.max():.2g} N m are left to the wearer, at most {100.0 * UNFELT:g} % of "
@@ -245,12 +250,17 @@ def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) 
     f = source.values[held, : mechanism.limb_count]
     none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1, initial=0.0)[:, None]
     none &= source.poses.limits.lower[held] == 0.0
-    loose = [i + 1 for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None and none[:, i].any()]
-    if loose:
-        poses = f" in {int(none.any(axis=1).sum())} of {len(none)} held poses" if len(none) > 1 else ""
-        verb = "is" if len(loose) == 1 else "are"
-        words = mechanism.limb_words(loose)
-        yield f"{words[:1].upper()}{words[1:]} {verb} slack{poses}: a least_tension of the actuator keeps a limb taut."
+    counts = {i: int(none[:, i].sum()) for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None}
+    loose = {limb: count for limb, count in counts.items() if count}
+    if not loose:
+        return
+    if len(none) == 1:
+        words, verb = drive_list(mechanism.drive_units, loose), "is" if len(loose) == 1 else "are"
+        text = f"{words[:1].upper()}{words[1:]} {verb} slack"
+    else:
+        each = enumerated(f"{drive_list(mechanism.drive_units, [limb])} in {count}" for limb, count in loose.items())
+        text = f"Of {len(none)} held poses limbs are slack, {each}"
+    yield f"{text}: a least tension of the actuator (least_tension) keeps a limb taut."
 
 
 def _large_side_forces(source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:

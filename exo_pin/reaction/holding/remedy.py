@@ -2,7 +2,9 @@
 
 The search for a pose tries turns of growing angle (rings) about axes spread evenly over the sphere; larger rings have
 more axes. Around the first poses that can be held a direct search then shortens the turn. All poses of a ring or of a
-step are one stack. The result is a pose that was checked. A nearer one between two axes may have been missed.
+step are one stack. A nearer pose between two axes may have been missed. Of the best the whole degrees around it are
+checked as they will be printed: a pose that is suggested is held, clear of the wearer and within the range of motion,
+and where there is a choice no other pose looks the same to the drives.
 
 Over postures every configuration that idle freedoms lead to, driven or not, from that of the answer within the limits
 of the joints, is asked the same question. Freedoms that no drive holds are taken as held where they are, as by
@@ -21,17 +23,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.results import Result
 from ...core.tables import enumerated
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
+from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.chain_device import ChainDevice
 from ...device.device_model import device_model
 from ...device.parts.drives import Brake
+from ...device.protocol import Device
 from ...device.turns.idle_joints import beside, idle_net, undriven_joints
-from ...load_case.case import Case
+from ...device.wrist_device import as_device
+from ...load_case.case import Case, beyond_motion
 from ..assumptions import Assumptions
 from ..evidence import Infeasibility
 from ..solve_case import solve
@@ -50,6 +56,8 @@ _RINGS = 5
 _REFINED = 2
 _APART = 1.0
 _SCALES = 4
+#: How far around it whole degrees are tried, and how many of the nearest ones are asked for twins.
+_WHOLE, _ASKED = (1.0, 3.0), 4
 
 
 class NearestPose(NamedTuple):
@@ -63,20 +71,24 @@ class NearestPose(NamedTuple):
         Angle by which the arm must turn, rad; 0 if the given pose can be held.
     check : HoldCheck
         Of that pose.
+    has_twin : bool
+        Whether another pose looks the same to the drives (:mod:`exo_pin.device.accuracy`).
     """
 
     pose: Rotation
     distance: float
     check: HoldCheck
+    has_twin: bool = False
 
     def sentence(self, side: str) -> str:
         """Where it is, in words; ``side`` of the body for the angles."""
         if not self.distance:
             return "The pose itself can be held."
-        return (
+        text = (
             f"The nearest pose found that can be held is {np.degrees(self.distance):.0f}° away: "
             f"{angle_words(self.pose, side)}."
         )
+        return f"{text} Another pose looks the same to the drives there." if self.has_twin else text
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,13 +146,59 @@ def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = F
     if case.motion is not None:
         raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
     pose = as_single_rotation("poses", case.poses)
-    nearest = nearest_held_pose(lambda poses: solve(device, case.at(poses), assumptions).limits, pose, _REACH, progress)
     answer = solve(device, case, assumptions)
-    return Remedy(nearest, answer.infeasibility, answer.source.poses.mechanism.side)
+    own = as_device(getattr(device, "device", device))
+
+    def check(poses: Rotation) -> HoldCheck:
+        return solve(device, case.at(poses), assumptions).limits
+
+    def fits(poses: Rotation) -> NDArray[np.bool_]:
+        found = solve(device, case.at(poses), assumptions)
+        beyond = beyond_motion(poses.as_matrix().reshape(-1, 3, 3), own.side).reshape(poses.shape)
+        return _meets_limits(found.limits) & ~(found.clearance < 0.0) & ~beyond
+
+    nearest = nearest_held_pose(check, pose, _REACH, progress, _Printed(fits, own))
+    return Remedy(nearest, answer.infeasibility, own.side)
+
+
+class _Printed(NamedTuple):
+    """What a pose has to meet that is printed in whole degrees.
+
+    Attributes
+    ----------
+    fits : callable
+        Whether each of a stack of poses is held, clear and within the range of motion.
+    device : Device
+        For the side and for twins.
+    """
+
+    fits: Callable[[Rotation], NDArray[np.bool_]]
+    device: Device
+
+    def near(self, best: Rotation, asked: Rotation) -> tuple[Rotation, bool] | None:
+        """The pose of whole degrees around ``best`` that fits and is nearest to the asked one, and if it has a twin."""
+        centre = np.round(shoulder_angles(best, self.device.side, degrees=True))
+        for reach in _WHOLE:
+            steps = np.arange(-reach, reach + 1.0)
+            angles = centre + np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+            # Where the outer axes are one, the three angles do not say what they are.
+            angles = angles[angles[:, 1] % 180.0 != 90.0]
+            flexion, abduction, internal = angles.T
+            poses = shoulder_rotation(flexion, abduction, internal, self.device.side, degrees=True)
+            poses = poses[(poses * asked.inv()).magnitude().argsort()]
+            poses = poses[self.fits(poses)][:_ASKED]
+            if len(poses):
+                twin = pose_accuracy(self.device, poses).has_twin
+                return poses[int(twin.argmin())], bool(twin.all())
+        return None
 
 
 def nearest_held_pose(
-    check: Callable[[Rotation], HoldCheck], poses: Rotation, reach: float = _REACH, progress: bool = False
+    check: Callable[[Rotation], HoldCheck],
+    poses: Rotation,
+    reach: float = _REACH,
+    progress: bool = False,
+    printed: _Printed | None = None,
 ) -> NearestPose | None:
     """The nearest pose in which no limit is violated.
 
@@ -154,6 +212,8 @@ def nearest_held_pose(
         Largest turn, rad.
     progress : bool
         Whether to show a bar on standard error.
+    printed : _Printed, optional
+        What a pose has to meet besides, in whole degrees; any that is held will do if left out.
 
     Returns
     -------
@@ -162,7 +222,8 @@ def nearest_held_pose(
     """
 
     def held(turns: FloatArray) -> NDArray[np.bool_]:
-        return _meets_limits(check(Rotation.from_rotvec(turns) * poses))
+        there = Rotation.from_rotvec(turns) * poses
+        return _meets_limits(check(there)) if printed is None else printed.fits(there)
 
     own = check(poses)
     if _meets_limits(own):
@@ -173,8 +234,12 @@ def nearest_held_pose(
         turns = turns[held(turns)]
         if len(turns):
             best = _shortest(held, _spread(turns))
-            pose = Rotation.from_rotvec(best) * poses
-            return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
+            pose, twin = Rotation.from_rotvec(best) * poses, False
+            if printed is None:
+                return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
+            if (found := printed.near(pose, poses)) is not None:
+                pose, twin = found
+                return NearestPose(pose, float((pose * poses.inv()).magnitude()), check(pose), twin)
     return None
 
 

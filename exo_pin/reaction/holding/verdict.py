@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
-from ...core.tables import enumerated, limb_list
+from ...core.tables import drive_list, enumerated, limb_list
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck
 
@@ -164,9 +164,7 @@ def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
     error, length, fast = check.force_error, check.length_error, check.excess_speed
 
     def words(rows: NDArray[np.intp]) -> str:
-        if not check.drives:
-            return limb_list((rows + 1).tolist())
-        return enumerated(named[row][0] for row in rows)
+        return drive_list(named, rows)
 
     # An effort of a slide that is no tension pushes where it is positive.
     sign = np.where(pulls, 1.0, -1.0)
@@ -299,6 +297,9 @@ def describe_axis(axis: FloatArray) -> str:
 def angle_words(poses: Rotation, side: str) -> str:
     """Clinical angles of a single pose in words: "flexion 10°, abduction 90°, internal rotation 0°"."""
     angles = shoulder_angles(poses, side, degrees=True)
+    # Two triples say the same: the one with less of flexion and rotation, as a person would say it.
+    other = (angles * [1.0, -1.0, 1.0] + 360.0) % 360.0 - 180.0
+    angles = other if np.abs(other[::2]).sum() < np.abs(angles[::2]).sum() else angles
     names = ("flexion", "abduction", "internal rotation")
     # "+ 0.0" turns -0 into 0.
     return ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))

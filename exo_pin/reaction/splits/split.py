@@ -256,13 +256,13 @@ class Spherical(Split):
 
     def caption(self, mechanism: Mechanism) -> str:
         """The assumption in a few words."""
-        if mechanism.drive_units:
+        if not mechanism.has_limbs:
             return "the cuff puts no more couple on the arm than equilibrium needs"
         return "limbs carry no side force"
 
     def assumed(self, mechanism: Mechanism) -> str:
         """The assumption in words: of limbs, or of the cuff of any other device."""
-        if not mechanism.drive_units:
+        if mechanism.has_limbs:
             return self.assumption
         return "a cuff that puts no couple on the arm beyond what equilibrium needs (g = 0)"
 

@@ -415,7 +415,8 @@ class Figure(OneProcess):
         except MissingExtra as error:
             if human:
                 raise
-            self.notes.append(f"chest and head alone, no human figure: {error}")
+            # A saved page is no place to install packages from.
+            self.notes.append(f"chest and head alone: a human figure needs the extra {error.extra!r}")
             draw_bust(stage, side, self.scale)
 
     @property

@@ -129,13 +129,13 @@ class DrawnParts(OneProcess):
         """
         self.place(q)
         device, found = self._device, []
-        for i, drive in enumerate(device.efforts):
+        for i, (drive, (name, _)) in enumerate(zip(device.efforts, device.drive_units, strict=False)):
             effort = float(efforts[i])
             if drive.joint is None:
-                found += self._along_route(f"drive_{i}", drive.name, effort)
+                found += self._along_route(f"drive_{i}", name, effort)
             elif drive.joint not in without:
                 along = -effort if drive.pulls else effort
-                found += self._in_joint(f"drive_{i}", drive.name, drive.joint, along, "turn")
+                found += self._in_joint(f"drive_{i}", name, drive.joint, along, "turn")
         for i, spring in enumerate(device.springs):
             if spring.joint is None:
                 x = float(np.linalg.norm(np.diff(self._points[f"spring_{i}"], axis=0), axis=1).sum())
@@ -159,14 +159,13 @@ class DrawnParts(OneProcess):
 
     def _in_joint(self, key: str, name: str, joint: str, effort: float, turning: str) -> list[DrawnForce]:
         middle, axis, slides = self._joint(joint)
-        words = name.replace("_", " ")
         if not slides:
             middle = middle + self._along_axes[joint] * axis
-            return [DrawnForce(f"{key}/turn", turning, middle, effort * axis, f"{words} {abs(effort):.1f} N m")]
+            return [DrawnForce(f"{key}/turn", turning, middle, effort * axis, f"{name} {abs(effort):.1f} N m")]
         joint_index, local, sign = self._slide_ends[joint]
         at = local @ self._poses[joint_index, :3] + self._poses[joint_index, 3]
         # Positive efforts make the slide longer: its far side is pushed along the axis, its near side against it.
-        return pulls_or_pushes(key, words, at, -sign * axis, -effort, ("part pulls", "part pushes"))
+        return pulls_or_pushes(key, name, at, -sign * axis, -effort, ("part pulls", "part pushes"))
 
     def _joint(self, name: str) -> tuple[FloatArray, FloatArray, bool]:
         """Place and axis of a joint of one coordinate, shape (3,), m, base frame, and whether it slides."""

@@ -61,7 +61,7 @@ def _tension_curves(
     where a limb is beyond them.
     """
     forces, drives = reaction.actuator_forces, reaction.drive_units
-    names = [name for name, _ in drives] or [f"limb {i}" for i in range(1, 1 + forces.shape[1])]
+    names, limbs = [name for name, _ in drives], reaction.source.poses.mechanism.has_limbs
     units = " or ".join(sorted({unit for _, unit in drives}))
     # Without limits none are drawn.
     low, high = as_limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
@@ -84,7 +84,7 @@ def _tension_curves(
             style = {"color": line(i)["color"], "markevery": max(beyond.size // _CROSSES, 1)}
             axes.plot(stamps[beyond], forces[beyond, i], "x", **style, label=f"{names[i]} beyond limits")
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel=label, ylabel=f"effort, {units}" if drives else "limb force, N (tension positive)")
+    axes.set(xlabel=label, ylabel="limb force, N (tension positive)" if limbs else f"effort, {units}")
     _mark_singular(axes, stamps, reaction)
     edges = [edge[:, :1] for edge in (low, high) if shared and limits is not None]
     _cut_peaks(axes, forces, "|f|", *edges)
@@ -244,23 +244,22 @@ def pose_bars(
 ) -> None:
     """Bars of the limb forces with their limits, and of F_s with its components, N, and what they rest on."""
     # Only limbs have side forces that a split chooses.
-    state = "" if reaction.drive_units else f"split “{reaction.split}”".replace("_", " ")
+    limbs = reaction.source.poses.mechanism.has_limbs
+    state = f"split “{reaction.split}”".replace("_", " ") if limbs else ""
     none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}"
     figure_title(figure, none, reaction.verdict)
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
-    drives = reaction.drive_units
-    names = [f"{name.replace('_', ' ')}\n{unit}" for name, unit in drives]
-    names = names or [f"limb {i + 1}\npull f" for i in range(len(f))]
-    heights, limbs = list(f), list(sure.actuator_forces)
+    names = [f"{name}\n{'pull f' if limbs else unit}" for name, unit in reaction.drive_units]
+    heights, determined = list(f), list(sure.actuator_forces)
     if np.nan_to_num(np.abs(g)).max(initial=0.0) > 0.0:
         owner = "limb" if sure.words[1] == "side forces g" else "structure"
         names += [f"{owner} {i + 1}\nside g" for i in range(len(g))]
-        heights, limbs = [*heights, *g], [*limbs, *sure.constraint_forces]
-    _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], limbs)
+        heights, determined = [*heights, *g], [*determined, *sure.constraint_forces]
+    _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], determined)
     if limits is not None:
         _limit_marks(left, limits, len(f))
-    left.set_ylabel("force, N, or moment, N m" if drives else "force, N")
-    left.set_title("drives and their efforts" if drives else "limbs: blue pulls, orange pushes", fontsize=10.5)
+    left.set_ylabel("force, N" if limbs else "force, N, or moment, N m")
+    left.set_title("limbs: blue pulls, orange pushes" if limbs else "drives and their efforts", fontsize=10.5)
     whole = bool(sure.shoulder_force.all())
     values = [float(reaction.magnitude), *reaction.shoulder_force]
     known = [whole, *sure.shoulder_force]
@@ -273,7 +272,7 @@ def pose_bars(
     share = reaction.percent_body_weight
     weight = "" if share is None or not np.isfinite(share) else f": {float(share):.1f} % of body weight"
     right.set_title(f"shoulder on the arm{weight}", fontsize=10.5)
-    if not (all(limbs) and all(known)):
+    if not (all(determined) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
     figure.supxlabel(state.removeprefix("; "), fontsize=9, color="0.3")
 

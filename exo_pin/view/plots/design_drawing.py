@@ -80,6 +80,8 @@ def design_drawing(exo: ShoulderExo, poses: Rotation, elbow_flexion: ArrayLike |
             ax.set(xlim=spans[first][::-1] if leftward else spans[first], ylim=spans[second])
             ax.set(title=view[0] if row is rows[0] else "", xlabel=ax.get_xlabel() if row is rows[-1] else "")
         words = f"{angle_words(Rotation.from_matrix(matrix), exo.side)}, elbow {np.degrees(bend):.0f}°"
+        seen = exo.accuracy(Rotation.from_matrix(matrix))
+        words += f"; weakest rate {float(seen.mm_per_degree):.2g} {seen.unit}{', twin' if seen.has_twin else ''}"
         row.suptitle(words, fontsize=10.5, fontweight="bold")
     handles = _handles(exo.geometry.limb_count)
     figure.legend(handles=handles, loc="outside lower center", ncols=-(-len(handles) // 2), frameon=False, fontsize=9.5)

@@ -141,6 +141,37 @@ def plot_responses(responses: Mapping[str, StepResponse]) -> Figure:
     return figure
 
 
+def plot_loop(columns: Mapping[str, FloatArray]) -> Figure:
+    """Draw a muscle under its controller: contraction wanted and reached, pressure, and the share of time it fills.
+
+    Parameters
+    ----------
+    columns : mapping
+        Those that ``exo-pin muscle loop --out`` writes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingExtra
+        If matplotlib is not installed.
+    """
+    figure, axes = new_figure(8.4, 5.4, nrows=3, sharex=True, height_ratios=[3, 1, 1])
+    t = columns["time_s"]
+    axes[0].plot(t, columns["wanted_mm"], color=GREY, linewidth=1.2, label="wanted")
+    axes[0].plot(t, columns["contraction_mm"], color=BLUE, linewidth=1.8, label="reached")
+    axes[1].plot(t, columns["pressure_bar"], color=_INK, linewidth=1.4)
+    axes[2].plot(t, 100.0 * columns["duty"], color=_INK, linewidth=1.4)
+    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "fills, %"), strict=True):
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.set(ylabel=label, ylim=(0.0, None))
+    axes[0].legend(frameon=False, loc="lower right")
+    axes[2].set(xlabel=_TIME)
+    return figure
+
+
 _TIME = "time, s"
 #: Cosine of the abduction below which flexion and internal rotation are not drawn.
 _LOCK = 0.1

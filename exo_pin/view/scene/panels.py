@@ -86,9 +86,8 @@ def numbers_panel(
 def _efforts(exo: ShoulderExo, forces: ShownForces) -> list[dict[str, str]]:
     """Efforts of drives and brakes, which arrows do not show to scale."""
     own = exo.chain_device
-    names = own.drive_units or [(f"limb {i}", "N") for i in range(1, 1 + len(own.efforts))]
-    named = zip(names[: len(own.efforts)], forces.tensions, strict=False)
-    rounded = ((name.replace("_", " "), round(float(value), 1) + 0.0, unit) for (name, unit), value in named)
+    named = zip(own.drive_units[: len(own.efforts)], forces.tensions, strict=False)
+    rounded = ((name, round(float(value), 1) + 0.0, unit) for (name, unit), value in named)
     return [{"name": name, "value": f"{value:.1f} {unit}".replace("-", "−")} for name, value, unit in rounded]
 
 

@@ -44,13 +44,16 @@ OBJECTIVES = {
     "peak_shoulder_force": False,
     "median_moment_margin": True,
     "worst_margin": True,
+    "weakest_rate": True,
     "contact_force": False,
     "device_mass": False,
 }
 #: Merit of a design that cannot be built or evaluated.
 WORST = 100.0
-#: Forces and moments that count as one in the merit, N and N m; of masses 1 kg does.
-_FORCE, _MOMENT = 100.0, 10.0
+#: Forces, moments and rates that count as one in the merit, N, N m and m/rad, 1 mm/°; of masses 1 kg does.
+_FORCE, _MOMENT, _RATE = 100.0, 10.0, 0.18 / np.pi
+#: Share of the poses inside whose rates of the drives may be below the objective.
+_WEAKEST = 0.01
 
 
 class Evaluation(NamedTuple):
@@ -62,7 +65,8 @@ class Evaluation(NamedTuple):
         What the search makes small.
     objectives : dict of str to float
         By name; forces in N over the poses inside, NaN if there are none. The worst margin is the least one of any
-        criterion in these poses, as a share of what counts as one in the merit. The contact force is that of
+        criterion in these poses, as a share of what counts as one in the merit. The weakest rate, m/rad or rad/rad, is
+        what 99 % of them exceed, where the criterion "accuracy" is asked. The contact force is that of
         :class:`.ContactObjective`, NaN without one; the device's mass, kg, is the estimate of
         :mod:`exo_pin.design.holding_frame`.
     """
@@ -203,12 +207,14 @@ def judged(
     inside = ~failed
     known = inside & np.isfinite(force)
     moment = margins.get("forces", np.full(len(share), np.nan))
+    rate = margins.get("accuracy", np.full(len(share), np.nan)) + (criteria.least_rate or 0.0)
     objectives = {
         "index": float(share[inside].sum()),
         "mean_shoulder_force": _mean(force[known], share[known]),
         "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
         "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
         "worst_margin": float(worst[inside].min()) if inside.any() else np.nan,
+        "weakest_rate": float(np.quantile(rate[inside], _WEAKEST)) if inside.any() else np.nan,
         **others,
     }
     carried = float((share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum())
@@ -223,6 +229,7 @@ def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float
         "peak_shoulder_force": _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE,
         "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
         "worst_margin": -_or(objectives["worst_margin"], 0.0),
+        "weakest_rate": -_or(objectives["weakest_rate"], 0.0) / _RATE,
         "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
         "device_mass": objectives["device_mass"],
     }

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _RUN = 12_000
 #: Seconds between two looks at the runs of other workers.
 _WAIT = 0.5
+#: Rate of the drives, m/rad, that the objective "weakest_rate" demands of every pose by itself: none.
+_ANY_RATE = 1e-9
 
 
 @checked
@@ -71,8 +73,9 @@ def optimise(
     poses : Rotation or SearchPoses, optional
         Where designs are judged during the search; :func:`lifting_poses` of the design's side if left out.
     objectives : str or iterable of str
-        Of :data:`exo_pin.workspace.optimisation.OBJECTIVES`. With several, the runs weigh them differently, and the
-        result has their Pareto front.
+        Of :data:`exo_pin.workspace.optimisation.OBJECTIVES`. "weakest_rate" is the rate of the drives that 99 % of the
+        poses inside exceed, m/rad or rad/rad (``least_rate`` of the constraints demands one in every pose). With
+        several, the runs weigh them differently, and the result has their Pareto front.
     constraints : Criteria or iterable of str, optional
         What a pose must meet; all that the design's data allow if left out.
     person : Person, optional
@@ -140,6 +143,8 @@ def optimise(
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InvalidInput(f"expected {label} as a number of designs, got {count!r}")
     criteria = Criteria.of(constraints)
+    if "weakest_rate" in wanted and criteria.least_rate is None:
+        criteria = criteria.replace(least_rate=_ANY_RATE)
     if person is not None:
         require_method("person", person, "joint_contact", "a Person")
         exo, person = exo.worn_by(person), person.on_side(exo.side)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.records import Record
-from ...core.tables import enumerated
+from ...core.tables import enumerated, limb_list
 from ...core.validation import FloatArray
 from ...design import Arm, Mechanism, Wearer
 from .clearance import BodyShape, clearances, limb_gaps, limb_radii
@@ -122,7 +122,7 @@ class LimbGaps(Gaps):
         bare = [int(i) + 1 for i in np.flatnonzero(np.isnan(self._radii))]
         self.unknown = (NOBODY,) if self._body is None else ()
         if bare:
-            self.unknown += (f"radius of {mechanism.limb_words(bare)} (family of the actuator, or limb_radius)",)
+            self.unknown += (f"radius of {limb_list(bare)} (family of the actuator, or limb_radius)",)
 
     @cached_property
     def least(self) -> FloatArray:

@@ -37,7 +37,9 @@ def chosen(monkeypatch, worst, measured, closes=True, words=WORDS):
     # What makes no difference to the loops counts in ranks, by what was measured of it.
     is_read_as_known = closes and worst is not None and not found.left_out and words == WORDS
     explained = (measured.tolerance if measured else 0.0) or ROUNDED
-    assert found.rounding == (explained if is_read_as_known or (closes and measured and not measured.rows) else 0.0)
+    is_unclear = closes and measured is None and worst != (0, 0.0)
+    in_ranks = is_read_as_known or is_unclear or (closes and measured and not measured.rows)
+    assert found.rounding == (explained if in_ranks else 0.0)
     return found.tolerance, tuple(text.partition(" (no effect: ")[0] for text in found.left_out)
 
 
@@ -70,10 +72,12 @@ def test_loops_that_close_within_the_digits_alone(worst, measured, tolerance, mo
     assert chosen(monkeypatch, worst, measured, True) == (0.0, ())
 
 
-def test_what_is_not_clear_is_read_as_it_stands(monkeypatch):
+def test_what_is_not_clear_is_read_as_it_stands_and_counts_in_ranks(monkeypatch):
     said = "digits: places are known to 5e-05 m and rad, which leaves open whether rows of the loops agree"
     for worst in (None, (1, 1e-5)):
         assert chosen(monkeypatch, worst, None) == (0.0, (f"{said}: read as they stand",))
+        # Loops that close no better have the tolerance of the digits.
+        assert chosen(monkeypatch, worst, None, False) == (5e-5, (said,))
 
 
 def test_files_without_rounded_numbers_are_not_measured(monkeypatch):

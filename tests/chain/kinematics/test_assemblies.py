@@ -45,6 +45,7 @@ def test_a_planar_platform_on_three_legs_has_six():
     found = chain.assemblies(chain.roles.actuated, q)
     assert (len(found), found.is_complete, found.unseen, found.meeting.any()) == (6, True, 0.0, False)
     assert found.hits.min() >= 3
+    assert found.since * found.hits.min() >= 9 * found.hits.sum()
     assert (np.diff(found.hits) <= 0).all()
     for row in found.configurations:
         assert np.abs(chain.residual(row)).max() <= 1e-11
@@ -124,7 +125,7 @@ def test_a_spherical_3rrr_has_eight():
     assert len(found) == len(roots) == 8
 
 
-@pytest.mark.parametrize("name", ["three-linear-actuators", "scenario-one"])
+@pytest.mark.parametrize("name", ["three-linear-actuators", pytest.param("scenario-one", marks=pytest.mark.full)])
 def test_three_limbs_and_a_ball_have_the_orientations_of_the_closed_form(name):
     """Double roots among them: in the neutral pose of scenario one two modes meet."""
     exo = ep.load(name)
@@ -148,15 +149,15 @@ _LENGTHS = (1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071)
 
 
 @pytest.mark.full
-def test_most_of_dietmaiers_forty_are_found_and_what_is_missing_is_said():
-    """Several lie within 1e-3 of each other; a few starts lead to them."""
+def test_dietmaiers_forty_are_found():
+    """A general platform on six legs with forty real postures, the most; several lie within 1e-3 of each other."""
     drawn = np.array(_TIPS) + np.array([0.1, 0.2, 1.5])
     chain = _legs(_FEET, drawn).chain()
     q = chain.neutral()
     for name, length, foot, tip in zip(chain.roles.actuated, _LENGTHS, _FEET, drawn, strict=True):
         q[chain.configuration_slice(name)] = length - np.linalg.norm(tip - foot)
-    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=20_000)
-    assert 34 <= int((found.hits >= 3).sum()) <= len(found) <= 40
+    found = chain.assemblies(chain.roles.actuated, q, frame="link_3", starts=8192)
+    assert len(found) == 40
     assert max(np.abs(chain.residual(row)).max() for row in found.configurations) <= 1e-11
 
 

@@ -91,6 +91,21 @@ def test_where_the_branch_ends_another_one_is_named():
     np.testing.assert_array_equal(found[[0, 2]], moved[[0, 2]])
 
 
+def test_a_limit_on_the_branch_is_no_end_of_it():
+    """The rocker of the drawn branch is beyond its limit, and that of the other branch within."""
+    start, wanted = (assembled(np.deg2rad(angle), 1, "tips") for angle in (40.0, 100.0))
+    free = crank_rocker("tips")
+    model = free.model.copy()
+    model.lowerPositionLimit[2], model.upperPositionLimit[2] = -3.0, wanted[2] - 0.05
+    chain = ClosedChain(model, free.description)
+    moved = chain.close(start)
+    moved[0] = wanted[0]
+    with pytest.warns(BranchChanged, match="configuration the limits of rocker are passed: another branch"):
+        found = chain.close(moved, hold=["crank"], respect_limits=True, restarts=40)
+    assert _near(found, assembled(wanted[0], -1, "tips"))
+    assert _near(chain.close(moved, hold=["crank"]), wanted)
+
+
 @pytest.mark.parametrize("angle", [120, 240, 300])
 def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     """The torque of the crank that holds the bars' weight, and its angles in all closed configurations."""

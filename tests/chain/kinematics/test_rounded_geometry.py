@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 from mujoco_exact import ExactMujoco
-from rounded_files import rounded_urdf
+from rounded_files import FORMATS, rounded_urdf
 from rounded_mechanisms import MECHANISMS, mechanism
 from singular_poses import POSES, REGULAR
 
@@ -185,6 +185,30 @@ def test_random_roundings_count_the_same_freedoms(name):
             assert found.degrees_of_freedom == exact.degrees_of_freedom
             assert found.locked.degrees_of_freedom == exact.locked.degrees_of_freedom
             assert (found.verdict == "regular") == (name in REGULAR)
+
+
+#: The 3-UPU at all digits, and all poses at five; URDF has no ball joint.
+_FILES = [("3-UPU at home", form, digits) for form in FORMATS for digits in (8, 7, 6, 4)] + [
+    (name, form, 5)
+    for name, drawing in POSES.items()
+    for form in FORMATS
+    if form != "urdf" or all(kind != "S" for _, kind, _, _ in drawing.joints)
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "digits"),
+    [pytest.param(*file, marks=() if file == ("3-UPU at home", "mjcf", 5) else pytest.mark.full) for file in _FILES],
+)
+def test_a_singular_drawing_is_known_by_every_format(name, form, digits, tmp_path):
+    """Hinges are two points each in MJCF, which its digits leave open, one file's by less than others of its digits."""
+    exact = POSES[name].chain(seed=1)
+    expected = exact.mobility(exact.close(exact.neutral()))
+    chain = FORMATS[form](exact, digits, tmp_path)
+    found = chain.mobility(chain.close(chain.reference_configuration()))
+    for own, other in ((found, expected), (found.locked, expected.locked)):
+        assert own.freedoms[0] <= other.degrees_of_freedom <= own.freedoms[1]
+    assert found.verdict in ("singular", "undetermined within the digits")
 
 
 @pytest.mark.parametrize("digits", [8, 4])

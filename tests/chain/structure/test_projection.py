@@ -8,7 +8,7 @@ import pytest
 from closed_chains import CHAINS
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain.dynamics.equations.equation_kernels import _scaled, _size, _tree_wrenches, copy_numbers, missed
+from exo_pin.chain.dynamics.equations.equation_kernels import _scaled, _size, _tree_wrenches, missed
 from exo_pin.chain.structure.projection import (
     ANGULAR,
     COUPLED_ANGLE,
@@ -21,6 +21,7 @@ from exo_pin.chain.structure.projection import (
     projection_turns,
     relative_pose,
 )
+from exo_pin.numerics.small_linear import copy_numbers
 
 pytestmark = pytest.mark.usefixtures("plain")
 

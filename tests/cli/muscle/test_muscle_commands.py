@@ -1,12 +1,15 @@
 """Command line of the muscles."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
+from places import DOCS, REPOSITORY
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.cli.command import answer
+from exo_pin.cli.muscle_commands import _DYNAMIC, _STATIC
 from exo_pin.muscle import (
     OutsideValidity,
     PressureStep,
@@ -85,6 +88,20 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     assert run("identify", data, "--length-mm", 300, "--all").startswith("66 of 66")
 
 
+def test_the_tutorial_shows_the_numbers_of_the_command(run):
+    page = (DOCS / "tutorials" / "muscles.md").read_text()
+    command = re.search(r"exo-pin muscle (identify .*) --out law.toml", page)[1].split()
+    out = run(*(str(REPOSITORY / word) if word.endswith(".csv") else word for word in command))
+    assert out.splitlines()[0] in page
+    assert f"rms {float(re.search('rms ([0-9.]+)', out)[1]):.3f} N" in page
+    shown = re.search(r"off by ([0-9.]+) N \(rms\), ([0-9.]+) N where", page.split("```text")[1]).groups()
+    assert [f"{float(value):.2f}" for value in re.findall(r"([0-9.]+) N", out.splitlines()[0])] == list(shown)
+
+
+def test_step_and_identify_have_one_default_law():
+    assert dynamic_model(_DYNAMIC).static.name == _STATIC
+
+
 @pytest.mark.full
 def test_identify_responses(run, tmp_path):
     model = dynamic_model("tang-3-31")
@@ -138,14 +155,19 @@ def test_pictures(run, tmp_path):
     map_path, step_path = tmp_path / "map.png", tmp_path / "step.png"
     run("force", "--contraction-mm", 50, "--pressure-bar", 3, "--plot", map_path)
     run("step", "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6, "--duration-s", 1.5, "--plot", step_path)
-    for path in (map_path, step_path):
+    loop_path = tmp_path / "loop.png"
+    out = run("loop", "--to-percent", 15, "--weight-N", 12.74, "--plot", loop_path)
+    page = (DOCS / "howto" / "muscle_data.md").read_text()
+    error, overshoot = (re.search(rf"{word} +(-?[0-9.]+) %", out)[1] for word in ("steady error", "overshoot"))
+    assert f"the steady error is {error.lstrip('-')} % (it sticks beyond), the overshoot {overshoot} %" in page
+    for path in (map_path, step_path, loop_path):
         assert path.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("contraction_mm,pressure_bar\n1,2\n", "missing: force_N"),
+        ("contraction_mm,pressure_bar\n1,2\n", "one column of force, force_N"),
         (
             "contraction_mm,pressure_bar,force_N\n1,2,3\n\n# c\n1,2,x\n",
             "line 5: expected a finite number in column force_N",

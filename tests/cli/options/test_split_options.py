@@ -30,7 +30,7 @@ def test_report_by_stiffness(capsys, monkeypatch):
     given = []
     monkeypatch.setattr(ep.ShoulderExo, "remedy", lambda *_, **options: given.append(options) or "Another pose.")
     elastic = ["--split", "elastic", *STIFF]
-    status, out, _ = run(capsys, "reaction", "prototype", *POSE, *elastic, "--offset", "0", "5", "0")
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, *elastic, "--offset", "0", "5", "0", "--explain")
     assert status == 0
     assert "at the displaced geometry" in " ".join(out.split())
     assert max(len(line) for line in out.partition("\n\n")[2].splitlines()) <= 100
@@ -51,7 +51,7 @@ def test_published_effect_of_an_offset(capsys):
     data = json.loads(out)
     assert data["centre_offset_mm"] == [0, 0, 20]
     np.testing.assert_allclose(data["spherical"]["actuator_forces"], [-2.26, 114.73, 113.16], atol=0.005)
-    status, out, _ = run(capsys, "reaction", "prototype", "--offset", "0", "0", "-20")
+    status, out, _ = run(capsys, "reaction", "prototype", "--offset", "0", "0", "-20", "--explain")
     assert "off the shoulder's by (0, 0, -20) mm" in out
     assert "Force of the shoulder on the arm: 11.8 N" in out
 

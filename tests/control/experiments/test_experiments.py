@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from experiment_runs import tracked
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData, UnknownName
@@ -257,3 +258,17 @@ def test_every_experiment_runs(name, controller):
     tracking = tracked(name, controller)
     assert tracking.run.status == "completed"
     assert np.abs(tracking.run.energy_residual).max() < 1e-5
+
+
+def test_the_mounting_of_the_sensor_is_named_with_its_effect():
+    tracking = tracked("flexion")
+    (known,) = tracking.known
+    exo, last, step = ep.load("prototype"), tracking.run.rotations[-1], 0.05
+    slopes = []
+    for axis in np.radians(step) * np.eye(3):
+        ahead, behind = (Rotation.from_rotvec(sign * axis) * last for sign in (1, -1))
+        sizes = [float(exo.reaction(pose, limits="none").magnitude) for pose in (ahead, behind)]
+        slopes.append((sizes[0] - sizes[1]) / (2.0 * step))
+    size = float(exo.reaction(last, limits="none").magnitude)
+    assert known.effects["F_s_percent"] == pytest.approx(100.0 * np.linalg.norm(slopes) / size, rel=0.02)
+    assert f"Taken as known: {known}." in str(tracking)

@@ -4,7 +4,6 @@ import os
 import socket
 import subprocess
 import sys
-from functools import partial
 
 import pytest
 import tomli_w
@@ -13,7 +12,6 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import FileFormatError, muscle
 from exo_pin.chain import read_closures, write_closures
-from exo_pin.cli.muscle_commands import read_columns
 from exo_pin.core.files.csv_tables import read_csv
 from exo_pin.core.files.toml_tables import DEEPEST, read_toml
 from exo_pin.load_case import read_movement
@@ -45,14 +43,22 @@ def write_movement(path):
 
 
 def write_rest(path):
-    path.write_text("contraction_mm,pressure_bar,force_N\n" + RESPONSE)
+    rows = (f"{5 * t},{3 + t % 2},{60 - 9 * t + 20 * (t % 2)}\n" for t in range(6))
+    path.write_text("contraction_mm,pressure_bar,force_N\n" + "".join(rows))
 
 
 def write_response(path):
     path.write_text("time_s,contraction_mm,pressure_bar\n" + RESPONSE)
 
 
-REST = ("contraction_mm", "pressure_bar", "force_N")
+def rest(path):
+    return muscle.read_measurements(path, 0.3).force
+
+
+def response(path):
+    return muscle.read_response(path, 1.0, 0.3).contraction
+
+
 TOML = {
     "design": (ep.load, write_design, ("mass_kg", "base_radius_m", "platform_angles_rad")),
     "closures": (read_closures, write_loops, ("gravity_m_s2",)),
@@ -61,8 +67,8 @@ TOML = {
 }
 CSV = {
     "movement": (read_movement, write_movement),
-    "states at rest": (partial(read_columns, names=REST), write_rest),
-    "response": (partial(read_columns, names=("time_s", "contraction_mm", "pressure_bar")), write_response),
+    "states at rest": (rest, write_rest),
+    "response": (response, write_response),
 }
 READERS = {
     **{name: reader for name, (reader, *_) in (TOML | CSV).items()},
@@ -181,8 +187,9 @@ def test_csv_texts_that_are_wrong(kind, tmp_path):
     check("", "is empty")
     check("# only a comment\n\n", "is empty")
     check(head + "," + head.split(",")[0] + "\n", "names '.*' twice")
-    check(good.replace(",", ";"), "separated by commas")
-    check(good.replace(",", "\t"), "separated by commas")
+    if kind != "movement":  # recordings come in every dialect
+        check(good.replace(",", ";"), "separated by commas")
+        check(good.replace(",", "\t"), "separated by commas")
     check(head + "\n\n# c\n" + first + ",7\n", r"line 4: expected \d cells")
     check(head + "\n" + first.rsplit(",", 1)[0] + "\n", r"line 2: expected \d cells")
     check(head + '\n"' + first + "\n", "line 2: not CSV")

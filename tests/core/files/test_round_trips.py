@@ -6,6 +6,7 @@ from inspect import signature
 import numpy as np
 import pytest
 from handed_devices import BASES, handed
+from measured_devices import poses as human_poses
 from places import URDF
 from same_records import same
 from scipy.spatial.transform import Rotation
@@ -86,6 +87,7 @@ def design(draw):
         "sources": lambda: {"arm": draw.text(), "geometry": "b"},
         "estimated": lambda: ("arm.mass", draw.text()),
         "interfaces": lambda: interfaces(draw),
+        "measures": lambda: ("lengths", "arm"),
     }
     return draw.record(ep.Mechanism, parts, geometry, side=side)
 
@@ -125,7 +127,7 @@ def limb(draw):
 
 
 def actuator(draw):
-    common = dict.fromkeys(("speed_limit", "power_limit", "travel_limit"), draw.number)
+    common = dict.fromkeys(("speed_limit", "power_limit", "travel_limit", "play", "resolution"), draw.number)
     common["pull_limit"] = lambda: draw.number(10.0, 99.0)
     kind = draw.rng.integers(3)
     if kind == 0:
@@ -316,7 +318,7 @@ def test_muscle_models_come_back(tmp_path):
 def test_measured_runs_come_back(tmp_path):
     draw, path = Drawn(4), tmp_path / "run.csv"
     for _ in range(COUNT // 3):
-        poses, lengths = Rotation.random(5, draw.rng), draw.rng.uniform(0.2, 0.5, (5, 3))
+        poses, lengths = human_poses(draw.rng, 5), draw.rng.uniform(0.2, 0.5, (5, 3))
         parts = {
             "times": lambda: np.sort(draw.rng.uniform(0.0, 9.0, 5)),
             "pressures": lambda: draw.rng.uniform(0.0, 4e5, (5, 2)),

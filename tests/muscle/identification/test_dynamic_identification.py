@@ -3,8 +3,18 @@
 import numpy as np
 import pytest
 
-from exo_pin import InvalidInput
-from exo_pin.muscle import NotIdentifiable, PressureStep, Recording, dynamic_model, identify_dynamic, simulate
+from exo_pin import InvalidInput, SolverFailed
+from exo_pin.muscle import (
+    Damping,
+    DynamicModel,
+    LoadDependentFriction,
+    NotIdentifiable,
+    PressureStep,
+    Recording,
+    dynamic_model,
+    identify_dynamic,
+    simulate,
+)
 
 G = 9.81
 TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
@@ -80,3 +90,34 @@ def test_bad_recordings_are_named():
         Recording([0, 1], [0.05, 0.05], step, 0.0)
     with pytest.raises(InvalidInput, match="at least one Recording"):
         identify_dynamic([], dynamic_model("tang-3-31").static)
+
+
+def test_the_search_ends_in_the_stated_time():
+    with pytest.raises(SolverFailed, match="within the time limit of 1e-06 s"):
+        identify_dynamic(recordings(0.0, seed=1, samples=11)[:1], dynamic_model("tang-3-31").static, time_limit=1e-6)
+    with pytest.raises(InvalidInput, match="time_limit"):
+        identify_dynamic(recordings(0.0, seed=1, samples=11)[:1], dynamic_model("tang-3-31").static, time_limit=0.0)
+
+
+def test_recordings_of_no_muscle_are_refused():
+    step, static = PressureStep(2e5, 3e5), dynamic_model("tang-3-31").static
+    for contraction, pressure in ((30.0, step), (0.03, PressureStep(20.0 * 1e5, 29.0 * 1e5))):
+        with pytest.raises(InvalidInput, match="write the unit in the header"):
+            identify_dynamic([Recording(np.arange(8.0), np.full(8, contraction), pressure, 1.3)], static)
+
+
+@pytest.mark.full
+def test_friction_of_the_wrong_sign_is_not_identified():
+    """Responses without friction and damping determine neither."""
+    law = dynamic_model("tang-3-31")
+    free = DynamicModel(
+        name="free",
+        static=law.static,
+        friction=LoadDependentFriction.from_bar(0, 0, 0),
+        damping=Damping.from_bar(0, 0.8),
+    )
+    times, step = np.linspace(0.0, 0.3, 31), PressureStep(2e5, 3.6e5, 0.05, 0.03)
+    seen = simulate(free, 1.3, step, times, outside="mark").contraction
+    with pytest.raises(NotIdentifiable) as caught:
+        identify_dynamic([Recording(times, seen, step, 1.3)], law.static, start=[0.0, 0.0, 0.5, 0.0, 0.8])
+    assert {"N_2", "N_1", "N_0"} & set(caught.value.coefficients)

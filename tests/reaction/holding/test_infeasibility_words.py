@@ -19,6 +19,7 @@ def test_the_explanation_word_by_word():
         "valid_up_to": np.ones(2),
         "blocking": np.array([[-1, 1, 0], [0, 0, 0]], dtype=np.int8),
         "relief": np.array([[np.inf, 3.21, np.inf], [nan] * 3]),
+        "drive_units": tuple((f"limb {i}", "N") for i in (1, 2, 3)),
     }
 
     def told(index=0, **other):

@@ -1,8 +1,12 @@
 """Remedies: the nearest pose that can be held, or what is missing."""
 
+import re
+
+import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin.load_case.case import beyond_motion
 
 
 def test_the_remedy_of_a_device_is_checked_and_says_what_is_missing():
@@ -32,6 +36,31 @@ def test_a_pose_that_can_be_held_is_its_own_nearest():
     assert (found.nearest.pose * pose.inv()).magnitude() == 0.0
     assert found.nearest.check.can_hold
     assert str(found) == "The pose itself can be held."
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-cables"])
+def test_what_is_suggested_holds_as_it_is_printed(name):
+    """Typed in again: held, clear of the wearer, and within the range of motion."""
+    exo, rng, asked = ep.load(name), np.random.default_rng(5), 0
+    while asked < 4:
+        pose = ep.shoulder_rotation(*rng.uniform([-40, -30, -60], [160, 120, 110]), degrees=True)
+        if exo.reaction(pose).held:
+            continue
+        found = exo.remedy(pose)
+        asked += 1
+        if found.nearest is None:
+            continue
+        said = re.search(
+            r"is (\d+)° away: flexion (-?\d+)°, abduction (-?\d+)°, internal rotation (-?\d+)°", str(found)
+        )
+        away, *angles = map(float, said.groups())
+        again = ep.shoulder_rotation(*angles, degrees=True)
+        answer = exo.reaction(again)
+        assert answer.held
+        assert not answer.clearance < 0.0
+        assert not beyond_motion(again.as_matrix()[None], exo.side)[0]
+        assert round(np.degrees((again * pose.inv()).magnitude())) == away
+        assert ("looks the same" in str(found)) == bool(exo.accuracy(again).has_twin)
 
 
 def test_stacks_are_refused():

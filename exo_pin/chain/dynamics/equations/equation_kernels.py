@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
+from ....numerics.small_linear import copy_numbers
 from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
 from ...kinematics.kernels.dependent_kernels import nearest_motion
 
@@ -59,13 +60,6 @@ def _scaled(gap: Any, row_scale: Any) -> float:
     for i in range(len(gap)):
         largest = max(largest, abs(gap[i] * row_scale[i]))
     return largest
-
-
-@kernel
-def copy_numbers(given: Any, out: Any) -> None:
-    """Copy one row of numbers into another that does not overlap it, which Numba would have to find out."""
-    for k in range(len(given)):
-        out[k] = given[k]
 
 
 @kernel
@@ -170,10 +164,11 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
                     if carried[j + 1, c] != 0.0:
                         for s in range(sets):
                             block[k, s] -= carried[j + 1, c] * own[c, k, s]
-            p[:] = poses[j + 1, 3]
+            copy_numbers(poses[j + 1, 3], p)
         else:
             c = j - count
-            block[:] = own[c]
+            for k in range(6):
+                copy_numbers(own[c, k], block[k])
             pose, place = poses[joints[c, 1]], local[c, 1, 3]
             for k in range(3):
                 p[k] = place[0] * pose[0, k] + place[1] * pose[1, k] + place[2] * pose[2, k] + pose[3, k]

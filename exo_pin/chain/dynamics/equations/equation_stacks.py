@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ...kinematics.kernels.closure_kernels import new_scratch
-from ...structure.chain_state import ChainState
+from ...structure.chain_state import CLOSED, ChainState
 from ...structure.memory.chain_buffers import forest_of
 from .equation_kernels import fill_equations
 from .equations_of_motion import OPENING, REST
@@ -96,7 +96,7 @@ def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
         Shape (n, 6 or more), first what :func:`.equation_kernels.fill_equations` returns.
     """
     most = max(OPENING, state.contradiction)
-    closed = numbers[:, 0] <= state.closed
+    closed = (numbers[:, 0] <= CLOSED) | (numbers[:, 1] <= state.contradiction)
     for opening, size in ((numbers[:, 4], numbers[:, 2]), (numbers[:, 5], numbers[:, 3])):
         closed &= opening <= most * np.maximum(size, REST)
     return np.asarray(closed)

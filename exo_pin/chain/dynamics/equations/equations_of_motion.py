@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import (
     LoopNotClosed,
+    MasslessMotion,
     NearSingularConfiguration,
     OpeningMotion,
     SingularConfiguration,
@@ -41,6 +43,8 @@ STILL = OPENING * REST
 EXACT = 1e-7
 #: A motion whose inertia is below this share of the largest counts as moving no mass.
 MASSLESS = 1e-13
+#: Axes of hinges no farther apart are in one line, rad and characteristic lengths.
+_IN_LINE = 1e-3
 #: A singular value above this is certain in an exact geometry.
 CERTAIN = float(np.sqrt(CLOSED / RESOLVED))
 #: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
@@ -325,7 +329,7 @@ def checked_equations(
     """The equations of motion with what the kernel found; see :func:`equations_of_motion`."""
     worst, gap, speed, size, opening_v, opening_a = found
     if check_closed:
-        if not worst <= state.closed:
+        if not state.is_closed(worst, gap):
             raise LoopNotClosed(q.copy(), worst, 0)
         refuse_opening(state, opening_v, speed)
         refuse_opening(state, opening_a, size, "acceleration")
@@ -397,12 +401,23 @@ def inertia_matrix(state: ChainState, q: FloatArray) -> FloatArray:
     return found
 
 
-def massless_joints(state: ChainState, q: FloatArray, basis: FloatArray) -> list[str]:
-    """Joints that move in the motion of least inertia among those of a basis, the most moved first."""
+def massless_motion(state: ChainState, q: FloatArray, basis: FloatArray) -> MasslessMotion:
+    """The error of the motion of least inertia among those of a basis."""
     column = state.topology.column
     M = inertia_matrix(state, q) * column[:, None] * column
     way = np.abs(basis @ np.linalg.eigh(basis.T @ M @ basis)[1][:, 0])
     names = [str(name) for name in list(state.model.names)[1:]]
     moved = {name: float(way[state.velocity_slice(name)].max(initial=0.0)) for name in names}
     largest = max(moved.values())
-    return sorted((name for name in names if moved[name] > 0.1 * largest), key=lambda name: -moved[name])
+    found = sorted((name for name in names if moved[name] > 0.1 * largest), key=lambda name: -moved[name])
+    pin.computeJointJacobians(state.model, state.buffers.data, q)
+    world = np.array(state.buffers.data.J).reshape(6, -1)
+    world[:3] /= state.topology.length
+    hinges = {name: world[:, own.start] for name in found if (own := state.velocity_slice(name)).stop == own.start + 1}
+    for one, other in combinations(sorted(hinges, key=names.index), 2):
+        pair = np.array([hinges[one], hinges[other]])
+        pair = pair / np.linalg.norm(pair[:, 3:], axis=1, keepdims=True).clip(min=0.5)
+        off = min(np.abs(pair[0] - side * pair[1]).max() for side in (1.0, -1.0))
+        if off < _IN_LINE and np.linalg.norm(pair[0, 3:]) > 0.5:
+            return MasslessMotion(found, (one, other))
+    return MasslessMotion(found)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
+from ....numerics.small_linear import copy_numbers
 from ...kinematics.kernels.closure_kernels import new_scratch
 from ...structure.chain_state import CLOSED
 from ...structure.memory.chain_buffers import unpacked_constants
@@ -147,6 +148,6 @@ def forces_of_state(
     if reactions and free > 0:
         jacobian, unit, tree, _, _ = terms
         efforts, multipliers, start, null = split_forces(flat, shape, free)
-        multipliers[:] = least(start, null, poses, tree, unit, carried, loops, length)
+        copy_numbers(least(start, null, poses, tree, unit, carried, loops, length), multipliers)
         numbers[10] = fill_efforts(jacobian, tau, multipliers, null, passive, per_newton, numbers[7], efforts, unique)
     return is_certain(numbers, tolerance)

@@ -11,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.small_linear import orthonormalise, pivoted_qr, solve_cholesky, solve_factored, solve_triangle
+from ....numerics.small_linear import (
+    copy_numbers,
+    orthonormalise,
+    pivoted_qr,
+    solve_cholesky,
+    solve_factored,
+    solve_triangle,
+)
 from ...kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
@@ -295,8 +302,9 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
     """
     count = null.shape[1]
     columns = np.empty((len(start), 1 + count))
-    columns[:, 0] = start
-    columns[:, 1:] = null
+    for r in range(len(start)):
+        columns[r, 0] = start[r]
+        copy_numbers(null[r], columns[r, 1:])
     wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
     wrenches_of(poses, tree, unit, carried, loops, columns, 0, wrenches)
     matrix, z = np.zeros((count, count)), np.zeros(count)

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ....core.errors import LoopNotClosed, MasslessMotion, SolverFailed
+from ....core.errors import LoopNotClosed, SolverFailed
 from ....core.records import keeps_read_only
 from ....core.validation import FloatArray
 from ...kinematics.closing import NOTHING_HELD, nearest_closed
@@ -26,7 +26,7 @@ from ..equations.equations_of_motion import (
     MASSLESS,
     LoopMotion,
     inertia_matrix,
-    massless_joints,
+    massless_motion,
     moving_loops,
     open_tree,
 )
@@ -135,14 +135,14 @@ def _reduced(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
     work, top = state.buffers, state.topology
-    J, gap = work.jacobian, residual_of_rank(state, q, float(np.abs(work.gap * top.row_scale).max(initial=0.0)))
+    J, gap = work.jacobian, residual_of_rank(state, q, state.scaled_gap())
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
     start, basis, _ = nearest_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.array([])
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)
     if not sizes[0] > MASSLESS * max(float(sizes[-1]), float(np.abs(np.diag(M)).max(initial=0.0))):
-        raise MasslessMotion(massless_joints(state, q, basis))
+        raise massless_motion(state, q, basis)
     return M, start, basis, ways, sizes
 
 

@@ -262,7 +262,12 @@ def _built(source: Compiled, left: LeftOut, tendons: Iterable[Cable]) -> tuple[p
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
     shapes = tuple(mjcf_shapes(source, tree.frames, left))
     routed = tuple(
-        replace(own, points=tuple((tree.frames[int(body)], at) for body, at in own.points)) for own in tendons
+        replace(
+            own,
+            points=tuple((tree.frames[int(body)], at) for body, at in own.points),
+            joint=None if own.joint is None else tree.model.names[tree.joints[int(own.joint)]],
+        )
+        for own in tendons
     )
     described = Closures(
         tree.model.name, root, closures, roles, tree.properties, left.report, shapes=shapes, cables=routed

@@ -143,29 +143,49 @@ def _joints(source: Compiled, left: LeftOut) -> None:
 def cables(source: Compiled) -> dict[int, Cable]:
     """Tendons over sites alone that an actuator can pull or that are springs, by number; their links by MuJoCo's.
 
-    An actuator's force acts along the growing length; of one that can push as well the pull is read. A spring has one
-    length at which it is slack, or is slack up to a length, as a cord.
+    An actuator's force acts along the growing length; of one that can push as well the pull is read, and one without
+    gain is a spring of constant force. A spring has one length at which it is slack, or is slack up to a length, as a
+    cord. A tendon of one joint is a spring in it.
     """
     model, found = source.model, dict[int, Cable]()
     for tendon in range(model.ntendon):
         first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
         wraps = slice(first, first + count)
-        if count < 2 or any(source.kind("mjtWrap", kind) != "site" for kind in model.wrap_type[wraps]):
+        kinds, ids = {source.kind("mjtWrap", kind) for kind in model.wrap_type[wraps]}, model.wrap_objid[wraps].tolist()
+        joint = str(ids[0]) if kinds == {"joint"} and count == 1 and model.wrap_prm[first] == 1.0 else None
+        if joint is None and (count < 2 or kinds != {"site"}):
             continue
-        sites = model.wrap_objid[wraps].tolist()
+        sites = ids if joint is None else []
         points = tuple((str(model.site_bodyid[site]), tuple(model.site_pos[site].tolist())) for site in sites)
         low, high = model.tendon_lengthspring[tendon].tolist()
         stiffness = 0.0 if source.disabled("SPRING") else float(model.tendon_stiffness[tendon])
         if stiffness and low not in (high, 0.0):
             continue
-        pulls = [effort_range(source, k) for k in range(model.nactuator) if _tendon_of(source, k) == tendon]
+        acting = [k for k in range(model.nactuator) if _tendon_of(source, k) == tendon]
+        constants = {k: _constant_force(source, k) for k in acting}
+        pulls = [effort_range(source, k) for k, own in constants.items() if not own]
         force = np.sum(pulls, axis=0) if pulls else np.zeros(2)
-        tension = (max(0.0, -float(force[1])), -float(force[0])) if force[0] < 0.0 else None
-        if stiffness or tension is not None:
+        tension = (max(0.0, -float(force[1])), -float(force[0])) if force[0] < 0.0 and joint is None else None
+        constant = float(sum(constants.values()))
+        if stiffness or constant or tension is not None:
             name = source.name("TENDON", tendon) or f"tendon_{tendon}"
-            spring = (stiffness, high, low != high) if stiffness else (0.0, 0.0, False)
-            found[tendon] = Cable(name, points, tension, *spring)
+            length, slack = (high, low != high) if stiffness else (0.0, False)
+            found[tendon] = Cable(name, points, tension, stiffness, length, slack, constant=constant, joint=joint)
     return found
+
+
+def _constant_force(source: Compiled, index: int) -> float:
+    """The tension of an actuator that has a bias and no gain, N or N m; 0 of any other."""
+    model = source.model
+    kinds = [
+        source.kind(f"mjt{name}", getattr(model, f"actuator_{name.lower()}type")[index]) for name in ("Gain", "Bias")
+    ]
+    bias = model.actuator_biasprm[index]
+    if kinds != ["fixed", "affine"] or model.actuator_gainprm[index, 0] or bias[1:].any():
+        return 0.0
+    if source.disabled("ACTUATION") or model.actuator_forcelimited[index]:
+        return 0.0
+    return -float(bias[0] * model.actuator_gear[model.actuator_outadr[index], 0])
 
 
 def _tendon_of(source: Compiled, index: int) -> int:
@@ -223,7 +243,7 @@ def _equalities(source: Compiled, left: LeftOut) -> None:
 def _actuators(source: Compiled, left: LeftOut) -> None:
     """How a control becomes a force is not read: the efforts of a chain are given as forces."""
     model, driving = source.model, drives(source)
-    pulled = [tendon for tendon, own in cables(source).items() if own.tension is not None]
+    pulled = [tendon for tendon, own in cables(source).items() if own.tension is not None or own.constant]
     for index in range(model.nactuator):
         called = f"actuator {source.called('ACTUATOR', index)}"
         if index not in driving:

@@ -18,7 +18,9 @@ to another, gets a millionth of that one's; a body with mass and without moments
 square of the robot's characteristic length.
 
 MuJoCo's equalities, friction and limits of joints are compliant. They are written as stiff as its time step allows, and
-hold better with a shorter one: MuJoCo makes the time constant of ``solref`` at least two steps. Other data of joints
+hold better with a shorter one: MuJoCo makes the time constant of ``solref`` at least two steps. Whatever the step, they
+give way by a ten-thousandth of their own scale (its impedance is at most 0.9999). Near a singular configuration loops
+hold some motion by less than that; such a file says so, and what helps. Other data of joints
 than their motion are written as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out. An
 actuated joint has a motor. The control of a limb's slide (:class:`LimbRole`) is the limb's tension, positive where it
 pulls, within the limits of the slide's effort; that of any other joint is the effort itself.
@@ -33,7 +35,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
-from ...kinematics.loops import residual
+from ...kinematics.loops import residual, scaled_jacobian
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Cable
@@ -72,6 +74,10 @@ _STIFF = {"solref": "0.0001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 #: Friction and limits of joints; critically damped limits throw a joint back at any stiffness.
 _PARTS, _STOPS = ("friction", "limit"), {"solreflimit": "0.0001 20"}
 _HELPER_SHARE = 1e-6
+#: Least over greatest inertia of a motion.
+_MASSLESS = 1e-14
+#: What MuJoCo's equalities give way by, and how much more the loops have to hold each motion by.
+_COMPLIANCE, _STIFFER = 1e-4, 10.0
 
 
 def mjcf_text(chain: ChainState, q: FloatArray) -> str:
@@ -137,6 +143,13 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     if writer.heavier:
         named = ", ".join(dict.fromkeys(writer.heavier))
         note += f"\n<!-- MuJoCo needs inertia everywhere; a millionth was added to {named}. -->"
+    held = _least_held(chain, q)
+    if held < _STIFFER * _COMPLIANCE:
+        note += (
+            f"\n<!-- MuJoCo's equalities give way by {_COMPLIANCE:g} of their scale, and near a singular configuration "
+            f"these loops hold a motion by {held:.1g} of it: it moves otherwise there. Write another configuration, or "
+            "set model.body_invweight0 *= 1e-4 once the file is loaded. -->"
+        )
     if writer.shapes.touches:
         note += "\n<!-- A chain has no contact: take the flag away to let shapes touch. -->"
     if writer.shapes.left_out:
@@ -292,9 +305,14 @@ class _Writer:
         return name
 
     def add_cable(self, cable: Cable, actuators: ET.Element) -> None:
-        """Add a cable as a tendon over sites, with its spring, and a motor whose control is the tension."""
+        """Add a cable as a tendon over sites, with its spring, and a motor whose control is the tension.
+
+        A spring in a joint is a tendon of that joint, and one of constant force an actuator with a bias and no gain.
+        """
         name = free_name(cable.name, self._taken)
-        tendon = ET.SubElement(self.tendons, "spatial", name=name)
+        tendon = ET.SubElement(self.tendons, "spatial" if cable.joint is None else "fixed", name=name)
+        if cable.joint is not None:
+            ET.SubElement(tendon, "joint", joint=cable.joint, coef="1")
         if cable.stiffness:
             low = 0.0 if cable.only_pulls else cable.slack
             tendon.set("stiffness", as_numbers(cable.stiffness))
@@ -304,12 +322,32 @@ class _Writer:
             at = as_numbers(frame.placement.act(np.array(point)))
             ET.SubElement(self._elements[int(frame.parentJoint)], "site", name=site, pos=at)
             ET.SubElement(tendon, "site", site=site)
+        if cable.constant:
+            force = {"gainprm": "0", "biastype": "affine", "biasprm": as_numbers([-cable.constant, 0.0, 0.0])}
+            ET.SubElement(actuators, "general", {"name": name, "tendon": name} | force)
         if cable.tension is not None:
             given = {"name": name, "tendon": name, "gear": "-1"}
             low, high = np.clip(cable.tension, 0.0, NO_LIMIT)
             if low < high:
                 given["ctrlrange"] = as_numbers([low, high])
             ET.SubElement(actuators, "motor", given)
+
+
+def _least_held(chain: ChainState, q: FloatArray) -> float:
+    """By which share of the rows' own scale the loops hold the motion that they hold least; 1 of massless motions.
+
+    It is the smallest eigenvalue of J M⁻¹ Jᵀ, with ones on its diagonal, that is not of a redundant row.
+    """
+    J, zero = scaled_jacobian(chain, q)
+    M = pin.crba(chain.model, chain.model.createData(), q)
+    M = (np.triu(M) + np.triu(M, 1).T) * chain.topology.column[:, None] * chain.topology.column
+    rank = int(np.count_nonzero(np.linalg.svd(J, compute_uv=False) > zero))
+    if not rank or np.linalg.cond(M) > 1.0 / _MASSLESS:
+        return 1.0
+    A = J @ np.linalg.solve(M, J.T)
+    size = np.sqrt(np.diag(A))
+    size[size == 0.0] = 1.0
+    return float(np.linalg.eigvalsh(A / size[:, None] / size)[-rank])
 
 
 def _allowed(name: str, taken: set[str]) -> str:

@@ -79,7 +79,8 @@ def check_grammar(root: Element, left: LeftOut) -> None:
         changes the motion is not read and not named to be left out, or the version is not one of :data:`VERSIONS`.
     """
     if root.tag != "sdf":
-        raise root.error(f"expected the root element <sdf>, got <{root.tag}>")
+        old = ", of version 1.2 and before: convert the file (gz sdf -p)" if root.tag == "gazebo" else ""
+        raise root.error(f"expected the root element <sdf>, got <{root.tag}>{old}")
     version = root.attributes.get("version")
     if version not in VERSIONS:
         raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
@@ -97,7 +98,9 @@ def check_grammar(root: Element, left: LeftOut) -> None:
             if child.tag in rule.named:
                 if child.tag not in _HARMLESS or not _has_no_effect(child, _HARMLESS[child.tag]):
                     shown = f"{child.place} ({child.text})" if child.text else child.place
-                    left.named(rule.named[child.tag], shown, "it is not read: take it out", child.at_line)
+                    said = "it is not read: "
+                    said += "write the file out (gz sdf -p)" if child.tag == "include" else "take it out"
+                    left.named(rule.named[child.tag], shown, said, child.at_line)
             elif is_left_out(child, rule) and child.tag != "visual":
                 # What is drawn is carried along.
                 strange(child.tag, f"<{child.tag}> in <{element.tag}>")

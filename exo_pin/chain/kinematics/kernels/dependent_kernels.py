@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.small_linear import pivoted_qr, reflect, solve_transposed, solve_triangle
+from ....numerics.small_linear import copy_numbers, pivoted_qr, reflect, solve_transposed, solve_triangle
 from ..rank import RESOLVED, ROUNDING, least_motion, rank_tolerance
 from .closure_kernels import residual_jacobian
 
@@ -63,7 +63,7 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
     rank, tolerance = fill_dependent(J, right, allowed, scales, joints, residual, factors, order, error)
     triangle = np.zeros((rank, rank))
     for c in range(rank):
-        triangle[:c, c] = W[c, :c]
+        copy_numbers(W[c, :c], triangle[:c, c])
         triangle[c, c] = pivots[0, c]
     return order, rank, W[rank:, :rank].T.copy(), error[: nv - rank + k], triangle, tolerance, factors
 

@@ -39,6 +39,7 @@ import numpy as np
 
 from ....core.compiled import kernel
 from ....core.validation import FloatArray
+from ....numerics.small_linear import copy_numbers
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
 from .drive_kernels import drive_rates, is_motor, limb_tension, manifold_rates, motor_energy, motor_force, slip
 
@@ -280,7 +281,8 @@ def observe(Q: Any, Y: Any, acts: Any, t: Any, motion: Any, limbs: Any, energy: 
     flows = np.zeros((n, 10))
     out = np.zeros(Y.shape[1])
     for k in range(len(Q)):
-        flows[:, 6:] = acts[k]
+        for i in range(n):
+            copy_numbers(acts[k, i], flows[i, 6:])
         rates(t, flows, Q[k], Y[k], out)
         R, w = rows_of(Q[k], Y[k]), vector(Y[:, 3:6], k)
         joint = t.shoulder

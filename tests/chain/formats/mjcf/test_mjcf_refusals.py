@@ -120,7 +120,7 @@ NAMED = [
     *(
         (
             "tendons",
-            {"more": f'<tendon><fixed name="t" {given}><joint joint="ja" coef="1"/></fixed></tendon>'},
+            {"more": f'<tendon><fixed name="t" {given}><joint joint="ja" coef="2"/></fixed></tendon>'},
             f"tendon 't' has {key}",
             {},
         )

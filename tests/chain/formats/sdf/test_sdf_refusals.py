@@ -314,6 +314,12 @@ def test_other_bad_input(tmp_path):
         ClosedChain.from_sdf(ARM, root_joint="hinge")
     with pytest.raises(FileFormatError, match=r"nowhere\.sdf"):
         ClosedChain.from_sdf(tmp_path / "nowhere.sdf")
+    with pytest.raises(
+        FileFormatError, match=r"got <gazebo>, of version 1\.2 and before: convert the file \(gz sdf -p\)"
+    ):
+        ClosedChain.from_sdf("<gazebo version='1.2'/>")
+    with pytest.raises(FileFormatError, match=r"\(XML needs quotes about the values of attributes\)"):
+        ClosedChain.from_sdf("<sdf version='1.9'><model name=arm><link name='a'/></model></sdf>")
     with pytest.raises(FileFormatError, match="expected the root element <sdf>, got <robot>"):
         ClosedChain.from_sdf("<robot name='r'/>")
     with pytest.raises(FileFormatError, match="no document type"):

@@ -256,6 +256,6 @@ def test_what_was_left_out_stands_in_errors_and_in_the_answers_of_a_device(tmp_p
     assert caught.value.__notes__ == [doubt]
     files = ep.load(Path(__file__).parents[4] / "urdf" / "spring-support.urdf").export(tmp_path / "support.urdf")
     files[0].write_text(files[0].read_text().replace("</robot>", f"{bushing}</robot>"))
-    main(["reaction", str(files[-1]), "--flexion", "30"])
+    main(["reaction", str(files[-1]), "--flexion", "30", "--explain"])
     said = " ".join(capsys.readouterr().out.split())
     assert "Left out of the robot's file: unread: <damping_of_air> in <gazebo>" in said

@@ -8,27 +8,26 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
 from scipy.spatial.transform import Rotation
 
-from ..chain.formats.leaving_out import LEAVE_OUT
-from ..core.errors import InvalidInput, OutsideHumanRange
-from ..core.optional_packages import require_extra
-from ..core.validation import FloatArray, as_positive
-from ..design import Wearer
-from ..design.parameters.names import assigned
-from ..exo.loading import load
-from ..exo.shoulder_exo import ShoulderExo
-from ..load_case import CentreOffset, CentrePath, Movement, read_movement
-from ..person.bare_arm import BARE_ARM_PERSON
-from ..reaction import SPLITS, Limits
+from ...chain.formats.leaving_out import LEAVE_OUT
+from ...core.errors import InvalidInput, MissingExtra, OutsideHumanRange
+from ...core.optional_packages import require_extra
+from ...core.validation import FloatArray, as_positive
+from ...design import Wearer
+from ...design.parameters.names import assigned
+from ...exo.loading import load
+from ...exo.shoulder_exo import ShoulderExo
+from ...load_case import CentreOffset, CentrePath
+from ...person.bare_arm import BARE_ARM_PERSON
+from ...reaction import SPLITS, Limits
 
 if TYPE_CHECKING:
-    from ..person import Person
+    from ...person import Person
 
 #: Most poses on a way.
 _MOST = 1000
@@ -185,50 +184,6 @@ class Way:
 
 @group
 @dataclass(frozen=True)
-class Recording:
-    """A measured movement.
-
-    Attributes
-    ----------
-    trajectory : Path, optional
-        CSV file of a movement instead of a pose; exo-pin reaction --help lists its columns.
-    static : bool
-        With --trajectory: take every pose at rest, without velocity and acceleration.
-    smoothing : str
-        With --trajectory: smooth the samples by generalised cross-validation (gcv), or take them as they are (none).
-    sensor_noise : float, optional
-        With --trajectory: noise of the measured angles about each axis, degrees (default: from the data).
-    ends : str
-        With --trajectory: rest if the arm is at rest at the first and last sample (free: not known).
-    """
-
-    trajectory: Annotated[Path | None, called("FILE")] = None
-    static: bool = False
-    smoothing: Literal["gcv", "none"] = "gcv"
-    sensor_noise: Degrees | None = None
-    ends: Literal["free", "rest"] = "free"
-
-    def __bool__(self) -> bool:
-        return self.trajectory is not None
-
-    def movement(self, side: str) -> Movement:
-        """The movement of ``--trajectory``."""
-        assert self.trajectory is not None
-        smoothing = None if self.smoothing == "none" else self.smoothing
-        known = None if self.sensor_noise is None else math.radians(self.sensor_noise)
-        return read_movement(self.trajectory, side, smoothing, known, self.ends)
-
-    def asked(self, exo: ShoulderExo, pose: Pose) -> tuple[Any, Any]:
-        """Poses and motion: of the recording, else the pose at rest."""
-        if not self:
-            return pose.of(exo), None
-        refuse("a movement has poses of its own", **vars(pose))
-        moved = self.movement(exo.side)
-        return moved.poses, None if self.static else moved.motion
-
-
-@group
-@dataclass(frozen=True)
 class Worn:
     """Who wears the device.
 
@@ -359,9 +314,19 @@ def _meant(words: list[str]) -> str | None:
 
 def with_muscles(own: Wearer, **more: Any) -> Person:
     """A wearer with muscles."""
-    from ..person import Person  # here, because few queries need one
+    from ...person import Person  # here, because few queries need one
 
     return Person(**{each.name: getattr(own, each.name) for each in fields(Wearer)}, **more)
+
+
+def has_muscles() -> bool:
+    """Whether the extra with the wearer's muscles is installed; a line on standard error says if it is not."""
+    try:
+        require_extra("person")
+    except MissingExtra as error:
+        caution(f"the wearer's own muscles are not counted: {error}")
+        return False
+    return True
 
 
 def own_wearer(exo: ShoulderExo) -> Wearer | None:

@@ -1,0 +1,272 @@
+"""First answers of drawn cases, read back: their size, their words, and each number beside the field it is made from.
+
+::
+
+    python benchmarks/first_answers.py [--cases N]
+
+A case is a device (wrists of 3 to 9 drawn limbs, designs of the package, robots from files), with or without a person
+and their muscles, in a drawn pose. What is read back is computed here anew from public fields of the answer.
+"""
+
+import argparse
+import re
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.exo.pose_report import report_on_pose
+
+URDF = Path(__file__).parents[1] / "urdf"
+FILES = ("serial-y-x-z.urdf", "spring-support.urdf", "spherical-3rrr.urdf", "3rps-passive-ball.urdf", "nesm.urdf")
+WIDTH, LINES = 120, 10
+#: Words that are explained nowhere in the answer.
+TERMS = re.compile(r"F_s|\(g|[a-z]_[a-z]|\bnan\b|\binf\b|\bNone\b|certificate|self-stress|wrench|undetermined")
+NUMBER = r"(-?\d+(?:\.\d+)?)"
+WAYS = {
+    "out of the socket": (0, 1), "into the socket": (0, -1), "up": (1, 1), "down": (1, -1),
+    "forward": (2, 1), "backward": (2, -1),
+}  # fmt: skip
+BODY = {
+    "forward": (0, 1), "backward": (0, -1), "to the left": (1, 1), "to the right": (1, -1),
+    "up": (2, 1), "down": (2, -1),
+}  # fmt: skip
+
+
+def drawn_device(rng):
+    """A device of any kind, on a wearer or on nobody."""
+    kind = rng.choice(["wrist", "preset", "file"], p=[0.6, 0.25, 0.15])
+    if kind == "file":
+        return ep.load(URDF / str(rng.choice(FILES)))
+    if kind == "preset":
+        return ep.load(str(rng.choice(ep.presets())))
+    n = int(rng.integers(3, 10))
+    base = rng.normal(size=(n, 3)) * 0.12 + [0.0, 0.1, 0.1]
+    platform = rng.normal(size=(n, 3)) * 0.06 + [0.0, 0.0, -0.2]
+    limbs = []
+    for length in np.linalg.norm(base - platform, axis=1):
+        family = str(rng.choice(["linear", "cable"]))
+        most = float(rng.uniform(20.0, 800.0)) if rng.uniform() < 0.9 else None
+        actuator = ep.Actuator(family, pull_limit=most, push_limit=most if family == "linear" else None)
+        stroke = ep.Stroke(length, float(rng.uniform(0.3, 0.8)), float(rng.uniform(1.1, 1.8)), 0.0)
+        known = rng.uniform() < 0.9
+        limbs.append(ep.Limb(str(rng.choice(["UPU", "SPS"])), stroke=stroke if known else None, actuator=actuator))
+    arm = ep.Arm.from_anthropometry(1.7, 70, "female") if rng.uniform() < 0.3 else ep.Arm(3.5, [0.0, 0.0, -0.3])
+    return ep.ShoulderExo(ep.WristGeometry(base, platform), arm=arm, limbs=limbs)
+
+
+def drawn_case(seed):
+    """A report on one pose of a drawn device."""
+    rng = np.random.default_rng([20261129, seed])
+    exo = drawn_device(rng)
+    person = None
+    if rng.uniform() < 0.5:
+        person = ep.Person(
+            float(rng.uniform(1.5, 2.0)), float(rng.uniform(45.0, 140.0)), str(rng.choice(["male", "female"])),
+            strength=float(rng.choice([0.0, 0.02, 0.5, 1.0, 1.0, 1.0])), payload=float(rng.choice([0.0, 0.0, 2.0])),
+            side=exo.side,
+        )  # fmt: skip
+    if person is not None or exo.device.arm is None:
+        exo = exo.worn_by(person or ep.Wearer(1.8, 80.0, "male"))
+    angles = rng.uniform([-20.0, -10.0, -30.0], [110.0, 100.0, 60.0]) * (rng.uniform(size=3) < 0.7)
+    limits = str(rng.choice(["design", "design", "design", "none"]))
+    answer = exo.reaction(exo.pose(*angles), limits=limits)
+    return report_on_pose(exo, answer, person, angles=angles)
+
+
+def agrees(word, value, factor=1.0):
+    """Whether a printed number is a value to its digits."""
+    digits = len(word.partition(".")[2])
+    return abs(float(word) - factor * value) <= 0.5001 * 10.0**-digits
+
+
+def directions(text, vector, ways):
+    """What is wrong with a force that is named along axes: numbers, ways, or a large part that is left out."""
+    wrong, parts = [], vector.copy()
+    for word, way in re.findall(rf"{NUMBER} ([a-z ]+?)(?: \(\w+\))?(?:,|;|$)", text):
+        axis, sign = ways[way]
+        if not agrees(word, sign * vector[axis]):
+            wrong.append(f"{word} {way}: {vector[axis]}")
+        parts[axis] = 0.0
+    return wrong + ([f"left out: {parts}"] if np.abs(parts).max() > 0.1 * np.linalg.norm(vector) + 1e-9 else [])
+
+
+def labelled(lines):
+    """Lines behind their labels, those without one under the label above; the reason has none."""
+    found, label = {}, "reason"
+    for line in lines:
+        if line[:1] != " ":
+            label = line[:17].strip()
+        found.setdefault(label, []).append(line[17:])
+    return found
+
+
+def read_back(report):
+    """What is wrong with the text of a report: a list of sentences, empty for nothing."""
+    text, answer, units = str(report), report.answer, report.device.drive_units
+    names = [name for name, _ in units] or [f"limb {i + 1}" for i in range(len(answer.actuator_forces))]
+    head, *lines = text.split("\n")
+    limbs = [line for line in lines if re.match(r" \S", line)]
+    parts = labelled([line for line in lines if line not in limbs])
+    wrong = [f"too wide: {line}" for line in (head, *lines) if len(line) > WIDTH]
+    if len(lines) + 1 - len(limbs) > LINES:
+        wrong.append(f"{len(lines) + 1 - len(limbs)} lines")
+    others = re.sub("|".join(map(re.escape, (*names, report.device.name))), "", text)
+    wrong += [f"term {found[0]!r}" for found in TERMS.finditer(others)]
+    if not lines[-1].endswith("More: --explain"):
+        wrong.append("no way to more")
+    wrong += verdict(report, head, parts.get("reason", []))
+    wrong += joint(report, parts)
+    if answer.has_answer:
+        wrong += alone(report, parts["Without muscles"])
+        wrong += drives(report, limbs, names)
+    return wrong
+
+
+def verdict(report, head, reason):
+    """The first words beside what the answer says of the pose."""
+    answer = report.answer
+    says = head.partition(".")[0]
+    if says == "YES, it holds":
+        return [] if answer.can_hold else ["YES, and it cannot"]
+    if says in ("NO, it cannot hold", "PROBABLY NOT"):
+        return [] if not answer.held and reason else ["NO, and it can, or no reason"]
+    if says == "IT SUPPORTS, and the wearer holds":
+        left = np.linalg.norm(report.device.moment_of_wearer(answer.actuator_forces[None])[0])
+        found = re.search(rf"{NUMBER} N m", reason[0])
+        return [] if not found or agrees(found[1], left) or left < 5e-3 else [f"{found[1]} N m left: {left}"]
+    if says == "IT WOULD HOLD, but not as it is worn":
+        through = answer.clearance < 0.0 or answer.source.poses.gaps.beside
+        return [] if answer.held and through else ["touches nothing"]
+    if says == "NO WAY TO IT":
+        rest = answer.source.poses.mechanism
+        turns = Rotation.from_rotvec(np.linspace(0.0, 1.0, 200)[:, None] * answer.case.poses.as_rotvec())
+        signs = np.sign(ep.ShoulderExo.from_device(rest).singularity(turns).determinant)
+        return [] if (signs[:-1] * signs[1:] < 0).any() else ["no singular pose on the way"]
+    if says.startswith("NOT KNOWN") or says == "YES, if estimates are right":
+        return [] if answer.unknown else ["known, and said not to be"]
+    return [f"verdict {says!r}"]
+
+
+def joint(report, parts):
+    """Forces in the joint, and reliefs."""
+    contact, wrong = report.contact, []
+    if contact is None:
+        return ["relief without a person"] if "Relief" in parts else []
+    text, bare = " ".join(parts["In the joint"]), contact.without_device
+    for pattern, found in (
+        (rf"{NUMBER} N with the (?:device|closest)", contact), (rf"{NUMBER} N without", bare),
+    ):  # fmt: skip
+        said = re.search(pattern, text)
+        if found.has_result != bool(said) and contact.has_muscles:
+            wrong.append(f"{pattern} in {text!r}: {found.status}")
+        if said and not agrees(said[1], float(found.magnitude)):
+            wrong.append(f"{said[0]}: {found.magnitude}")
+    relief = contact.relief_percent
+    if ("Relief" in parts) != bool(np.isfinite(relief)):
+        wrong.append(f"relief {relief}: {parts.get('Relief')}")
+    if "Relief" in parts:
+        text = parts["Relief"][0]
+        said = re.match(rf"at most {NUMBER} %|none here: the joint carries {NUMBER} % more", text)
+        values = [(said[1] or said[2], abs(float(relief)))]
+        if kept := re.search(r"tension kept (.*?) \((.*?)\);", text):
+            values += [
+                (word, float(each.relief_percent))
+                for word, each in zip(kept.groups(), report.kept.values(), strict=True)
+            ]
+        for word, value in values:
+            number = re.match(NUMBER, word)
+            if bool(number) != bool(np.isfinite(value)) or (number and not agrees(number[1], value)):
+                wrong.append(f"relief {word}: {value}")
+    return wrong
+
+
+def alone(report, lines):
+    """What arm and device press on the head: size, share, directions and range."""
+    answer, wrong = report.answer, []
+    push, size = -answer.shoulder_force, float(answer.magnitude)
+    said = re.match(rf"{NUMBER} N(?:, {NUMBER} % of body weight,)? on the head: (.*)", lines[0])
+    if not agrees(said[1], size) or (said[2] and not agrees(said[2], float(answer.percent_body_weight))):
+        wrong.append(f"{lines[0]}: {size}")
+    if report.contact is None:
+        wrong += directions(said[3], push, BODY)
+    else:
+        wrong += directions(said[3], report.contact.glenoid @ push, WAYS)
+        body = re.search(r"along the body (.*?)(?:; statics|$)", lines[1])[1]
+        wrong += directions(body, push, BODY)
+    allowed, span = answer.range(), re.search(rf"allows {NUMBER} (?:to {NUMBER} N|N or more)", lines[1])
+    if span and not (
+        agrees(span[1], float(allowed.least)) and (not span[2] or agrees(span[2], float(allowed.greatest)))
+    ):
+        wrong.append(f"{span[0]}: {allowed}")
+    if bool(span) != (allowed is not None and not allowed.is_single):
+        wrong.append(f"range {allowed}: {lines[1]}")
+    return wrong
+
+
+def _is_done(does, force):
+    """Whether a force is what the words say: pulls or pushes with so much, slack, or an effort."""
+    if does[3]:
+        return abs(force) < 0.0501
+    if does[1]:
+        return agrees(does[2], abs(force)) and (does[1] == "pulls") == (force > 0.0)
+    return agrees(does[4], force)
+
+
+def drives(report, limbs, names):
+    """A line a drive: what it does, its share of its limit, and its length."""
+    answer, wrong = report.answer, []
+    force, bounds = answer.actuator_forces, answer.source.poses.limits
+    own = [i for i, name in enumerate(names) if not name.startswith("wearer")]
+    if len(limbs) != len(own):
+        return [f"{len(limbs)} lines of {len(own)} drives"]
+    for i, line in zip(own, limbs, strict=True):
+        does = re.match(rf" {re.escape(names[i])} +(?:(pulls|pushes) {NUMBER} N|(slack)|{NUMBER} N)", line)
+        if not does or not _is_done(does, force[i]):
+            wrong.append(f"{line}: {force[i]}")
+        limit = float(bounds.upper[0, i] if force[i] > 0.0 else -bounds.lower[0, i]) if bounds.asked else np.nan
+        share = re.search(rf"{NUMBER} % of its limit", line)
+        if share and limit > 0.0 and not agrees(share[1], 100.0 * abs(force[i]) / limit):
+            wrong.append(f"{line}: limit {limit}")
+        place = re.search(rf"{NUMBER}( mm|°)", line)
+        scale = 1e3 if place[2] == " mm" else 180.0 / np.pi
+        if not agrees(place[1], scale * float(answer.source.poses.lengths[0, i])):
+            wrong.append(f"{line}: at {answer.source.poses.lengths[0, i]}")
+    return wrong
+
+
+def main(count):
+    """Print what was drawn, the verdicts, the largest answers and what is wrong."""
+    heads, sizes, seconds, wrong = Counter(), [], [], {}
+    for seed in range(count):
+        report = drawn_case(seed)
+        start = time.process_time()
+        text = str(report).split("\n")
+        seconds.append(time.process_time() - start)
+        found = read_back(report)
+        heads[text[0].partition(".")[0]] += 1
+        own = sum(not line.startswith("  ") and line.startswith(" ") for line in text)
+        sizes.append((len(text) - own, max(map(len, text))))
+        if found:
+            wrong[seed] = found
+    lines, widths = np.array(sizes).T
+    print(
+        f"{count} first answers: at most {lines.max()} lines beside the limbs (median {np.median(lines):.0f}), ", end=""
+    )
+    print(f"at most {widths.max()} characters a line; {1e3 * np.median(seconds):.1f} ms of CPU to write one")
+    for head, cases in heads.most_common():
+        print(f"{cases:5d}  {head}")
+    print(f"{len(wrong)} are wrong")
+    for seed, texts in wrong.items():
+        print(seed, *texts, sep="\n    ")
+    return len(wrong)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--cases", type=int, default=500, help="number of cases (default 500)")
+    sys.exit(int(main(parser.parse_args().cases) > 0))

@@ -1,0 +1,66 @@
+"""Poses that presets are driven to and hold: does the arm settle, and was it said before the run where it does not.
+
+    python benchmarks/held_poses.py [poses] [design ...]
+
+Poses are drawn over the range of daily life, held in statics where the design can, reached from rest in 4 s, and held
+for 3 s, under the default controller. The table stands on docs/evidence/positioning.md.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin.control import Experiment, Turn, options_for
+from exo_pin.control.experiments.foresight import default_controller
+from exo_pin.load_case import ADL_BOX
+
+DESIGNS = (
+    "four-linear-actuators-worn", "four-linear-actuators", "four-cables-worn", "four-cables", "six-cables",
+    "three-linear-actuators", "four-muscle-cables", "prototype", "optimised-table-5-3", "optimised-table-c-2",
+)  # fmt: skip
+#: Error at the end, degrees, up to which the arm counts as settled.
+_SETTLED = 1.0
+#: Poses that are drawn for one that is held.
+_TRIES = 30
+
+
+def held(design: str, count: int, controller: str | None = None) -> tuple[int, int, int, int, float]:
+    """Runs, those that settle, that were warned of, warned of though they settle; and the median error, degrees."""
+    exo, rng = ep.load(design), np.random.default_rng(11)
+    low, high = np.array(ADL_BOX.intervals).T
+    settled, warned = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    errors = np.full(count, np.nan)
+    for k in range(count):
+        poses = exo.pose(*rng.uniform(low, high, (_TRIES, 3)).T)
+        # One that its drives hold in statics; the last that was drawn of a design that holds none.
+        pose = poses[int(np.append(np.flatnonzero(exo.reaction(poses).held), _TRIES - 1)[0])]
+        reach = Turn(exo.pose(), pose.as_rotvec(), 4.0)
+        run = Experiment("held", "held", exo.mechanism, reach, controller, options_for(exo.mechanism), duration=7.0)
+        warned[k] = bool(run.foreseen)
+        try:
+            errors[k] = np.degrees(run.run().error[-1])
+        except ep.ExoPinError:  # it cannot even start there
+            errors[k], warned[k] = np.inf, True
+        settled[k] = errors[k] <= _SETTLED
+    return count, int(settled.sum()), int(warned.sum()), int((warned & settled).sum()), float(np.median(errors))
+
+
+def main(count: int, designs: tuple[str, ...]) -> None:
+    """Print a row for each design."""
+    warnings.simplefilter("ignore")
+    names = f"{'settled':>9}{'not, not said':>15}{'said':>6}{'said, settled':>15}{'median, °':>11}"
+    print(f"{'design':28}{'controller':>11}{names}")
+    # Beside the default the opening design under a controller that sees lengths alone.
+    for design, controller in (*((design, None) for design in designs), (designs[0], "pi")):
+        total, settled, warned, both, middle = held(design, count, controller)
+        silent = total - settled - (warned - both)
+        name = controller or default_controller(ep.load(design).mechanism)
+        print(f"{design:28}{name:>11}{settled:9}{silent:15}{warned:6}{both:15}{middle:11.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 60, tuple(sys.argv[2:]) or DESIGNS)

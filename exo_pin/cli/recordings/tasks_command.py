@@ -1,0 +1,72 @@
+"""``exo-pin tasks``: the share of daily tasks that a design reaches, and which poses of a recording over its time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from ...core.errors import InvalidInput
+from ...design import DEFAULT_PRESET
+from ...load_case import read_movement
+from ...load_case.ranges_of_motion import DAILY_RANGES
+from ...workspace import task_reach
+from ...workspace.query import workspace as workspace_of
+from .. import options
+from ..command import deliver, draws, writes
+from ..options.criteria_options import Judged
+from ..options.recording_options import ReadAs
+
+
+def tasks(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    judged: Judged = Judged(),
+    movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
+    read_as: ReadAs = ReadAs(),
+    no_ranges: bool = False,
+    step: options.Degrees = 8.0,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    plot: Annotated[Path | None, draws("which poses of each recording are inside, over its time")] = None,
+) -> None:
+    """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
+
+    Parameters
+    ----------
+    movement : tuple of str
+        Recording of a task's movement; may be repeated.
+    no_ranges : bool
+        Leave the published ranges out.
+    step : float
+        Step of the grid over a range, degrees.
+
+    Examples
+    --------
+    exo-pin tasks four-cables
+    exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv --plot status.png
+    """
+    exo = worn.load(design, side)
+    movements = {}
+    for text in movement:
+        name, _, path = text.partition("=")
+        if not name or not path:
+            raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
+        movements[name] = read_movement(path, exo.side, reading=read_as.options)
+        for caution in movements[name].cautions:
+            options.caution(f"{path}: {caution}")
+    if plot is not None and not movements:
+        raise InvalidInput("--plot draws recordings over their time: give --movement NAME=FILE")
+    criteria = judged.of(exo)
+    table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, criteria, step)
+
+    def status() -> Any:
+        from ...view.plots import task_status_figure  # here, because few queries draw
+
+        within = criteria.off_grid()
+        inside = {name: workspace_of(exo.device, each.poses, within).inside for name, each in movements.items()}
+        return task_status_figure(inside, {name: each.times for name, each in movements.items()})
+
+    deliver(table, table, columns=lambda: table, figure=status, json=json, out=out, plot=plot)

@@ -1,0 +1,200 @@
+"""Weakest rates of drives and poses that look alike to them, recomputed from the design's file alone."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares, linprog
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.compiled import mode
+from exo_pin.device import ChainDevice, Drive
+
+FOUND = Path(ep.__file__).parent / "design" / "presets" / "found"
+NAME = "four-linear-actuators-worn"
+MM = np.pi / 180.0 * 1e3  # mm/° of m/rad
+
+
+def lengths_of(name):
+    """Lengths by rotation vector of the arm, m, from the points of the file."""
+    points = tomllib.loads((FOUND / f"{name}.toml").read_text())["geometry"]["points"]
+    base, platform = (1e-3 * np.array(points[f"{side}_mm"]) for side in ("base", "platform"))
+    return lambda turn: np.linalg.norm(Rotation.from_rotvec(turn).apply(platform) - base, axis=1)
+
+
+def own_rate(lengths, turn):
+    """Least change of the lengths over a turn of the arm about any axis, by differences, mm/°."""
+    here = Rotation.from_rotvec(turn)
+    step = 1e-5
+    columns = [
+        (lengths((Rotation.from_rotvec(step * e) * here).as_rotvec())
+         - lengths((Rotation.from_rotvec(-step * e) * here).as_rotvec())) / (2.0 * step)
+        for e in np.eye(3)
+    ]  # fmt: skip
+    return np.linalg.svd(np.array(columns).T, compute_uv=False)[-1] * MM
+
+
+def own_twin(lengths, turn, rng, starts=60, away=90.0):
+    """Angle, degrees, and difference of lengths, mm, of the nearest look-alike 10 to ``away`` degrees off."""
+    here, own = Rotation.from_rotvec(turn), lengths(turn)
+    best = np.inf, np.nan
+    for _ in range(starts):
+        axis = rng.normal(size=3)
+        begin = np.radians(rng.uniform(12.0, 40.0)) * axis / np.linalg.norm(axis)
+        found = least_squares(lambda d: lengths((Rotation.from_rotvec(d) * here).as_rotvec()) - own, begin, xtol=1e-12)
+        angle, difference = np.degrees(np.linalg.norm(found.x)), 1e3 * np.linalg.norm(found.fun)
+        if 10.0 <= angle <= away:
+            best = min(best, (difference, angle))
+    return best[1], best[0]
+
+
+@pytest.mark.parametrize(
+    ("flexion", "away", "off"), [(80.0, 18.5, 0.34), (90.0, 21.6, 0.84)]
+)  # degrees and mm, as were found by hand
+def test_twins_and_rates_from_the_file_alone(flexion, away, off):
+    exo, lengths = ep.load(NAME), lengths_of(NAME)
+    pose = exo.pose(flexion)
+    found = exo.accuracy(pose)
+    angle, difference = own_twin(lengths, pose.as_rotvec(), np.random.default_rng(1))
+    assert (round(angle, 1), round(difference, 2)) == (away, off)
+    assert np.degrees(found.twin_angle) == pytest.approx(angle, abs=0.02)
+    assert 2.0 * found.twin_difference == pytest.approx(difference, abs=1e-3)  # of 2 mm in all
+    assert 1e3 * np.linalg.norm(found.differences) == pytest.approx(difference, abs=1e-3)
+    assert found.has_twin
+    twin = Rotation.from_matrix(found.twin_matrices)
+    own = lengths(twin.as_rotvec()) - lengths(pose.as_rotvec())
+    np.testing.assert_allclose(found.differences, own, atol=1e-9)
+    assert found.mm_per_degree == pytest.approx(own_rate(lengths, pose.as_rotvec()), rel=1e-6)
+    assert found.degrees_per_mm == pytest.approx(1.0 / found.mm_per_degree)
+
+
+def test_rates_of_the_worn_design_and_of_the_other():
+    """0.25 mm/° where the worn design is raised to 80°, and 1.5 of the other."""
+    for name, rate in ((NAME, 0.25), ("four-linear-actuators", 1.54)):
+        exo = ep.load(name)
+        poses = exo.pose(80.0)
+        assert exo.accuracy(poses, twins=False).mm_per_degree == pytest.approx(rate, abs=0.005)
+        assert own_rate(lengths_of(name), poses.as_rotvec()) == pytest.approx(rate, abs=0.005)
+
+
+def test_the_compiled_search_and_the_general_one_agree():
+    """Of limbs that are compiled, and of the same limbs asked as a chain's readings are."""
+    from exo_pin.device.accuracy.pose_accuracy import limb_readings, tolerances
+    from exo_pin.device.accuracy.twins import find_twins
+
+    exo = ep.load(NAME)
+    matrices = ep.load_case.ADL_BOX.poses(35.0).as_matrix().reshape(-1, 3, 3)
+    share = tolerances(exo.device)
+    np.testing.assert_allclose(share, 2e-3)
+
+    def readings(poses, rows):
+        return limb_readings(exo.geometry, poses)
+
+    none = np.zeros((1, 3))
+    points = np.array(exo.geometry.base_points), np.array(exo.geometry.platform_points)
+    general = find_twins(readings, matrices, share, "left")
+    with mode("plain"):
+        quick = find_twins(readings, matrices, share, "left", limbs=(*points, none, none))
+    np.testing.assert_allclose(quick.difference, general.difference, rtol=1e-6)
+    assert 0.05 < (general.difference <= 1.0).mean() < 0.5
+
+
+def test_mirrored_designs_place_the_arm_alike():
+    exo = ep.load(NAME)
+    other = exo.mirrored()
+    one, two = (
+        each.accuracy(each.pose([30.0, 80.0, 60.0], [0.0, 10.0, 40.0], [0.0, 20.0, -10.0])) for each in (exo, other)
+    )
+    np.testing.assert_allclose(one.rate, two.rate, rtol=1e-12)
+    np.testing.assert_allclose(one.twin_difference, two.twin_difference, rtol=1e-2)
+
+
+def test_stated_play_and_resolution_decide(tmp_path):
+    """A twin at 0.34 mm in all is none for drives of 0.05 mm each, whatever way they are stated."""
+    exo = ep.load(NAME)
+    actuator = exo.limbs[0].actuator
+
+    def with_play(**stated):
+        from dataclasses import replace
+
+        limbs = [replace(limb, actuator=replace(actuator, **stated)) for limb in exo.limbs]
+        return exo.replace(limbs=limbs)
+
+    pose = exo.pose(80.0)
+    fine, coarse = with_play(resolution=5e-5), with_play(play=4e-4, resolution=1e-4)
+    assert not fine.accuracy(pose).has_twin
+    found = coarse.accuracy(pose)
+    assert found.has_twin
+    assert found.twin_difference == pytest.approx(0.3448 / (0.5 * 2.0), abs=1e-3)  # rss over 0.5 mm of each of four
+    assert np.isnan(exo.accuracy(pose).free_turn)
+    # The largest turn within ±0.25 mm of every limb: a corner of its polytope, by linear programs.
+    J, rng = exo.jacobian(pose), np.random.default_rng(2)
+    ends = [
+        linprog(rng.normal(size=3), np.vstack([J, -J]), [0.25e-3] * 8, bounds=[(None, None)] * 3).x for _ in range(40)
+    ]
+    assert found.free_turn == pytest.approx(np.linalg.norm(ends, axis=1).max(), rel=1e-6)
+    coarse.save(tmp_path / "coarse.toml")
+    again = ep.load(tmp_path / "coarse.toml")
+    assert again.limbs[0].play, again.limbs[0].resolution == (4e-4, 1e-4)
+    assert again.device.hash == coarse.device.hash != exo.device.hash
+    as_chain = again.device.as_chain()
+    assert {(drive.play, drive.resolution) for drive in as_chain.drives} == {(4e-4, 1e-4)}
+    with pytest.raises(ep.InvalidInput, match="play"):
+        ep.Actuator("linear", play=-1e-3)
+    with pytest.raises(ep.InvalidInput, match="resolution"):
+        Drive("a", joint="b", resolution=float("nan"))
+
+
+def test_hinges_count_by_degrees(serial):
+    """Of three hinges on one axis each, one degree of the arm is at least what the rates of the hinges say."""
+    pose = serial.pose([20.0, 40.0], 10.0)
+    found = serial.accuracy(pose, twins=False)
+    assert found.unit == "°/°"
+    values = np.linalg.svd(serial.jacobian(pose), compute_uv=False)
+    np.testing.assert_allclose(found.mm_per_degree, values[:, 2])
+    assert isinstance(serial.device, ChainDevice)
+
+
+@pytest.fixture(scope="module")
+def serial():
+    from places import URDF
+
+    return ep.load(URDF / "serial-y-x-z.urdf")
+
+
+@pytest.mark.full
+def test_a_chain_finds_the_twins_of_its_closed_forms(serial):
+    """The same limbs without closed forms; of a serial arm, whose hinges say its pose, none."""
+    assert not serial.accuracy(serial.pose([20.0, 40.0])).has_twin.any()
+    exo = ep.load(NAME)
+    chain = ep.ShoulderExo.from_device(exo.device.as_chain())
+    found, expected = (each.accuracy(each.pose([80.0, 90.0])) for each in (chain, exo))
+    np.testing.assert_allclose(found.rate, expected.rate, rtol=1e-8)
+    np.testing.assert_allclose(found.twin_difference, expected.twin_difference, rtol=1e-4)
+
+
+def test_workspace_and_search_ask_for_it():
+    """Per pose as asked of one pose, and what 99 % of the poses exceed as an objective."""
+    exo = ep.load(NAME)
+    asked = ep.Criteria(("accuracy", "twins"), least_rate=0.3 / MM, least_twin_angle=np.radians(10.0))
+    poses = exo.pose([0.0, 45.0, 80.0, 90.0], 5.0)
+    found, each = exo.workspace(poses, asked), exo.accuracy(poses)
+    np.testing.assert_allclose(found.margins["accuracy"], each.rate - 0.3 / MM, rtol=1e-9)
+    np.testing.assert_allclose(found.margins["twins"], each.twin_difference - 1.0, rtol=1e-3)
+    assert found.units["accuracy"] == "m/rad"
+    assert not exo.workspace(poses).margins.keys() & {"accuracy", "twins"}
+    best = ep.optimise(
+        exo,
+        {"A[1].radius_mm": (530.0, 532.0)},
+        poses,
+        ("index", "weakest_rate"),
+        asked,
+        budget=24,
+        finer_step=30.0,
+        step=30.0,
+    )
+    grid = exo.workspace(30.0, asked)
+    rates = exo.accuracy(grid.poses, twins=False).rate[grid.inside]
+    assert best.values[0]["weakest_rate"] == pytest.approx(np.quantile(rates, 0.01), rel=0.05)

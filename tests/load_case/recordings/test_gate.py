@@ -1,0 +1,90 @@
+"""The gate of recordings: planted mistakes are named at every door, genuine records pass without a word."""
+
+import foreign_records as foreign
+import numpy as np
+import planted_records as planted
+import pytest
+
+import exo_pin as ep
+from exo_pin.control import read_run
+from exo_pin.load_case import ADL_BOX
+from exo_pin.load_case.recordings.plausibility import unreachable
+
+#: All records with a mistake; of these some in default runs.
+ALL = [(mistake, seed) for mistake, seeds in planted.MISTAKES for seed in seeds]
+QUICK = {"w_first-0", "radians_as_degrees-0", "transposed-2", "frames_in_t-0", "seconds_as_milliseconds-4", "no_rest-2"}
+
+
+def named(case):
+    return f"{case[0].__name__}-{case[1]}"
+
+
+def of(cases):
+    """Cases as parameters of a test, those that are not quick marked."""
+    marks = [() if named(case) in QUICK else pytest.mark.full for case in cases]
+    return [pytest.param(case, id=named(case), marks=mark) for case, mark in zip(cases, marks, strict=True)]
+
+
+@pytest.mark.parametrize("case", of(ALL))
+def test_planted_mistakes_are_named(tmp_path, case):
+    (mistake, seed), side = case, planted.side_of(case[1])
+    path, options, word = mistake(tmp_path, seed)
+    text = planted.answer(lambda: ep.read_movement(path, side, reading=ep.RecordingOptions(**options)).cautions)
+    assert planted.is_named(text, word), text
+    if word.startswith("reading="):
+        # What the message says to give cures it.
+        name = word.split('"')[1]
+        cured = ep.read_movement(path, side, reading=ep.RecordingOptions(**{**options, "reading": name}))
+        assert not cured.cautions
+        accepted = {**options, "reading": "as-named"}
+        text = planted.answer(lambda: ep.read_movement(path, side, reading=ep.RecordingOptions(**accepted)).cautions)
+        assert "reading=" not in text
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("case", [case for case in ALL if named(case) in QUICK], ids=named)
+def test_every_door_names_planted_mistakes(tmp_path, case):
+    path, options, word = case[0](tmp_path, case[1])
+    for name, door in planted.doors(path, planted.side_of(case[1]), options).items():
+        text = planted.answer(door)
+        assert planted.is_named(text, word), (name, text)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_movements_of_an_arm_pass(tmp_path, side):
+    for name, truth in foreign.special_movements(side).items():
+        for writer in (foreign.clinical, foreign.quaternions):
+            assert not ep.read_movement(writer(tmp_path, truth)[0], side).cautions, name
+
+
+def test_range_holds_the_daily_poses_and_no_arm_behind_the_trunk():
+    for side in ("left", "right"):
+        assert not unreachable(ADL_BOX.poses(15, side).as_matrix().reshape(-1, 3, 3), side).any()
+        wrong = [(-80, 0, 0), (0, -60, 0), (30, 0, 150), (10, 10, -120)]
+        assert unreachable(ep.shoulder_rotation(*np.transpose(wrong), side, degrees=True).as_matrix(), side).all()
+
+
+def test_a_stated_start_is_held_against_the_record(tmp_path):
+    path, _ = foreign.clinical(tmp_path, foreign.movement(0, "left"))
+    assert not ep.read_movement(path, reading=ep.RecordingOptions(start=(0, 0, 0))).cautions
+    cautions = ep.read_movement(path, reading=ep.RecordingOptions(start=(90, 0, 0))).cautions
+    assert "begins 90° from the stated start" in cautions[0]
+
+
+@pytest.mark.full
+def test_a_movement_is_held_against_the_side_of_the_device():
+    truth = foreign.movement(0, "right", planted.SIDEWAYS)
+    movement = ep.Movement.from_samples(truth.t, truth.poses)
+    for side, doubted in (("right", False), ("left", True)):
+        cautions = ep.load("four-linear-actuators", side=side).follow(movement, static=True).cautions
+        assert any("outside the range of a left shoulder" in text for text in cautions) == doubted
+
+
+def test_poses_of_a_run_are_doubted_too(tmp_path):
+    truth = foreign.movement(1, "left")
+    rows = np.c_[truth.poses.as_quat(scalar_first=True)[::10], np.full((len(truth.t[::10]), 1), 300.0)].tolist()
+    path = foreign.lines(tmp_path / "run.csv", [], ("qx", "qy", "qz", "qw", "length_1_mm"), rows)
+    with pytest.warns(ep.SuspectMeasurements, match="w-first"):
+        read_run(path)
+    assert (read_run(path, reading="w-first").poses * truth.poses[::10].inv()).magnitude().max() < 1e-5

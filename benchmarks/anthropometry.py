@@ -25,12 +25,14 @@ DIMENSIONS = {
 
 
 def columns(path):
+    """Values by name of a column, in small letters."""
     with open(path, encoding="latin-1", newline="") as file:
         rows = list(csv.DictReader(file))
     return {name.lower(): [row[name] for row in rows] for name in rows[0]}
 
 
 def main(paths):
+    """Print the table of both sexes."""
     for sex, path in zip(("male", "female"), paths, strict=True):
         table = columns(path)
         stature, mass = 1e-3 * np.array(table["stature"], float), 0.1 * np.array(table["weightkg"], float)

@@ -199,7 +199,7 @@ class Wearer(Record):
         --------
         >>> thick = ep.Wearer(1.87, 111, "male", arm_girth=0.418)  # the 95th percentile of ANSUR II's men
         >>> round(1e3 * thick.dimensions()["forearm girth"])  # mm
-        352
+        354
         """
         found = body_dimensions(self.height, self.mass, self.sex)
         if self.arm_girth is not None:

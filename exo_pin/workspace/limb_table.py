@@ -247,10 +247,10 @@ def limb_loss(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     >>> print(limb_loss(exo.mechanism, exo.workspace(30.0)))
     limb    held  missing_Nm  missing_share  shoulder_force_N
     ----  ------  ----------  -------------  ----------------
-       1  0.9623         1.4         0.1259             353.4
+       1  0.9615         1.4         0.1259             353.4
        2       1           0              0             103.8
        3       1           0              0             295.7
-       4  0.9811      0.5134         0.0382              91.6
+       4  0.9808      0.5134         0.0382              91.6
     """
     device: Any = as_device(mechanism)
     rows = rows_inside(device, found)

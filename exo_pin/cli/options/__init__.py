@@ -234,7 +234,7 @@ class Worn:
         own = own_wearer(exo)
         if own is None:
             given = " and ".join(f"--{name.replace('_', '-')}" for name in self._changes)
-            raise InvalidInput(f"{given}: the design does not say who wears it; give --person too")
+            raise InvalidInput(f"the design does not say who wears it: give --person too, with {given}")
         with _cautions():
             return exo.worn_by(replace(own, **self._changes))
 

@@ -18,7 +18,7 @@ all coordinates as if the loops were open; and ``inverse_dynamics_derivatives``,
 dynamics and gives total derivatives along the loops. Of each the six derivatives are read, of accelerations or efforts
 and of multipliers. Pinocchio's are wrong for closures of points between two moving bodies; here only the times count.
 The same of ``forward_dynamics_derivatives``, which solves and checks the forward dynamics and differentiates the
-acceleration in all coordinates.
+acceleration in all coordinates; and with what it reads in independent coordinates, by q, v and efforts ("reduced").
 The reduced Jacobian: four lines of NumPy with ``lstsq`` on a Jacobian that is there already, and ``reduced_jacobian``,
 which computes it.
 
@@ -128,6 +128,11 @@ def all_derivatives(found):
     return *efforts, found.multipliers_q, found.multipliers_v, found.multipliers_a
 
 
+def in_independent(found):
+    """Read the derivatives in independent coordinates, which are made when they are read."""
+    return found.independent_q, found.independent_v, found.independent_tau
+
+
 def reduced_by_numpy(chain, q):
     """The reduced Jacobian of a Jacobian that is known."""
     J, parts = chain.constraint_jacobian(q), chain.split(q)
@@ -230,7 +235,7 @@ def massless(robots):
 
 def derivatives(robots):
     """Print derivatives and reduced Jacobians."""
-    heads = f"{'Pinocchio':>10}{'inverse':>10}{'ratio':>8}{'forward':>10}{'ratio':>8}"
+    heads = f"{'Pinocchio':>10}{'inverse':>10}{'ratio':>8}{'forward':>10}{'ratio':>8}{'reduced':>10}{'ratio':>8}"
     print(f"\n{'derivatives':22}{heads}{'lstsq':>10}{'reduced':>10}{'ratio':>8}")
     for name, (chain, q, v, tau) in robots.items():
         a = chain.project_acceleration(q, v, tau)
@@ -242,13 +247,17 @@ def derivatives(robots):
                     chain.inverse_dynamics_derivatives(q, v, a, actuated=joints)
                 ),
                 "forward": lambda chain=chain, q=q, v=v, tau=tau: chain.forward_dynamics_derivatives(q, v, tau),
+                "independent": lambda chain=chain, q=q, v=v, tau=tau: in_independent(
+                    chain.forward_dynamics_derivatives(q, v, tau)
+                ),
                 "lstsq": reduced_by_numpy(chain, q),
                 "reduced": lambda chain=chain, q=q: chain.reduced_jacobian(q),
             }
         )
         times = {key: value * 1e6 for key, value in found.items()}
         cells = f"{times['pinocchio']:>10.1f}{times['own']:>10.1f}{times['own'] / times['pinocchio']:>7.1f}x"
-        cells += f"{times['forward']:>10.1f}{times['forward'] / times['pinocchio']:>7.1f}x"
+        for key in ("forward", "independent"):
+            cells += f"{times[key]:>10.1f}{times[key] / times['pinocchio']:>7.1f}x"
         cells += f"{times['lstsq']:>10.1f}{times['reduced']:>10.1f}{times['reduced'] / times['lstsq']:>7.1f}x"
         print(f"{name:22}{cells}")
 

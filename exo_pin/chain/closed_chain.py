@@ -24,7 +24,7 @@ from .derivatives import dynamics_derivatives, forward_derivatives
 from .dynamics import forward_dynamics as forward
 from .dynamics import inverse_dynamics as inverse
 from .dynamics import simulation
-from .formats import chain_writing, parallel_robots
+from .formats import caspr, chain_writing, parallel_robots
 from .formats.mjcf import mjcf_reading
 from .formats.sdf import sdf_reading
 from .formats.urdf import urdf_loading
@@ -262,6 +262,7 @@ class ClosedChain:
 
     from_urdf = _class_method_of(urdf_loading.load_model)
     from_parallel_robot = _class_method_of(parallel_robots.read_parallel_robot)
+    from_caspr = _class_method_of(caspr.read_caspr)
     from_mjcf = _class_method_of(mjcf_reading.read_mjcf)
     from_sdf = _class_method_of(sdf_reading.read_sdf)
     mirror_signs = _method_of_state(variants.mirror_signs)

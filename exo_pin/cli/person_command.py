@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..core.conventions import CLINICAL_ANGLES
+from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from ..core.tables import under_verdict
@@ -142,7 +142,8 @@ def person(
     elif map:
         heading, result, more, figure = asked.over_box(step)
     else:
-        orientation, heading, more = pose.of(exo), pose.words(exo), {}
+        orientation, heading = pose.of(exo), pose.words(exo)
+        more = dict(zip(CLINICAL_ANGLES, pose.angles, strict=True))
         if range:
             options.refuse("--range prints a table of assumptions", out=out)
             result, figure = asked.subject.contact_range(orientation, **query), None
@@ -158,7 +159,7 @@ def person(
     deliver(
         f"{'No device' if bare else exo.device.title or exo.name}\n{heading}\n\n{result}\n\nPerson\n{wearer}",
         result,
-        columns=lambda: more | contact_columns(result),
+        columns=lambda: more | result.columns(),
         figure=titled if figure else None,
         json=json,
         out=out,
@@ -186,7 +187,8 @@ class _Asked(NamedTuple):
         return (
             heading,
             result,
-            {"time_s": moved.times},
+            {"time_s": moved.times}
+            | dict(zip(CLINICAL_ANGLES, shoulder_angles(moved.poses, self.exo.side, degrees=True).T, strict=True)),
             lambda: (contact_over_elevation(moved.times, result, label="time, s").figure, "measured movement"),
         )
 
@@ -206,12 +208,6 @@ class _Asked(NamedTuple):
         elevations, contact, azimuth = elevation_in_plane(self.subject, orientation, self.exo.side, **self.query)
         plane = {0: "forwards", 90: "sideways"}.get(round(azimuth), f"in the plane {azimuth:.0f}° from forward")
         return contact_over_elevation(elevations, contact).figure, f"arm raised {plane}"
-
-
-def contact_columns(result: Any) -> dict[str, Any]:
-    """Columns of an answer, with the contact force without the device."""
-    bare = result.without_device
-    return result.columns() | ({} if bare is None else {"magnitude_without_device": bare.magnitude})
 
 
 def _forces(share: float | None, least: str | None) -> str | float | None:

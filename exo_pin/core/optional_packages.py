@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from importlib import import_module
 from typing import Any
 
@@ -47,7 +49,7 @@ def optional(extra: str, module: str) -> Any:
     top = module.partition(".")[0]
     package = _NAMES.get(top, top)
     try:
-        found = import_module(module)
+        found = _loaded(module)
     except Exception as error:
         if _is_interrupted(error):
             raise KeyboardInterrupt from error
@@ -60,6 +62,16 @@ def optional(extra: str, module: str) -> Any:
             known = f"{package}>={least[0]}.{least[1]},<{end[0]}"
             raise MissingExtra(extra, known, f"has version {found.__version__}")
     return found
+
+
+def _loaded(module: str) -> Any:
+    # Filters of warnings are those of all threads: they change only while a package is loaded for the first time.
+    if module in sys.modules:
+        return import_module(module)
+    with warnings.catch_warnings():
+        # Optuna's progress bar, which nobody sees here, asks for widgets in a notebook without.
+        warnings.filterwarnings("ignore", message="IProgress not found")
+        return import_module(module)
 
 
 def require_extra(extra: str) -> None:

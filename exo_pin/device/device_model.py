@@ -24,6 +24,7 @@ from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q
 from ..chain.structure.topology import Topology
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
+from .balance.device_state import NONE
 from .parts.drives import Drive, Spring
 from .parts.lacking_data import LackingData, SpringForces
 from .parts.laws import covered_force
@@ -199,6 +200,14 @@ class DeviceModel:
         self.parents = np.array(list(free.parents))
 
     @cached_property
+    def none(self) -> float:
+        """Size up to which a motion, self-stress or effect is none: rounding, or what the file's digits may make.
+
+        A digit moves the entries of the scaled Jacobian by the tolerance, and its singular values by as many of them.
+        """
+        return max(NONE, max(self.free.row_count, self.free.nv) * self.free.tolerance)
+
+    @cached_property
     def drives(self) -> list[tuple[Drive, PlacedRoute | int]]:
         """Each drive and brake with its route, or with the index in v of the joint that it is in."""
         return [(drive, self._place(drive)) for drive in self.device.efforts]
@@ -324,7 +333,7 @@ def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -
     return replace(closure, **changes)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def device_model(
     device: ChainDevice, base: tuple[float, float, float] = _NOWHERE, cuff: tuple[float, float, float] = _NOWHERE
 ) -> DeviceModel:

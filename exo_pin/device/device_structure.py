@@ -13,7 +13,7 @@ from ..chain.dynamics.equations.equation_stacks import equations_of_stack
 from ..core.validation import FloatArray, set_fields
 from .balance.balanced_forces import held_motions, loop_motions
 from .balance.device_loads import driven_by
-from .balance.device_state import NONE, moments_of
+from .balance.device_state import moments_of
 from .device_model import DeviceModel, device_model
 from .postures import postures
 
@@ -70,10 +70,13 @@ def structure_of(device: ChainDevice) -> Structure:
 
 
 def general_configurations(model: DeviceModel) -> FloatArray:
-    """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq)."""
+    """Configurations of the held tree at rest and where no symmetry hides anything, of poses reached, shape (k, nq).
+
+    Joints that no drive holds are not settled: what a device can do depends on no mass and no spring.
+    """
     turns = np.array([[0.0, 0.0, 0.0], [0.11, -0.17, 0.07], [-0.05, -0.31, 0.13], [0.2, -0.08, -0.1]])
     outward = 1.0 if model.device.side == "left" else -1.0  # the mirror image in the mirror images of the poses
-    found = postures(model, Rotation.from_rotvec(turns * [outward, 1.0, outward]).as_matrix())
+    found = postures(model, Rotation.from_rotvec(turns * [outward, 1.0, outward]).as_matrix(), settle=False)
     return found.q[found.reached]
 
 
@@ -88,12 +91,12 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
     moments = motions.turning.mT @ efforts
     rows, held = np.zeros((len(R), 0, efforts.shape[2])), np.zeros(len(R), dtype=int)
     if motions.idle is not None:
-        basis, _, held = held_motions(motions, efforts, moments)
+        basis, _, held = held_motions(motions, efforts, moments, model.none)
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
     size = np.abs(every).max(axis=(1, 2), initial=0.0)
-    independent = _rank(moments_of(every)[0], NONE * np.where(size > 0.0, size, 1.0))
-    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), NONE)) + len(model.twists)
+    independent = _rank(moments_of(every)[0], model.none * np.where(size > 0.0, size, 1.0))
+    open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), model.none)) + len(model.twists)
     scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
         Structure(*numbers, scales=scales)

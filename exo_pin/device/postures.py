@@ -93,7 +93,7 @@ def _rest_configuration(model: DeviceModel) -> FloatArray:
     return np.asarray(close(state, q, hold=[str(state.model.names[model.arm])]))
 
 
-def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False) -> Postures:
+def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False, settle: bool = True) -> Postures:
     """Follow the device from rest to every pose.
 
     Parameters
@@ -104,6 +104,8 @@ def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False) -
         Shape (N, 3, 3).
     progress : bool
         Whether to show a bar.
+    settle : bool
+        Whether joints that no drive holds settle.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False) -
     from .turns.turn_stack import followed_turns  # here: a wrist needs none of it
 
     found = followed_turns(model, closed_at_rest(model), matrices, progress)
-    if _undriven(model):
+    if settle and _undriven(model):
         for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
             found.q[k] = settled(model, found.q[k])
     return Postures(found.q, found.why == REACHED, found.share, found.why)

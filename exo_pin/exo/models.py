@@ -368,12 +368,16 @@ def _of_record(record: Mechanism) -> RobotParts:
 
 
 def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | None, side: Side) -> RobotParts:
-    if device is not None:
-        return RobotParts(device, wrist, side)
     try:
-        return RobotParts(ChainDevice.from_chain(chain, side), wrist, side)
+        device = ChainDevice.from_chain(chain, side) if device is None else device
     except InvalidInput as error:
         return RobotParts(None, wrist, side, str(error))
+    return RobotParts(device, wrist if drives_limbs(device) else None, side)
+
+
+def drives_limbs(device: Device) -> bool:
+    """Whether the drives are the limbs of a wrist, in order: then its closed forms are of the drives' positions."""
+    return [drive.joint for drive in device.drives] == [limb.slide for limb in device.chain.roles.limbs]
 
 
 def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
@@ -383,7 +387,7 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
     guided = {slide for slide, limb in zip(slides, mechanism.limbs, strict=True) if limb.kind == "UPU"}
     if device.springs or device.soft_links or device.brakes or set(guides) not in (set(), guided):
         return None
-    if [own.joint for own in device.drives] != slides:
+    if not drives_limbs(device):
         return None
     ends = mechanism.geometry.platform_points @ mechanism.geometry.neutral.as_matrix().T
     # Slides are zero in the neutral pose.

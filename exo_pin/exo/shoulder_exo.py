@@ -20,7 +20,7 @@ from ..design.parameters.changes import worn_by as record_worn_by
 from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
 from . import contact, forces, kinematics, models
-from .models import mirrored_looks, robot_parts
+from .models import drives_limbs, mirrored_looks, robot_parts
 from .wrist import INSTEAD, Partly, Wrist
 
 if TYPE_CHECKING:
@@ -329,8 +329,8 @@ class ShoulderExo(Record):
         exo = type(self).from_device(device)
         if exo.wrist is None:
             exo.urdf = self.urdf
-            # With another chain it is not the wrist that was recognised.
-            exo.wrist = self.wrist if keeps_chain else None
+            # With another chain or other drives it is not the wrist that was recognised.
+            exo.wrist = self.wrist if self.wrist and keeps_chain and drives_limbs(device) else None
         return exo
 
     def worn_by(self, person: Arm | Wearer) -> ShoulderExo:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
@@ -294,6 +295,36 @@ class Workspace(Result, ReadOnly):
     def blocks_elbow(self) -> bool:
         """Whether joints lie beyond a wearer's elbow and the criterion "elbow" was not checked."""
         return NO_LIMIT not in self.not_checked.get("elbow", NO_LIMIT) and self.not_checked["elbow"] != "not chosen"
+
+    def columns(self) -> dict[str, Any]:
+        """Pose, verdict and reason, margins, drives and forces of every pose, with units in the names.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each of the stack's shape; the verdict is "inside", "outside" or "not known". Coordinates of drives are in
+            m or rad, their efforts in N or N m.
+
+        Examples
+        --------
+        >>> table = ep.load("four-linear-actuators-worn").workspace(60.0).columns()
+        >>> list(table)[:6]
+        ['flexion_deg', 'abduction_deg', 'internal_rotation_deg', 'verdict', 'reason', 'margin_stroke_m']
+        """
+        angles = shoulder_angles(self.poses, self.side, degrees=True)
+        open_ = self.unknown | self.not_evaluated
+        verdict = np.where(self.inside, "inside", np.where(open_, "not known", "outside"))
+        found = {name: angles[..., k] for k, name in enumerate(CLINICAL_ANGLES)}
+        found |= {"verdict": verdict.astype(object), "reason": self.reasons.astype(object)}
+        for name, values in self.margins.items():
+            # Names that are identifiers, as MATLAB has them.
+            unit = self.units[name].replace(" ", "_").replace("/", "_per_")
+            found[f"margin_{name}_{unit}".rstrip("_")] = values
+        found |= {f"F_s_{axis}_N": self.shoulder_force[..., k] for k, axis in enumerate("xyz")}
+        drives = range(self.lengths.shape[-1])
+        found |= {"F_s_N": self.magnitude, "singularity_margin": self.margin}
+        found |= {f"coordinate_{k + 1}": self.lengths[..., k] for k in drives}
+        return found | {f"effort_{k + 1}": self.tensions[..., k] for k in drives}
 
     def __str__(self) -> str:
         return workspace_text(self)

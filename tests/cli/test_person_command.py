@@ -89,8 +89,12 @@ def test_contact_along_a_movement(capsys, tmp_path):
     assert f"201 samples, the largest contact force at {movement.times[answer.peak_row]:.3g} s" in out
     assert answer.verdict in " ".join(out.split())
     columns = np.genfromtxt(table, delimiter=",", names=True, dtype=None, encoding="utf-8")
-    np.testing.assert_allclose(columns["magnitude"], answer.magnitude, rtol=1e-9)
-    np.testing.assert_allclose(columns["magnitude_without_device"], answer.without_device.magnitude, rtol=1e-9)
+    np.testing.assert_allclose(columns["contact_N"], answer.magnitude, rtol=1e-9)
+    np.testing.assert_allclose(columns["contact_without_device_N"], answer.without_device.magnitude, rtol=1e-9)
+    angles = ep.shoulder_angles(movement.poses, exo.side, degrees=True)
+    np.testing.assert_allclose(columns["flexion_deg"], angles[:, 0], atol=1e-9)
+    deltoid = answer.activations[:, answer.muscles.index("DELT1")]
+    np.testing.assert_allclose(columns["activation_DELT1"], deltoid, rtol=1e-9)
     assert answer.summary()["peak_contact_N"] == np.nanmax(answer.magnitude)
     assert picture.stat().st_size > 10_000
 

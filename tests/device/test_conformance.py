@@ -133,8 +133,9 @@ def test_a_passive_part_changes_nothing(name):
         assert exo.chain.mobility(q).degrees_of_freedom == other.chain.mobility(q).degrees_of_freedom
 
 
-# Of limbs-11 a joint settles while a driven one moves idly: the way goes on from where the file draws it.
-@every(*FEW, slow=[*(name for name in DEVICES if name not in FEW), "limbs-11"], rest=MORE)
+# Of limbs-11 a joint settles while a driven one moves idly: the way goes on from where the file draws it. Handed-16 has
+# cables beside the limbs of a wrist, whose closed forms are then not of all drives.
+@every(*FEW, slow=[*(name for name in DEVICES if name not in FEW), "limbs-11", "handed-16"], rest=MORE)
 def test_what_is_written_and_read(name, tmp_path, capsys):
     exo, angles = device_of(name)
     exo.export(tmp_path / "device.urdf")
@@ -160,7 +161,7 @@ def test_closed_forms_answer_as_the_chain(name):
 SLOW = (*SHIPPED[1:], *WRISTS, "idle-0", "motor-1")
 
 
-@every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=("handed-1", *ep.presets()))
+@every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=MORE)
 def test_an_opaque_device_is_asked_no_other_name(name, tmp_path):
     exo, angles = device_of(name)
     hidden = Opaque(exo.device)

@@ -175,6 +175,15 @@ def test_a_chain_finds_the_twins_of_its_closed_forms(serial):
     np.testing.assert_allclose(found.twin_difference, expected.twin_difference, rtol=1e-4)
 
 
+def test_drives_that_do_not_hold_an_axis_leave_it_free():
+    """At 90° of abduction the printed prototype is singular: 1 mm turns the arm by 1e16 degrees, or by any angle."""
+    exo = ep.load("prototype")
+    found = exo.accuracy(exo.pose(0, 90, 0))
+    assert found.mm_per_degree < 1e-9
+    assert "turns the arm freely about one axis" in found.sensitivity()
+    assert found.as_dict()["degrees_per_mm"] == found.degrees_per_mm > 1e9
+
+
 def test_workspace_and_search_ask_for_it():
     """Per pose as asked of one pose, and what 99 % of the poses exceed as an objective."""
     exo = ep.load(NAME)
@@ -184,6 +193,7 @@ def test_workspace_and_search_ask_for_it():
     np.testing.assert_allclose(found.margins["accuracy"], each.rate - 0.3 / MM, rtol=1e-9)
     np.testing.assert_allclose(found.margins["twins"], each.twin_difference - 1.0, rtol=1e-3)
     assert found.units["accuracy"] == "m/rad"
+    np.testing.assert_array_equal(found.columns()["margin_accuracy_m_per_rad"], found.margins["accuracy"])
     assert not exo.workspace(poses).margins.keys() & {"accuracy", "twins"}
     best = ep.optimise(
         exo,

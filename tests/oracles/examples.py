@@ -19,6 +19,8 @@ from exo_pin.muscle import ConstantFriction
 from exo_pin.muscle.simulation.step_response import Phases
 from exo_pin.numerics.bounded.box_descent import scratch
 from exo_pin.numerics.smoothing.smoothing_splines import SplineBasis
+from exo_pin.person.contact.activation import MuscleChoice
+from exo_pin.person.contact.conic import ActiveSet, Block, ConicProgram, EffortProgram
 from exo_pin.reaction import SPLITS
 from exo_pin.reaction.batch.limit_kernels import CompiledLimits
 from exo_pin.reaction.constraints.actuator_limits import pull_laws
@@ -157,4 +159,20 @@ def rare_examples():
         SplineBasis(np.arange(20.0)),
         soft.reaction(poses, split="elastic").source.poses.moved,
         Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),
+    ]
+
+
+def muscle_program_examples():
+    """What choosing muscle forces is made of: answers of poses are kept, so that a query may choose nothing anew."""
+    program = ConicProgram(np.eye(2), np.zeros(2))
+    program.add("positive", np.eye(2), np.array([-1.0, 2.0]))
+    one, flags = np.ones(2), np.zeros(2, dtype=bool)
+    effort = EffortProgram(one, 2, np.eye(2), one, np.eye(2), one, -one, one, np.zeros((0, 2)), np.zeros(0))
+    return [
+        Block("zero", np.eye(2), one),
+        program,
+        program.solve(),
+        effort,
+        ActiveSet(flags, flags, flags, False),
+        MuscleChoice(one, 0.0, 0.0, True),
     ]

@@ -12,7 +12,7 @@ import foreign_records
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
-from examples import error_examples, muscle_examples, rare_examples
+from examples import error_examples, muscle_examples, muscle_program_examples, rare_examples
 from guided_limbs import guided
 from moving_chains import moving
 from places import URDF
@@ -118,7 +118,7 @@ def harvest(folder):
         for scenario in (*NUMERICAL, *OTHER):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
-    made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
+    made_once = (glenoid_surface(), myoarm(), *muscle_program_examples()) if has_persons() else ()
     for example in (*(example for make in EXAMPLES for example in make()), *made_once):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}

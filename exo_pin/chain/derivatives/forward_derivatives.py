@@ -94,20 +94,26 @@ class MotionDerivatives(Record):
         """Shape (nv, d), of all velocities with q_i at constant v_i."""
         return self._reduced[1]
 
+    @cached_property
+    def _own(self) -> FloatArray:
+        """Shape (3, d, nv), the independent accelerations' rows, taken once."""
+        return frozen(self._changes.take(self._independent, 1))
+
     @property
     def independent_q(self) -> FloatArray:
         """Shape (d, d), of the independent accelerations with q_i at constant v_i."""
-        return self.a_q[self.independent] @ self.reduced_jacobian + self.a_v[self.independent] @ self.v_q
+        by_q, by_v, _ = self._own
+        return by_q @ self._reduced[0] + by_v @ self._reduced[1]
 
     @property
     def independent_v(self) -> FloatArray:
         """Shape (d, d), of the independent accelerations with v_i."""
-        return self.a_v[self.independent] @ self.reduced_jacobian
+        return self._own[1] @ self._reduced[0]
 
     @property
     def independent_tau(self) -> FloatArray:
         """Shape (d, nv), of the independent accelerations with all efforts."""
-        return self.a_tau[self.independent]
+        return self._own[2]
 
 
 def forward_dynamics_derivatives(

@@ -83,11 +83,11 @@ def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads:
     count, rows, size = J.shape
     multipliers, rank = np.empty((count, loads.shape[2], rows)), np.empty(count, dtype=np.intp)
     null, left = np.empty((count, size, size)), np.empty((count, rows, rows))
-    solve_and_span(J, np.ascontiguousarray(loads.mT), NONE, multipliers, null, left, rank)
+    solve_and_span(J, np.ascontiguousarray(loads.mT), model.none, multipliers, null, left, rank)
     least = int(rank.min(initial=min(rows, size)))
     motions = null[:, least:].mT
     u, w, vt = np.linalg.svd(R @ motions[:, model.rest_angular], full_matrices=False)
-    turns = w > NONE
+    turns = w > model.none
     turned = vt.mT * turns[:, None]
     inverse = np.divide(1.0, w, out=np.zeros_like(w), where=turns)
     idle_count = size - rank - turns.sum(axis=1)
@@ -106,7 +106,7 @@ def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads:
 
 
 def held_motions(
-    found: LoopMotions, efforts: FloatArray, moments: FloatArray
+    found: LoopMotions, efforts: FloatArray, moments: FloatArray, none: float = NONE
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
     """Idle motions on which efforts act, and the number of these.
 
@@ -118,6 +118,8 @@ def held_motions(
         Generalised force of a unit of each effort, scaled, shape (N, rest, p).
     moments : ndarray
         Moments of the efforts on the arm, shape (N, 3, p), beside which an effect may be rounding.
+    none : float
+        Part of these up to which an effect is none.
 
     Returns
     -------
@@ -131,7 +133,7 @@ def held_motions(
     assert found.idle is not None
     U, s, _ = np.linalg.svd(found.idle @ (found.motions.mT @ efforts), full_matrices=False)
     scale = np.maximum(np.abs(moments).max(axis=(1, 2), initial=0.0), s.max(axis=1, initial=0.0))
-    counts = s > NONE * scale[:, None]
+    counts = s > none * scale[:, None]
     count = counts.sum(axis=1)
     held = (U * counts[:, None])[:, :, : int(count.max(initial=0))]
     return found.motions @ held, found.idle - held @ held.mT, count
@@ -195,7 +197,7 @@ def fill_forces(
     state.moment_of_f[:, :3, own:], state.moment_of_g[:, :3, :twists] = np.eye(3)[:, : p - own], -turned[..., sides]
     held_count, unheld = np.zeros(count, dtype=np.intp), np.zeros((count, model.free.model.njoints))
     if motions.idle is not None:
-        held, free, held_count = held_motions(motions, efforts, moments)
+        held, free, held_count = held_motions(motions, efforts, moments, model.none)
         rows = min(held.shape[2], state.moment.shape[1] - 3)
         state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
         state.moment_of_g[:, 3 : 3 + rows, :twists] = -held[:, :, :rows].mT @ scaled[..., sides]
@@ -239,7 +241,8 @@ def _find_unheld(
     # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
     scale = np.maximum(*(np.abs(column * part).max(axis=1) for part in (loads.tau, loads.equations.tau)))
     missing = (free @ (motions.mT @ load))[..., 0]
-    for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > UNBALANCED * scale):
+    least = max(UNBALANCED, model.free.contradiction) * scale
+    for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > least):
         values, vectors = np.linalg.eigh(free[k])
         own = vectors[:, values > 0.5]
         moving = motions[k] @ own
@@ -247,7 +250,7 @@ def _find_unheld(
         chosen = scipy.linalg.qr(moving.T, mode="r", pivoting=True)[1][: own.shape[1]]
         efforts = np.linalg.solve(moving[chosen].T, own.T @ missing[k])
         for at, effort in zip(model.rest[chosen], efforts, strict=True):
-            if abs(effort) > UNBALANCED * scale[k]:
+            if abs(effort) > least[k]:
                 out[k, model.owners[at]] += abs(effort) / column[at]
 
 
@@ -289,16 +292,16 @@ class _Attachments:
         if free.shape[2]:
             of_free = self._of(free)
             effects, present = self._wanted(of_free, points), self._wanted(at_arm, points, self.on_cuff)
-            choice = least_in_order(effects, present)
+            choice = least_in_order(effects, present, self.model.none)
             at_arm, multipliers = at_arm + _times(of_free, choice), multipliers + free @ choice
             # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
             open_ = -across @ free
             U, s, _ = np.linalg.svd(open_, full_matrices=False)
-            counts = s > NONE * np.maximum(1.0, s[:, :1])
+            counts = s > self.model.none * np.maximum(1.0, s[:, :1])
             target = U * counts[:, None]
             target[counts.sum(axis=1) == 3] = np.eye(3)[:, : target.shape[2]]
             nothing = [np.zeros((*part.shape[:2], target.shape[2])) for part in effects]
-            side = least_in_order([open_, *effects], [-target, *nothing])
+            side = least_in_order([open_, *effects], [-target, *nothing], self.model.none)
             k = min(target.shape[2], efforts - twists)
             own = slice(twists, twists + k)
             state.shoulder_of_g[..., own] = (open_ @ side)[..., :k]
@@ -388,7 +391,7 @@ def _cross_matrix(a: FloatArray) -> FloatArray:
     return out
 
 
-def least_in_order(effects: list[FloatArray], present: list[FloatArray]) -> FloatArray:
+def least_in_order(effects: list[FloatArray], present: list[FloatArray], none: float) -> FloatArray:
     """Multiples of self-stresses that make each of several quantities least, the first ones first, (N, stresses, k).
 
     Parameters
@@ -397,9 +400,11 @@ def least_in_order(effects: list[FloatArray], present: list[FloatArray]) -> Floa
         Of a unit of each self-stress on the quantities, shape (N, rows, stresses).
     present : list of ndarray
         The quantities without, shape (N, rows, k).
+    none : float
+        Effect that is rounding.
     """
     ends = np.cumsum([effect.shape[1] for effect in effects])
     found = np.empty((len(effects[0]), present[0].shape[2], effects[0].shape[2]))
     # Self-stresses are of size one. Where none reaches the arm, as behind a soft cuff, all effects are rounding.
-    fill_least_in_order(np.concatenate(effects, axis=1), np.concatenate(present, axis=1), ends, NONE, found)
+    fill_least_in_order(np.concatenate(effects, axis=1), np.concatenate(present, axis=1), ends, none, found)
     return found.mT

@@ -415,5 +415,33 @@ class JointContact(Result, ReadOnly):
         names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
         return super().as_dict() | {name: getattr(self, name) for name in names}
 
+    def columns(self) -> dict[str, Any]:
+        """Contact force, muscles by name, efforts of the device and reason, with units in the names.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each of the stack's shape; activations are shares of 1.
+
+        Examples
+        --------
+        >>> man = ep.Person(1.75, 75, "male")
+        >>> table = man.joint_contact(ep.shoulder_rotation([30, 60], 0, 0, degrees=True)).columns()
+        >>> list(table)[3:5], table["status"].tolist()
+        (['contact_N', 'contact_percent_body_weight'], ['ok', 'ok'])
+        """
+        found = {f"contact_{axis}_N": self.force[..., k] for k, axis in enumerate("xyz")}
+        found |= {"contact_N": self.magnitude, "contact_percent_body_weight": self.percent_body_weight}
+        if self.without_device is not None:
+            found["contact_without_device_N"] = self.without_device.magnitude
+        for k, name in enumerate(self.muscles):
+            found |= {f"activation_{name}": self.activations[..., k], f"{name}_N": self.muscle_forces[..., k]}
+        count = self.device_forces.shape[-1]
+        units = self.drive_units or tuple((f"limb {i + 1}", "N") for i in range(count))
+        for k, (name, unit) in enumerate(units[:count]):
+            found[f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}"] = self.device_forces[..., k]
+        reasons = np.array([NO_RESULT.get(str(name), "") for name in self.status.ravel()], dtype=object)
+        return found | {"status": self.status.astype(object), "reason": reasons.reshape(self.status.shape)}
+
     def __str__(self) -> str:
         return contact_table(self)

@@ -76,6 +76,7 @@ READERS = {
     "any CSV": read_csv,
     "robot.yaml": ep.ClosedChain.from_parallel_robot,
     "urdf": lambda path: ep.ClosedChain.from_urdf(path, LOOPS),
+    "CASPR": lambda path: ep.ClosedChain.from_caspr(path, "<cables/>"),
 }
 
 

@@ -28,8 +28,8 @@ from ..topology import IntArray, Topology
 _INTEGERS = 10
 
 
-#: Coordinates of all copies together: more are hardly faster, and take a larger Data.
-_COORDINATES = 64
+#: Coordinates of all copies together: more are hardly faster, and the memory of Data grows with their cube.
+_COORDINATES = 32
 
 
 def packed_constants(model: pin.Model, topology: Topology) -> tuple[IntArray, FloatArray]:

@@ -1,0 +1,161 @@
+"""CASPR's cable robots: against MuJoCo's mass matrix, bias and tendon lengths of the same robot, written by hand."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin import ClosedChain
+from exo_pin.core.errors import ExoPinError, FileFormatError, UnknownName
+
+MOMENTS = "<Ixx>0.03</Ixx><Iyy>0.025</Iyy><Izz>0.01</Izz><Ixy>0.001</Ixy><Ixz>0.002</Ixz><Iyz>-0.001</Iyz>"
+
+
+def link(number, name, joint, parent, at, ref="com", moments=MOMENTS):
+    return (
+        f'<link_rigid num="{number}" name="{name}"><joint {joint}/><physical><mass>3.0</mass>'
+        f"<com_location>0.01 0.02 -0.13</com_location><end_location>0 0 -0.3</end_location>"
+        f'<inertia ref="{ref}">{moments}</inertia></physical>'
+        f"<parent><num>{parent}</num><location>{at}</location></parent></link_rigid>"
+    )
+
+
+def motion(kind, count, more=""):
+    zeros, ones = " ".join(["0"] * count), " ".join(["3"] * count)
+    return f'type="{kind}" q_initial="{zeros}" q_min="{ones.replace("3", "-3")}" q_max="{ones}" {more}'
+
+
+def system(*links):
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n<!DOCTYPE bodies_system SYSTEM "../templates/bodies.dtd">'
+        f"<bodies_system><links>{''.join(links)}</links></bodies_system>"
+    )
+
+
+def cables(*routes, reference="com", name="all"):
+    found = ""
+    for k, route in enumerate(routes):
+        points = "".join(f"<attachment><link>{n}</link><location>{at}</location></attachment>" for n, at in route)
+        found += (
+            f'<cable_ideal name="cable {k}" attachment_reference="{reference}"><properties><force_min>3</force_min>'
+            f"<force_max>45</force_max></properties><attachments>{points}</attachments></cable_ideal>"
+        )
+    return f'<cables default_cable_set="{name}"><cable_set id="all">{found}</cable_set></cables>'
+
+
+ROUTES = (
+    ((0, "0.2 0 0.1"), (1, "0.065 0 0.03"), (2, "0.06 0 0")),
+    ((0, "-0.2 0.1 0"), (2, "0 -0.065 0.01")),
+)
+ARM = system(
+    link(1, "upper arm", motion("S_EULER_XYZ", 3), 0, "0.1 0.2 0.3"),
+    link(2, "forearm", motion("U_XZ", 2, 'actuated="true"'), 1, "0 0.01 -0.3"),
+)
+MJCF = """<mujoco><worldbody><site name="a" pos="0.2 0 0.1"/><site name="d" pos="-0.2 0.1 0"/>
+<body pos="0.1 0.2 0.3"><joint type="ball"/>{0}<site name="b" pos="0.075 0.02 -0.1"/>
+<body pos="0 0.01 -0.3"><joint axis="1 0 0"/><joint axis="0 0 1"/>{0}
+<site name="c" pos="0.07 0.02 -0.13"/><site name="e" pos="0.01 -0.045 -0.12"/></body></body></worldbody>
+<tendon><spatial><site site="a"/><site site="b"/><site site="c"/></spatial>
+<spatial><site site="d"/><site site="e"/></spatial></tendon></mujoco>""".format(
+    '<inertial mass="3" pos="0.01 0.02 -0.13" fullinertia="0.03 0.025 0.01 0.001 0.002 -0.001"/>'
+)
+
+
+def lengths(chain, q):
+    model, data = chain.model, chain.model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    found = []
+    for cable in chain.description.cables:
+        places = [data.oMf[model.getFrameId(frame, pin.FrameType.BODY)].act(np.array(at)) if frame != "universe"
+                  else np.array(at) for frame, at in cable.points]  # fmt: skip
+        found.append(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    return found
+
+
+def test_the_robot_is_that_of_mujoco():
+    chain, theirs = ClosedChain.from_caspr(ARM, cables(*ROUTES)), mujoco.MjModel.from_xml_string(MJCF)
+    data, rng, own = mujoco.MjData(theirs), np.random.default_rng(0), chain.model.createData()
+    assert [cable.tension for cable in chain.description.cables] == [(3.0, 45.0)] * 2
+    assert chain.roles.actuated == ("forearm_turn_x", "forearm_turn_z")
+    for _ in range(5):
+        q, v = pin.integrate(chain.model, chain.neutral(), rng.normal(size=5)), rng.normal(size=5)
+        data.qpos[:], data.qvel[:] = np.r_[q[3], q[:3], q[4:]], v
+        mujoco.mj_forward(theirs, data)
+        upper = np.triu(pin.crba(chain.model, own, q))
+        assert np.allclose(lengths(chain, q), data.ten_length, atol=1e-12)
+        assert np.allclose(pin.nonLinearEffects(chain.model, own, q, v), data.qfrc_bias, atol=1e-9)
+        assert np.allclose(upper @ v + np.triu(upper, 1).T @ v, product(theirs, data, v), atol=1e-10)
+
+
+def product(theirs, data, v):
+    found = np.zeros(len(v))
+    mujoco.mj_mulM(theirs, data, found, v)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "angles", "turns"),
+    [("S_EULER_XYZ", "XYZ", (1, 2, 3)), ("S_FIXED_XYZ", "xyz", (1, 2, 3)), ("SPATIAL_EULER_XYZ", "XYZ", (4, 5, 6))],
+)
+def test_angles_at_the_start_turn_the_link(kind, angles, turns):
+    count = max(turns)
+    start = 0.1 * np.arange(1, count + 1)
+    joint = motion(kind, count).replace(" ".join(["0"] * count), " ".join(map(str, start)), 1)
+    chain = ClosedChain.from_caspr(system(link(1, "ball", joint, 0, "0 0 0")), cables())
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, chain.model.referenceConfigurations["q_initial"])
+    wanted = Rotation.from_euler(angles, start[-3:]).as_matrix()
+    assert np.allclose(data.oMi[1].rotation, wanted, atol=1e-12)
+    assert np.allclose(data.oMi[1].translation, start[:3] if count == 6 else 0.0)
+
+
+def test_slides_come_before_the_turn_and_have_limits():
+    chain = ClosedChain.from_caspr(system(link(1, "plate", motion("PLANAR_XZ", 3), 0, "0 0 1")), cables())
+    assert list(chain.model.names)[1:] == ["plate_x", "plate_z", "plate_turn_y"]
+    assert chain.model.upperPositionLimit.tolist() == [3.0, 3.0, 3.0]
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, np.array([0.1, 0.2, 0.3]))
+    assert np.allclose(data.oMi[3].translation, [0.1, 0.0, 1.2])
+    assert np.allclose(data.oMi[3].rotation[:, 0], [np.cos(0.3), 0.0, -np.sin(0.3)])
+
+
+def test_moments_about_the_joint_are_taken_to_the_centre_of_mass():
+    centre = np.array([0.01, 0.02, -0.13])
+    about = 3.0 * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    given = about + np.diag([0.03, 0.025, 0.01])
+    texts = [f"<{key}>{given[at]}</{key}>" for key, at in zip(("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"),
+             ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), strict=True)]  # fmt: skip
+    text = system(link(1, "rod", motion("R_X", 1), 0, "0 0 0", "joint", "".join(texts)))
+    chain = ClosedChain.from_caspr(text, cables(((0, "0 0 0"), (1, "0 0 1")), reference="joint"))
+    assert np.allclose(chain.model.inertias[1].inertia, np.diag([0.03, 0.025, 0.01]), atol=1e-12)
+    assert chain.description.cables[0].points[1] == ("rod", (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "says"),
+    [
+        ("link_rigid", "link_soft", FileFormatError, "link_rigid"),
+        ("S_EULER_XYZ", "S_QUATERNION", FileFormatError, "type of joint"),
+        ("<mass>3.0</mass>", "<mass>-3.0</mass>", FileFormatError, "below zero"),
+        ("<mass>3.0</mass>", "", FileFormatError, "expected <mass>"),
+        ("<num>0</num>", "<num>1</num>", FileFormatError, "a link before this one"),
+        ('ref="com"', 'ref="end"', FileFormatError, "ref='com'"),
+        ("cable_ideal", "cable_linear_spring", FileFormatError, "only <cable_ideal>"),
+        ("<attachment><link>2", "<base_rotating_pulley><link>2", FileFormatError, "well-formed"),
+        ("<force_min>3<", "<force_min>90<", FileFormatError, "force_min <= force_max"),
+        ("<link>2</link>", "<link>7</link>", FileFormatError, "to 2, got 7"),
+        ('default_cable_set="all"', 'default_cable_set="some"', UnknownName, "set of cables"),
+    ],
+)
+def test_what_is_not_read_is_named(old, new, error, says):
+    bodies, routes = ARM.replace(old, new), cables(*ROUTES).replace(old, new)
+    with pytest.raises(error, match=says):
+        ClosedChain.from_caspr(bodies, routes)
+
+
+def test_shortened_files_are_refused_or_read():
+    routes = cables(*ROUTES)
+    for place in range(0, len(ARM), 97):
+        with pytest.raises(ExoPinError):
+            ClosedChain.from_caspr(ARM[: max(place, 1)], routes)

@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..core.errors.checked import checked
+from ..core.validation import as_choice, as_positive
+
 
 class _Dimension(NamedTuple):
     scale: float
@@ -45,6 +48,7 @@ _DIMENSIONS = {
 }
 
 
+@checked
 def body_dimensions(height: float, mass: float, sex: str) -> dict[str, float]:
     """Mean breadths, depths and girths of persons of a size.
 
@@ -61,10 +65,17 @@ def body_dimensions(height: float, mass: float, sex: str) -> dict[str, float]:
         m, by name: girths of upper arm, forearm, neck and head, breadths and depths of chest and waist,
         sitting height.
 
+    Raises
+    ------
+    InvalidInput
+        If a size is not above zero, or the sex is none of the two.
+
     Examples
     --------
     >>> from exo_pin.design.body_dimensions import body_dimensions
     >>> round(1e3 * body_dimensions(1.755, 85, "male")["upper arm girth"])  # mm; the median of ANSUR II's men is 357
     359
     """
+    height, mass = as_positive("height", height), as_positive("mass", mass)
+    as_choice("sex", sex, _DIMENSIONS)
     return {name: each.scale * height**each.height * mass**each.weight for name, each in _DIMENSIONS[sex].items()}

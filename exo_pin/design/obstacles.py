@@ -19,6 +19,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..core.errors import InvalidInput, UnknownName
+from ..core.errors.checked import checked
 from ..core.validation import FloatArray, require_type
 from .wearer import Wearer
 
@@ -32,6 +33,7 @@ _WHEELCHAIR = {"width": 0.660, "back": 0.430, "rests": 0.275, "depth": 0.405}
 _PASSAGE = 0.815
 
 
+@checked
 def obstacle(name: str, wearer: Wearer) -> FloatArray:
     """Capsules of an obstacle about the left shoulder of a person.
 

@@ -104,7 +104,7 @@ def test_slices_of_rates_are_those_of_the_poses_and_hatch_what_is_outside():
     layers = np.unique(np.linspace(0, found.inside.shape[2] - 1, 6).round().astype(int))
     for mesh, layer in zip(drawn, layers, strict=True):
         np.testing.assert_allclose(mesh.get_array(), rates[..., layer].T)
-    hatched = [each for ax in figure.axes for each in ax.collections if each.get_hatch()]
+    hatched = [each for ax in figure.axes for each in ax.collections if getattr(each, "hatches", None)]
     assert bool(hatched) == (not found.inside.all())
     title = figure.get_suptitle()
     assert f"inside at least {rates[found.inside].min():.2g} mm/°" in " ".join(title.split())

@@ -144,7 +144,8 @@ def _bow(points: FloatArray, about: FloatArray) -> FloatArray:
     gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
     order = np.roll(order, -(int(np.argmax(gaps)) + 1))
     turns = np.unwrap(angle[order])
-    fine = np.union1d(turns, np.arange(turns[0], turns[-1], np.radians(5.0)))
+    # From end to end alike, so that a mirrored design has the mirrored bow.
+    fine = np.union1d(turns, np.linspace(turns[0], turns[-1], 1 + int(np.ceil(np.ptp(turns) / np.radians(5.0)))))
     sizes = np.hypot(points @ x, points @ y)[order], (points @ z)[order]
     radius, height = (np.interp(fine, turns, size) for size in sizes)
     return np.outer(radius * np.cos(fine), x) + np.outer(radius * np.sin(fine), y) + np.outer(height, z)

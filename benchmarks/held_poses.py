@@ -3,7 +3,7 @@
     python benchmarks/held_poses.py [--lengths] [poses] [design ...]
 
 Poses are drawn over the range of daily life, held in statics where the design can, reached from rest in 4 s, and held
-for 3 s, under the default controller, or with --lengths under the one that sees the lengths alone (pi). The table stands
+for 3 s, under the default controller, or with --lengths under the one that sees the lengths alone (pi). Tables stand
 on docs/evidence/positioning.md.
 """
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from json import dumps
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
+from ...core.results import plain
 from ...design import DEFAULT_PRESET
 from ...workspace.parts import parts_list, parts_sheet
 from .. import options
@@ -46,5 +48,12 @@ def parts(
     exo = worn.load(design, side)
     found = exo.workspace(step, judged.of(exo), centre_offset=options.centre_of(offset, moving_centre, exo))
     table = parts_list(exo.device, found, np.radians(rate))
-    text = f"For {int(found.inside.sum())} poses inside and an arm that turns with {rate:g}°/s."
-    deliver(f"{parts_sheet(exo.device, table)}\n{text}", table, columns=lambda: table, json=json, out=out)
+    asked = {"poses_inside": int(found.inside.sum()), "rate_deg_s": rate, "known_mass_kg": np.nansum(table["mass_kg"])}
+    text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
+    deliver(
+        f"{parts_sheet(exo.device, table)}\n{text}",
+        as_json=lambda: dumps(plain(asked | {"columns": dict(table)}), indent=2),
+        columns=lambda: table,
+        json=json,
+        out=out,
+    )

@@ -205,9 +205,9 @@ def parts_sheet(mechanism: Device | Mechanism, table: StudyTable) -> str:
                 str(table["order"][k]),
             )
         )  # fmt: skip
-    mass = table["mass_kg"]
-    unknown = int(np.isnan(mass).sum())
-    words = f"Mass of these parts: {np.nansum(mass):.2f} kg"
+    known = table["mass_kg"]
+    unknown = int(np.isnan(known).sum())
+    words = f"Mass of these parts: {np.nansum(known):.2f} kg"
     words += (
         f", without {unknown} of {int((table['unit'] != '').sum())} drives, whose mass is not known."
         if unknown

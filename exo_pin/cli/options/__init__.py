@@ -211,7 +211,7 @@ class Worn:
         return wearer_of(str(self.person), **self._changes)
 
     @property
-    def _changes(self) -> dict[str, float]:
+    def _changes(self) -> dict[str, Any]:
         """What is said of the person besides their size, by fields of a wearer."""
         said = {
             "elbow_flexion": math.radians(self.elbow_flexion),

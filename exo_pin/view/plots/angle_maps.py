@@ -381,7 +381,7 @@ def rate_slices(exo: ShoulderExo, found: Workspace) -> Figure:
     -------
     matplotlib.figure.Figure
         Where the colour is dark, the drives hardly move while the arm turns about one axis
-        (:attr:`exo_pin.device.PoseAccuracy.mm_per_degree`).
+        (:meth:`exo_pin.ShoulderExo.accuracy`).
 
     Raises
     ------

@@ -174,8 +174,8 @@ def _muscled(wearer: Person | Wearer | None, side: str) -> Person | None:
         return None
     if isinstance(wearer, Person):
         return wearer.on_side(side)
-    more = {"elbow_flexion": wearer.elbow_flexion, "payload": wearer.payload}
-    return Person(wearer.height, wearer.mass, wearer.sex, side=side, **more)
+    bent, held = wearer.elbow_flexion, wearer.payload
+    return Person(wearer.height, wearer.mass, wearer.sex, side=side, elbow_flexion=bent, payload=held)
 
 
 def _person_words(wearer: Wearer) -> str:
@@ -200,12 +200,12 @@ def _median(values: FloatArray) -> float:
 
 
 def _postures(asked: _Asked) -> tuple[Posture, ...]:
-    names, flexion, abduction = zip(*_POSTURES, strict=True)
+    flexion, abduction = ([posture[k] for posture in _POSTURES] for k in (1, 2))
     poses = asked.exo.pose(np.array(flexion), np.array(abduction))
     stack = asked.reaction(poses)
     force, bare, contact = asked.joint(poses, stack)
     found = []
-    for k, name in enumerate(names):
+    for k, (name, forward, aside) in enumerate(_POSTURES):
         answer = asked.reaction(poses[k])
         push = -np.asarray(answer.shoulder_force) if answer.has_answer else np.full(3, np.nan)
         parts = np.full(3, np.nan) if contact is None else contact.glenoid[k] @ push
@@ -215,10 +215,21 @@ def _postures(asked: _Asked) -> tuple[Posture, ...]:
         reason = "" if holds in ("yes", "supports") else answer.verdict
         found.append(
             Posture(
-                name, flexion[k], abduction[k], 0.0, holds, reason, float(force[k]), float(bare[k]),
-                float(np.linalg.norm(push)), *(float(part) for part in parts), left,
+                name=name,
+                flexion_deg=forward,
+                abduction_deg=aside,
+                internal_rotation_deg=0.0,
+                holds=holds,
+                reason=reason,
+                joint_N=float(force[k]),
+                joint_without_N=float(bare[k]),
+                push_N=float(np.linalg.norm(push)),
+                push_out_N=float(parts[0]),
+                push_up_N=float(parts[1]),
+                push_forward_N=float(parts[2]),
+                left_to_wearer_Nm=left,
             )
-        )  # fmt: skip
+        )
     return tuple(found)
 
 
@@ -380,8 +391,8 @@ def _picture(exo: ShoulderExo) -> bytes:
     from ..view.plots import posture_drawing  # here, because few questions draw
     from ..view.plots.plot_style import pyplot
 
-    names, flexion, abduction = zip(*_POSTURES, strict=True)
-    figure = posture_drawing(exo, exo.pose(np.array(flexion), np.array(abduction)), names)
+    flexion, abduction = (np.array([posture[k] for posture in _POSTURES]) for k in (1, 2))
+    figure = posture_drawing(exo, exo.pose(flexion, abduction), [posture[0] for posture in _POSTURES])
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=220)
     pyplot().close(figure)

@@ -156,7 +156,8 @@ def _device(exo: ShoulderExo, pose: Rotation, matrix: FloatArray, seen: FloatArr
         if np.ptp(view(points), axis=0).max() > _LEAST:
             lines.append((view(points), _width(radius), _LINK))
     numbers = []
-    for parts, colour in ((device.efforts, BLACK), (device.springs, SPRING)):
+    groups: list[tuple[Any, str]] = [(device.efforts, BLACK), (device.springs, SPRING)]
+    for parts, colour in groups:
         for k, part in enumerate(parts):
             if part.route is not None:
                 points = PlacedRoute(chain._state, part.route).points(every)

@@ -37,6 +37,7 @@ def reaction(
     way: options.Way = options.Way(),
     worn: options.Worn = options.Worn(),
     offset: options.Offset = None,
+    hand_force: options.HandForce = None,
     limits: options.LimitsText = "design",
     recording: Recording = Recording(),
     posture: options.Posture = (),
@@ -89,6 +90,7 @@ def reaction(
     --------
     exo-pin reaction four-cables --flexion 60 --abduction 30 --plot forces.png
     exo-pin reaction --person 1.75,75,male --payload 2 --flexion 45
+    exo-pin reaction --person 1.75,75,male --flexion 60 --hand-force 0,0,-20
     exo-pin reaction prototype --flexion 45 --explain
     exo-pin reaction examples/device.toml --flexion 60 --compare
     exo-pin reaction four-cables --to 90,0,0 --out forces.csv
@@ -115,6 +117,7 @@ def reaction(
         "split": split or Assumptions.split,
         "constraint_bounds": _bounds(side_force_limit),
         "centre_offset": options.metres(offset),
+        "load": options.load_on_hand(hand_force, exo),
         "limits": options.limits_of(limits),
         "posture": options.posture_of(posture),
     }

@@ -48,7 +48,7 @@ _UNKNOWN = float("nan")
 def design_report(
     exo: ShoulderExo,
     person: Person | Wearer | None = None,
-    arm_speed: float = 60.0,
+    arm_speed: float = 30.0,
     file: str | PathLike[str] | None = None,
 ) -> DesignReport:
     """Report on a device: what it does for a person over the range of daily life, and what was not checked.

@@ -83,13 +83,12 @@ class PoseReport(Result):
         return self.answer.cautions
 
     def _fields(self) -> dict[str, Any]:
-        # Beside the answer, which has its own.
-        poses = self.answer.source.poses
-        seen = self.accuracy
+        poses, seen = self.answer.source.poses, self.accuracy  # beside the answer, which has its own
         own = super()._fields() | {
             "weakest_rate": float(seen.mm_per_degree),
             "weakest_rate_unit": seen.unit,
             "twin_degrees": float(np.degrees(seen.twin_angle)) if seen.has_twin else None,
+            "twin_difference": float(np.linalg.norm(seen.differences)),
             "bare_arm_share": self.bare_arm_share,
             "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
             "percent_of_limits": self.percent_of_limits,
@@ -388,9 +387,9 @@ def nearby_query(answer: Reaction) -> dict[str, Any]:
     """
     split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
     case = answer.case
-    question = {"split": split, "centre_offset": case.centre_offset, "limits": answer.assumptions.limits}
+    question: dict[str, Any] = {"split": split, "centre_offset": case.centre_offset, "posture": case.posture}
     question |= {"load": case.load} if case.load is not None else {}
-    return question | {"posture": case.posture}
+    return question | {"limits": answer.assumptions.limits}
 
 
 def with_muscles(contact: JointContact) -> str:

@@ -367,7 +367,7 @@ def load_on_hand(text: str | None, exo: ShoulderExo) -> Load | None:
     own = own_wearer(exo)
     if own is None:
         raise InvalidInput("--hand-force needs to know where the hand is: give --person too")
-    force = numbers(text, "--hand-force X,Y,Z in N, forward, left and up", 3)
+    force = np.array(numbers(text, "--hand-force X,Y,Z in N, forward, left and up", 3))
     bend, forearm = own.elbow_flexion, own.forearm_length
     hand = [forearm * math.sin(bend), 0.0, -own.upper_arm_length - forearm * math.cos(bend)]
     return Load(force, at=hand)

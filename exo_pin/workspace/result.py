@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
+from ..core.conventions import pose_columns
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
@@ -311,10 +311,9 @@ class Workspace(Result, ReadOnly):
         >>> list(table)[:6]
         ['flexion_deg', 'abduction_deg', 'internal_rotation_deg', 'verdict', 'reason', 'margin_stroke_m']
         """
-        angles = shoulder_angles(self.poses, self.side, degrees=True)
         open_ = self.unknown | self.not_evaluated
         verdict = np.where(self.inside, "inside", np.where(open_, "not known", "outside"))
-        found = {name: angles[..., k] for k, name in enumerate(CLINICAL_ANGLES)}
+        found = pose_columns(self.poses, self.side)
         found |= {"verdict": verdict.astype(object), "reason": self.reasons.astype(object)}
         for name, values in self.margins.items():
             # Names that are identifiers, as MATLAB has them.

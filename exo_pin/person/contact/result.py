@@ -392,28 +392,12 @@ class JointContact(Result, ReadOnly):
             numbers[f"mean_{name}_N"] = float(known.mean()) if known.size else float("nan")
         return numbers
 
+    _derived = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
+
     @property
     def cautions(self) -> tuple[str, ...]:
         """What to mind about the device's part, and about the record of a movement."""
         return (*((self.caution,) if self.caution else ()), *self.record_cautions)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as arrays and plain values, and what follows from them, in one flat dict.
-
-        Returns
-        -------
-        dict
-            By name of the field or property.
-
-        Examples
-        --------
-        >>> man = ep.Person(1.75, 75, "male")
-        >>> fields = man.joint_contact(ep.shoulder_rotation(30, 0, 0, degrees=True)).as_dict()
-        >>> round(float(fields["body_weight"]), 2)  # N; 75 × 9.81
-        735.75
-        """
-        names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
-        return super().as_dict() | {name: getattr(self, name) for name in names}
 
     def columns(self) -> dict[str, Any]:
         """Contact force, muscles by name, efforts of the device and reason, with units in the names.

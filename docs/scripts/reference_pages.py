@@ -16,7 +16,7 @@ from exo_pin.cli import GROUPS
 from exo_pin.cli.command import command, examples, notes, shown_default
 from exo_pin.cli.documents.registry import DOCUMENTS, kind_of
 from exo_pin.core.files.toml_tables import UNITS
-from exo_pin.core.schema import reachable, identifier, members
+from exo_pin.core.schema import identifier, members, reachable
 from exo_pin.design.io.mechanism_reading import _KEYS
 
 #: The table of a design file that holds a record; records within others have the table of the key.

@@ -98,11 +98,11 @@ def members(kind: type) -> dict[str, Member]:
     if (described := getattr(kind, "_document", None)) is not None:
         return members(described)
     hints = _hints(kind)
-    hidden = getattr(kind, "_hidden", frozenset())
+    hidden: frozenset[str] = getattr(kind, "_hidden", frozenset())
     named = (
         {each.name: each.default is dataclasses.MISSING for each in dataclasses.fields(kind)}
         if not _is_named(kind)
-        else dict.fromkeys(kind._fields, True)
+        else dict.fromkeys(getattr(kind, "_fields", ()), True)
     )
     own = {
         name: (hints[name], required)

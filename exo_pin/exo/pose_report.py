@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import current_mode, mode
 from ..core.conventions import shoulder_angles
 from ..core.results import Result
-from ..core.tables import NOTES, aligned, filled, indented, under_verdict
+from ..core.tables import NOTES, aligned, filled, indented, three_digits, under_verdict
 from ..core.validation import FloatArray
 from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
@@ -33,6 +33,7 @@ from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
 from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
+from .pose_numbers import PoseNumbers
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
@@ -43,62 +44,6 @@ KEPT = (0.3, 0.6)
 #: How near the limbs come, and the directions of a force.
 _CLEAR_LIMBS = "Limbs are {} mm clear of the wearer and of one another."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
-
-
-@dataclass(frozen=True)
-class PoseNumbers:
-    """What stands beside the forces of a pose, as plain data.
-
-    Attributes
-    ----------
-    weakest_rate : float
-        Least change of the drives' positions over the turn of the arm, in its own unit.
-    weakest_rate_unit : str
-        That unit.
-    twin_degrees : float or None
-        Angle to another pose that looks the same to the drives, degrees.
-    bare_arm_share : tuple of float or None
-        Least and greatest joint force of bare arms in this pose, measured by implants, % of body weight.
-    wearer : dict of str to float or None
-        Height and mass by name, m and kg.
-    percent_of_limits : ndarray
-        Effort of each drive, % of its limit.
-    force_on_head_in_socket : ndarray or None
-        -F_s, N, in the axes of the socket: out of it, up, forward.
-    emg_fall_percent : tuple of float
-        By how much devices lower the EMG of wearers, as published, %.
-    relief_percent : dict of str to float
-        Relief of the joint, %, where muscles keep so much of their activation.
-    singular_kind : str
-        Kind of a singular pose, or "regular".
-    singular_margin : float
-        Distance from a singular pose, dimensionless.
-    singular_distance : float
-        The same, degrees.
-    limb_lengths, strokes : ndarray
-        Lengths of the limbs, and least and greatest ones, m.
-    drive_coordinates : ndarray
-        Positions of drives that are no limbs, m or rad.
-    drive_units : list of list of str
-        Name and unit of the effort of each.
-    """
-
-    weakest_rate: float
-    weakest_rate_unit: str
-    twin_degrees: float | None
-    bare_arm_share: tuple[float, float] | None
-    wearer: dict[str, float] | None
-    percent_of_limits: FloatArray
-    force_on_head_in_socket: FloatArray | None
-    emg_fall_percent: tuple[float, float]
-    relief_percent: dict[str, float]
-    singular_kind: str
-    singular_margin: float
-    singular_distance: float
-    limb_lengths: FloatArray
-    strokes: FloatArray
-    drive_coordinates: FloatArray
-    drive_units: list[list[str]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,13 +222,13 @@ class PoseReport(Result):
 
     def _shoulder(self) -> list[str]:
         answer = self.answer
-        head = f"Force of the shoulder on the arm: {float(answer.magnitude):.1f} N"
+        head = f"Force of the shoulder on the arm: {three_digits(answer.magnitude)} N"
         if answer.percent_body_weight is not None:
-            head += f", {float(answer.percent_body_weight):.1f} % of body weight"
+            head += f", {three_digits(answer.percent_body_weight)} % of body weight"
         if not answer.held:
             head += self._unheld_words
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
-        along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
+        along = ", ".join(f"{_felt(abs(value))} N {pair[int(value < 0.0)]}" for value, pair in parts)
         assumed = answer.source.split.assumed(answer.source.poses.mechanism)
         how = f"({along}; assumed: {assumed}; criterion: {answer.criterion})"
         allowed = answer.range()
@@ -334,7 +279,7 @@ class PoseReport(Result):
             shown, limits = f" {unit}" if unit else "", "not asked"
             if bounds.asked:
                 limits = _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), shown)
-            rows.append((name, *own, f"{np.round(forces[i], 1) + 0.0:.1f}{shown}", limits))
+            rows.append((name, *own, f"{_felt(forces[i])}{shown}", limits))
         return aligned(rows)
 
     def _footnotes(self) -> list[str]:
@@ -486,6 +431,11 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
         [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
     ]
     return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
+
+
+def _felt(newtons: float) -> str:
+    """A force in three digits; zero below 0.05 N."""
+    return three_digits(newtons) if abs(newtons) >= 0.05 else "0"
 
 
 def _range(low: float, high: float, unit: str) -> str:

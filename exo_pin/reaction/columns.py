@@ -14,7 +14,7 @@ from ..core.conventions import pose_columns
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result, drawn
-from ..core.tables import NOTES, html_table
+from ..core.tables import NOTES, effort_column, html_table
 from ..core.validation import FloatArray
 from ..design.shoulder import PRESSURE_LIMITS
 from .holding.verdict import row_verdicts
@@ -93,7 +93,7 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     columns = vector_columns("F_s_{}_N", answer.shoulder_force, "xyz")
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
     # "f_1_N" of "limb 1".
-    drives = [f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}" for name, unit in answer.drive_units]
+    drives = [effort_column(name, unit) for name, unit in answer.drive_units]
     columns |= vector_columns("{}", f, drives) | vector_columns("g_{}_N", g, range(1, 1 + len(drives)))
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
 

@@ -38,7 +38,7 @@ def test_a_run_is_read_back_bit_for_bit(tmp_path, run):
         for name in ("times", "pressures"):
             own, other = getattr(each, name), getattr(again, name)
             assert (own is None and other is None) or np.allclose(own, other, rtol=1e-15)
-    assert (tmp_path / "run.csv").read_text().startswith("# made by a test\ntime_s,qx,qy,qz,qw,length_1_mm")
+    assert (tmp_path / "run.csv").read_text().startswith("time_s,qx,qy,qz,qw,length_1_mm")
 
 
 def test_angles_units_order_of_columns_and_side(tmp_path):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...core.conventions import MIRROR, WRENCH_MIRROR
 from ...core.results import Result
-from ...core.tables import aligned, filled
+from ...core.tables import aligned, effort_column, filled
 from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
 
@@ -423,7 +423,7 @@ class JointContact(Result, ReadOnly):
         count = self.device_forces.shape[-1]
         units = self.drive_units or tuple((f"limb {i + 1}", "N") for i in range(count))
         for k, (name, unit) in enumerate(units[:count]):
-            found[f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}"] = self.device_forces[..., k]
+            found[effort_column(name, unit)] = self.device_forces[..., k]
         reasons = np.array([NO_RESULT.get(str(name), "") for name in self.status.ravel()], dtype=object)
         return found | {"status": self.status.astype(object), "reason": reasons.reshape(self.status.shape)}
 

@@ -100,7 +100,7 @@ def workspace(
     one_by_one: bool = False,
     limb_table: bool = False,
     limb_loss: bool = False,
-    draw: Literal["slices", "ball"] = "slices",
+    draw: Literal["slices", "ball", "rate"] = "slices",
     json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
@@ -118,7 +118,7 @@ def workspace(
     limb_loss : bool
         Also print how many of the poses inside are still held when one limb fails.
     draw : str
-        What --plot shows: slices, or the ball of rotations.
+        What --plot shows: slices, the ball of rotations, or slices with the weakest rate of the drives.
 
     Examples
     --------
@@ -139,8 +139,10 @@ def workspace(
         parts += [str(left), limb_loss_words(left)]
 
     def figure() -> Any:
-        from ..view.plots import rotation_ball, workspace_slices
+        from ..view.plots import rate_slices, rotation_ball, workspace_slices
 
+        if draw == "rate":
+            return rate_slices(exo, found)
         return rotation_ball(found) if draw == "ball" else workspace_slices(found)
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}

@@ -57,9 +57,8 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
     f = np.where(blank[..., None], np.nan, f)
     device, violated = as_device(reaction.source.poses.mechanism), reaction.limits.violated
     if not device.holds_alone:
-        # Moments that a passive device leaves to its wearer are the muscles' here, and no limit of the device.
         f[..., len(device.efforts) :] *= 0.0
-        violated = blank
+        violated = blank | _beyond_own_limits(reaction, device)
     wrench = np.where(blank[..., None], 0.0, cuff)
     caution = _caution(violated, closest=True)
     if lacking := [text for text in reaction.reasons.ravel().tolist() if text]:
@@ -74,6 +73,19 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         held=~violated,
         drive_units=() if device.has_limbs else reaction.drive_units,
     )
+
+
+def _beyond_own_limits(reaction: Reaction, device: Device) -> NDArray[np.bool_]:
+    """Poses in which a device cannot do its part; moments that it leaves to its wearer are no limit of the device."""
+    limits, evidence = reaction.limits, reaction.infeasibility
+    f = reaction.actuator_forces
+    moments = device.moment_of_wearer(f.reshape(-1, f.shape[-1]))
+    left = np.linalg.norm(moments, axis=-1).reshape(f.shape[:-1])
+    # With the closest efforts the wearer has to add no more than equilibrium without limits leaves.
+    lacking = left if evidence is None else np.linalg.norm(evidence.missing_wrench[..., 3:], axis=-1)
+    apart = (np.nan_to_num(limits.length_error) != 0.0) | (np.nan_to_num(limits.excess_speed) != 0.0)
+    beyond = apart.any(axis=-1) | (lacking > left + 1e-6 * (1.0 + left))
+    return beyond if limits.passive is None else beyond | limits.passive
 
 
 def _unevaluated(reasons: list[str]) -> str:

@@ -411,6 +411,8 @@ def moving_mass(device: Device) -> str:
     own = 0.0 if arm.person is None else arm.person.mass
     moving = arm.mass - own + device.links_mass
     words = f"moving part of the device {moving:.3g} kg"
+    if device.has_limbs and device.limbs_are_massless:
+        words += ", massless limbs"
     if not own:
         return f"{words}, without a person's arm"
     # A share of an arm that is rounding is no mass.

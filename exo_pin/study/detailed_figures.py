@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Interface
+from ..device.accuracy.hand_stiffness import cuff_distance
 from ..device.clearance import unknown_for_gaps
 from ..person import Person
 from ..reaction import Reaction
@@ -248,27 +248,6 @@ def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) 
             return figures
         soft = exo.replace(interfaces=replace(interfaces, cuff=Interface.upper_arm_cuff(distance)))
     return figures | {"change_on_cuff_N": _worst_change(soft, some, {"split": "elastic"})[1]}
-
-
-def cuff_distance(chain: ClosedChain) -> float:
-    """How far from the shoulder's centre along the hanging arm the cuff is, m; NaN where nothing is on the arm.
-
-    It is that of the chain's cuff where its roles name one, else the mean of the joints and loops on the arm: of a
-    wrist, of its joints B_i.
-    """
-    model, roles, frames = chain.model, chain.roles, chain.model.frames
-    if roles.cuff is not None:
-        return -float(frames[model.getFrameId(roles.cuff)].placement.translation[2])
-    arm = int(frames[model.getFrameId(str(roles.arm))].parentJoint)
-    heights = [
-        float(model.jointPlacements[k].translation[2]) for k in range(1, model.njoints) if model.parents[k] == arm
-    ]
-    for closure in chain.closures:
-        for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):
-            if closure.polynomial is None and frames[model.getFrameId(name)].parentJoint == arm:
-                end = frames[model.getFrameId(name)].placement.act(np.array(place.translation))
-                heights.append(float(end[2]))
-    return -float(np.mean(heights)) if heights else np.nan
 
 
 def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> tuple[float, float]:

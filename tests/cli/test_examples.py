@@ -26,6 +26,7 @@ ANSWERS = {
     "singularity": r"nearest singular pose +\d|singular",
     "view": r"The device can|http://",
     "workspace": r"\d+\.\d % of \d+ poses are inside",
+    "parts": r"Mass of these parts: \d",
     "tasks": r"published range +\d+",
     "compare": r"ranks first|Equal first",
     "uncertainty": r"shoulder force|offset",

@@ -104,3 +104,16 @@ def test_the_command_says_the_share_and_refuses_another(capsys):
     refused = capsys.readouterr()
     assert "no drives that could set one" in refused.err
     assert not refused.out
+
+
+def test_drives_beyond_their_limits_are_no_moment_of_the_wearer():
+    """The shipped 3RPS leaves a moment about the arm to its wearer; what 20 N cannot do is another matter."""
+    exo = ep.load(URDF / "3rps-passive-ball.urdf")
+    bent = ep.Person(1.755, 85, "male", elbow_flexion=np.pi / 2)
+    poses = exo.pose([60.0, 90.0], [20.0, 0.0], [0.0, 45.0])
+    able, weak = (exo.joint_contact(poses, bent, limits=limits) for limits in ("design", (-20.0, 20.0)))
+    assert able.held.all()
+    assert not weak.held.any()
+    assert np.abs(weak.device_forces[:, :3]).max() <= 20.0 + 1e-6
+    assert "the closest forces that it can give are taken there" in weak.caution
+    assert "closest" not in able.caution

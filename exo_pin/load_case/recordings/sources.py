@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from os import PathLike, fspath
 from xml.etree import ElementTree as ET
 
@@ -19,12 +20,15 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import FileFormatError
 from ...core.errors.base import echo
 from ...core.files.atomic import read_file
-from ...core.files.csv_tables import CsvTable
+from ...core.files.csv_tables import NO_NUMBER, CsvTable
+from ...core.files.dialects import Layout, read_layout
 from ...core.optional_packages import optional
 from ...core.records import Record
 from ...core.validation import FloatArray
-from .dialects import Layout, finite_cells, read_layout, seconds_of_dates, unwrapped
 
+#: Units of columns, as they are written and as names end in them; others are not looked at.
+_UNITS = {"s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "us": "us", "µs": "us", "μs": "us"}
+_UNITS |= {"ns": "ns", "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radians": "rad"}
 #: How the parts of an orientation are named, with the body before them: w, x, y, z, or a matrix with columns first.
 _PARTS = (
     re.compile(r"(?P<body>.*?)_?quat(?:ernion)?_(?P<part>[wxyz])"),
@@ -42,6 +46,8 @@ PERCENT = ("time_percent", "time_%", "percent")
 #: Since 1970, in s: from 2001 to 2286.
 _EPOCH = (1e9, 1e10)
 _WRAPS = {"sampletimefine": 2.0**32, "packetcounter": 2.0**16}
+#: Digits of a fraction of a second that Python reads.
+_FRACTION = re.compile(r"(?<=:[0-9]{2})[.,]([0-9]+)")
 _MVNX = "{http://www.xsens.com/mvn/mvnx}"
 _CLAIMED = "the file declares entities or a document type, which no recording needs"
 
@@ -165,7 +171,7 @@ class Source(Record):
 
     def _is_filled(self, name: str) -> bool:
         """Whether a column holds something; Awinda leaves its clock empty."""
-        return name != "sampletimefine" or name in self.arrays or bool(self.table and finite_cells(self.table, name))
+        return name != "sampletimefine" or name in self.arrays or bool(self.table and _finite_cells(self.table, name))
 
     def _of_counter(self, names: list[str], rate: float) -> FloatArray:
         if not names:
@@ -173,18 +179,18 @@ class Source(Record):
                 np.arange(len(next(iter(self.arrays.values()))) if self.table is None else len(self.table.rows)) / rate
             )
         counts = self.numbers(names)[:, 0]
-        counts = unwrapped(counts, _WRAPS.get(names[0], np.inf)) if names[0] in _WRAPS else counts
+        counts = _unwrapped(counts, _WRAPS.get(names[0], np.inf)) if names[0] in _WRAPS else counts
         return np.asarray((counts - counts[np.isfinite(counts)][:1]) / rate)
 
     def _of_clock(self, name: str) -> FloatArray:
         if name not in self.arrays and self.table is not None:
-            cells = finite_cells(self.table, name)
+            cells = _finite_cells(self.table, name)
             if cells and any(sign in cells[0] for sign in ":T") and len(cells) == len(self.table.rows):
-                seconds = seconds_of_dates(cells)
+                seconds = _seconds_of_dates(cells)
                 if seconds is not None:
                     return np.array(seconds)
         given = self.numbers((name,))[:, 0]
-        given = unwrapped(given, _WRAPS[name]) if name in _WRAPS else given
+        given = _unwrapped(given, _WRAPS[name]) if name in _WRAPS else given
         known = given[np.isfinite(given)]
         if known.size < 2:
             return given
@@ -228,7 +234,7 @@ def open_source(path: str | PathLike[str]) -> Source:
         return _read_mvnx(path)
     if ending == "c3d":
         return _read_c3d(path)
-    layout = read_layout(path)
+    layout = read_layout(path, _UNITS)
     names = layout.table.columns
     if layout.header.get("datatype", "").lower() == "quaternion":
         return _opensense(layout, path)
@@ -328,3 +334,29 @@ def _read_c3d(path: str | PathLike[str]) -> Source:
             quaternions = as_quaternions(np.moveaxis(turned[:3, :3, k], -1, 0), path)
             arrays |= {f"{label.lower()}.q{part}": quaternions[:, j] for j, part in enumerate("xyzw")}
     return Source(path, "C3D", tuple(arrays), tuple(arrays), None, arrays, {})
+
+
+def _seconds_of_dates(cells: list[str]) -> list[float] | None:
+    """Times of day or dates of ISO 8601 as s from the first; None where they are not."""
+    found: list[datetime] = []
+    for cell in cells:
+        text = _FRACTION.sub(lambda digits: "." + digits[1][:6].ljust(6, "0"), cell.strip())
+        text = f"1970-01-01T{text}" if re.match(r"[0-9]{1,2}:", text) else text
+        try:
+            time = datetime.fromisoformat(text)
+        except ValueError:
+            return None
+        found.append(time if time.tzinfo else time.replace(tzinfo=UTC))
+    return [(time - found[0]).total_seconds() for time in found]
+
+
+def _finite_cells(table: CsvTable, name: str) -> list[str]:
+    """Cells of a column that hold something."""
+    place = table.columns.index(name)
+    return [row[place] for row in table.rows if row[place].lower() not in NO_NUMBER]
+
+
+def _unwrapped(counts: FloatArray, size: float) -> FloatArray:
+    """A counter that begins again at ``size``, going on."""
+    jumps = np.diff(counts, prepend=counts[:1]) < -0.5 * size
+    return np.asarray(counts + size * np.cumsum(jumps))

@@ -1,18 +1,19 @@
-"""Measurements of a muscle from CSV files whose headers say what a column is and in which unit.
+"""Measurements of a muscle from tables whose headers, or a row of units, say what a column is and in which unit.
 
 A header has a quantity and a unit, in any order of capitals and signs: ``contraction_mm``, ``Pressure [kPa]``,
-``force (kgf)``, ``strain``, ``length_mm``, ``pressure_psi_abs``, ``mass_kg``, ``time_ms``.
+``force (kgf)``, ``strain``, ``length_mm``, ``pressure_psi_abs``, ``mass_kg``, ``time_ms``. Separators and decimal marks
+are those of :mod:`exo_pin.core.files.dialects`.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 
 from ...core.errors import FileFormatError
 from ...core.errors.checked import checked
-from ...core.files.csv_tables import CsvTable, read_csv
+from ...core.files.dialects import read_layout
 from ...core.files.toml_tables import naming_file
 from ...core.records import Record
 from ...core.validation import FloatArray, as_positive, frozen
@@ -47,6 +48,9 @@ _UNITS = {
     "ms": "ms",
 }
 _ABSOLUTE = ("abs", "absolute")
+#: Units in brackets or in a row of their own, which become ends of headers.
+_IN_ROWS = {word: name.lower() for word, name in _UNITS.items()}
+_IN_ROWS |= {f"{unit} {word}": f"{unit}_abs" for unit in _IN_ROWS for word in _ABSOLUTE}
 _SECONDS = {"s": 1.0, "ms": 1e-3}
 _EXPECTED = {
     "contraction": "contraction_mm (cm, m, percent), strain or length_mm",
@@ -76,11 +80,13 @@ def _column(header: str) -> tuple[str, str] | None:
     return known[0], unit
 
 
-def _columns(table: CsvTable, wanted: dict[str, tuple[str, ...]]) -> tuple[list[FloatArray], list[str]]:
+def _columns(path: str | PathLike[str], wanted: dict[str, tuple[str, ...]]) -> tuple[list[FloatArray], list[str]]:
     """Numbers and units of the wanted quantities."""
+    layout = read_layout(path, _IN_ROWS)
+    table = replace(layout.table, columns=layout.labels)
     if not table.rows:
         raise FileFormatError("expected at least one line of numbers below the header", table.path)
-    said = {header: _column(header) for header in table.columns}
+    said = {label: _column(name) for label, name in zip(layout.labels, layout.table.columns, strict=True)}
     numbers, units = [], []
     for quantity, known in wanted.items():
         named = [header for header, column in said.items() if column and column[0] == quantity]
@@ -169,7 +175,7 @@ def read_measurements(path: str | PathLike[str], nominal_length: float, diameter
     """
     length = as_positive("nominal_length", nominal_length)
     wanted = {"contraction": CONTRACTIONS, "pressure": PRESSURES, "force": tuple(FORCES)}
-    (x, p, f), units = _columns(read_csv(path), wanted)
+    (x, p, f), units = _columns(path, wanted)
     written = (units[0], units[1], units[2])
     with naming_file(path):
         contraction, pressure, force, cautions = as_measurements(
@@ -216,7 +222,7 @@ def read_response(path: str | PathLike[str], mass: float, nominal_length: float)
     """
     length = as_positive("nominal_length", nominal_length)
     wanted = {"time": tuple(_SECONDS), "contraction": CONTRACTIONS, "pressure": PRESSURES}
-    (t, x, p), units = _columns(read_csv(path), wanted)
+    (t, x, p), units = _columns(path, wanted)
     with naming_file(path):
         contraction, pressure = contraction_from(x, units[1], length), pressure_from(p, units[2])
         return Recording(t * _SECONDS[units[0]], contraction, pressure, mass)

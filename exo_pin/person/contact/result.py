@@ -362,7 +362,9 @@ class JointContact(Result, ReadOnly):
         relief = float(self.relief_percent)
         if not np.isfinite(relief):
             return text + " with the device."
-        return f"{text}, {abs(relief):.0f} % {'less' if relief >= 0 else 'more'} than without the device."
+        if relief < 0:
+            return f"{text}, {-relief:.0f} % more than without the device."
+        return f"{text}, at most {relief:.0f} % less than without the device: people keep more tension."
 
     @property
     def peak_row(self) -> int | None:

@@ -144,6 +144,7 @@ def actuator(draw):
 
 def arm(draw):
     kind, sized = int(draw.rng.integers(4)), {"elbow_flexion": draw.number, "payload": draw.number}
+    sized |= {"arm_girth": lambda: 0.2 + 0.1 * draw.rng.random(), "clothing": lambda: 0.05 * draw.rng.random()}
     person = ep.Arm.of_wearer(draw.record(ep.Wearer, sized, 1.75, 75.0, "male"))
     if kind == 0:
         return person

@@ -38,6 +38,19 @@ def test_headers_say_the_units(tmp_path, header, contraction, pressure, force):
     assert found.cautions == ()
 
 
+@pytest.mark.parametrize(("separator", "mark"), [(";", ","), ("\t", "."), ("\t", ","), (",", ".")])
+@pytest.mark.parametrize("units", ["mm kPa N", ""])
+def test_a_table_in_another_dialect_is_the_same(tmp_path, separator, mark, units):
+    heads = separator.join(["Contraction", "Pressure", "Force"] if units else ["contraction_mm", "P [kPa]", "force_N"])
+    columns = 1e3 * STATES.contraction, 1e-3 * STATES.pressure, STATES.force
+    rows = [separator.join(f"{value:.9f}".replace(".", mark) for value in row) for row in zip(*columns, strict=True)]
+    lines = ["rig 3", heads, *([units.replace(" ", separator)] if units else []), *rows]
+    (tmp_path / "a.txt").write_text("\n".join(lines) + "\n")
+    found = read_measurements(tmp_path / "a.txt", 0.3, diameter=0.006)
+    for name in ("contraction", "pressure", "force"):
+        np.testing.assert_allclose(getattr(found, name), getattr(STATES, name), rtol=1e-6)
+
+
 def test_lengths_and_absolute_pressures(tmp_path):
     columns = STATES.force, 1e-3 * (STATES.pressure + 101325.0), 1e3 * (0.3 - STATES.contraction)
     found = read_measurements(write(tmp_path / "a.csv", "force_N,pressure_kPa_abs,length_mm", *columns), 0.3)

@@ -1,8 +1,9 @@
-"""Tables of recordings as laboratories have them: separators, decimal commas, rows before the header, units, encodings.
+"""Tables as laboratories have them: separators, decimal commas, rows before the header, units, encodings.
 
 The numbers come out as those of :mod:`exo_pin.core.files.csv_tables`, whose checks of rows and cells apply. Names of
 columns are compared in small letters, with blanks as ``_``, and a unit in brackets or in a row of its own is appended:
-``Flexion [deg]`` is ``flexion_deg``.
+``Flexion [deg]`` is ``flexion_deg``. Which units there are is the caller's: words in small letters, and the endings
+that they make.
 """
 
 from __future__ import annotations
@@ -10,23 +11,16 @@ from __future__ import annotations
 import io
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from os import PathLike
 
-import numpy as np
+from ..errors import FileFormatError
+from ..errors.base import echo
+from ..records import Record
+from .atomic import read_file
+from .csv_tables import NUMBER, CsvTable, cells_of
 
-from ...core.errors import FileFormatError
-from ...core.errors.base import echo
-from ...core.files.atomic import read_file
-from ...core.files.csv_tables import NO_NUMBER, NUMBER, CsvTable, cells_of
-from ...core.records import Record
-from ...core.validation import FloatArray
-
-#: Units of columns, as they are written and as names end in them; others are not looked at.
-_UNITS = {"s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "us": "us", "µs": "us", "μs": "us"}
-_UNITS |= {"ns": "ns", "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radians": "rad"}
 #: What else stands in a row of units.
 _OTHER_UNITS = {"", "-", "1", "none", "m", "mm", "cm", "m/s", "m/s²", "m/s^2", "rad/s", "deg/s", "°/s", "µt", "ut", "n"}
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]")
@@ -36,13 +30,11 @@ _SEPARATORS = ("\t", ";", ",")
 _MARKS = ("#", "//")
 #: Most lines before a header, and share of bytes beyond ASCII of a text in an old encoding of the West.
 _PREAMBLE, _FOREIGN = 200, 0.05
-#: Digits of a fraction of a second that Python reads.
-_FRACTION = re.compile(r"(?<=:[0-9]{2})[.,]([0-9]+)")
 
 
 @dataclass(frozen=True)
 class Layout(Record):
-    """A table of a recording and what stood around it.
+    """A table and what stood around it.
 
     Attributes
     ----------
@@ -81,13 +73,13 @@ def decoded(path: str | PathLike[str]) -> tuple[str, str]:
     raise FileFormatError(f"cannot be read: expected UTF-8, {problem}", path)
 
 
-def read_layout(path: str | PathLike[str]) -> Layout:
-    """The table of a text file."""
+def read_layout(path: str | PathLike[str], known: Mapping[str, str]) -> Layout:
+    """The table of a text file; ``known`` are the units."""
     text, encoding = decoded(path)
-    return parse_layout(text, path, encoding)
+    return parse_layout(text, path, known, encoding)
 
 
-def parse_layout(text: str, path: str | PathLike[str] | None, encoding: str = "") -> Layout:
+def parse_layout(text: str, path: str | PathLike[str] | None, known: Mapping[str, str], encoding: str = "") -> Layout:
     """The table of a text.
 
     Raises
@@ -128,7 +120,7 @@ def parse_layout(text: str, path: str | PathLike[str] | None, encoding: str = ""
     if twice := sorted({name for name in labels if labels.count(name) > 1}):
         raise FileFormatError(f"line {number}: the header names {', '.join(map(repr, twice))} twice", path)
     units = [""] * len(labels)
-    if body and _are_units(body[0][1], len(labels)):
+    if body and _are_units(body[0][1], len(labels), known):
         units, body = list(body[0][1]), body[1:]
     for row_number, row in body:
         if len(row) != len(labels):
@@ -141,33 +133,19 @@ def parse_layout(text: str, path: str | PathLike[str] | None, encoding: str = ""
     words += ["decimal commas"] if comma else []
     words += ["a row of units"] if any(units) else []
     words += [f"{start} lines before the header"] if start else []
-    names = _distinct([column_name(label, unit) for label, unit in zip(labels, units, strict=True)])
+    names = _distinct([column_name(label, unit, known) for label, unit in zip(labels, units, strict=True)])
     table = CsvTable(path, names, rows_of_text, tuple(number for number, _ in body), tuple(comments))
     return Layout(table, labels, header, ", ".join(words))
 
 
-def column_name(label: str, unit: str = "") -> str:
+def column_name(label: str, unit: str, known: Mapping[str, str]) -> str:
     """The name that a column is compared by."""
     name = label.strip()
-    if (match := _BRACKETS.fullmatch(name)) and (match[2].strip().lower() in _UNITS):
+    if (match := _BRACKETS.fullmatch(name)) and (match[2].strip().lower() in known):
         name, unit = match[1], match[2]
     name = re.sub(r"[\s-]+", "_", name.strip().lower())
-    ending = _UNITS.get(unit.strip().lower(), "")
+    ending = known.get(unit.strip().lower(), "")
     return f"{name}_{ending}" if ending and not name.endswith(f"_{ending}") else name
-
-
-def seconds_of_dates(cells: list[str]) -> list[float] | None:
-    """Times of day or dates of ISO 8601 as s from the first; None where they are not."""
-    found: list[datetime] = []
-    for cell in cells:
-        text = _FRACTION.sub(lambda digits: "." + digits[1][:6].ljust(6, "0"), cell.strip())
-        text = f"1970-01-01T{text}" if re.match(r"[0-9]{1,2}:", text) else text
-        try:
-            time = datetime.fromisoformat(text)
-        except ValueError:
-            return None
-        found.append(time if time.tzinfo else time.replace(tzinfo=UTC))
-    return [(time - found[0]).total_seconds() for time in found]
 
 
 def _entries(lines: Iterable[str]) -> dict[str, str]:
@@ -206,10 +184,10 @@ def _trimmed(row: tuple[str, ...], width: int) -> tuple[str, ...]:
     return row[:-1] if len(row) == width + 1 and row[-1] == "" else row
 
 
-def _are_units(row: tuple[str, ...], width: int) -> bool:
-    known = {*_UNITS, *_OTHER_UNITS}
+def _are_units(row: tuple[str, ...], width: int, known: Mapping[str, str]) -> bool:
     words = [cell.strip(" []()").lower() for cell in row]
-    return len(row) == width and all(word in known for word in words) and any(word in _UNITS for word in words)
+    units = all(word in known or word in _OTHER_UNITS for word in words)
+    return len(row) == width and units and any(word in known for word in words)
 
 
 def _with_points(
@@ -235,15 +213,3 @@ def _distinct(names: list[str]) -> tuple[str, ...]:
         seen[name] += 1
         found.append(name if seen[name] == 1 else f"{name}#{seen[name]}")
     return tuple(found)
-
-
-def finite_cells(table: CsvTable, name: str) -> list[str]:
-    """Cells of a column that hold something."""
-    place = table.columns.index(name)
-    return [row[place] for row in table.rows if row[place].lower() not in NO_NUMBER]
-
-
-def unwrapped(counts: FloatArray, size: float) -> FloatArray:
-    """A counter that begins again at ``size``, going on."""
-    jumps = np.diff(counts, prepend=counts[:1]) < -0.5 * size
-    return np.asarray(counts + size * np.cumsum(jumps))

@@ -27,7 +27,7 @@ _PREFIX = "exo_pin."
 VERSIONS: dict[str, int] = {}
 #: What a description says of the unit: after a comma, a blank or "in ", before a stop of the sentence or a word.
 _UNIT = re.compile(
-    r"(?:^|[ ,(])(N m s/rad|N m/rad|N s/m|kg m²|N m|N/m|N s|m/s²|m/s|rad/s²|rad/s|m/rad|1/m|mm/°|°/mm|mm|percent"
+    r"(?:^|[ ,(])(N m s/rad|N m/rad|N s/m|kg m²|N m|N/m|N s|m/s²|m/s|rad/s²|rad/s|m/rad|1/m|°/s|mm/°|°/mm|mm|percent"
     r"|degrees|dimensionless|share|°|%|rad|Pa|bar|kg|N|m|s|W|J|Hz)"
     r"(?=$|[.,:;)]| each| of | in | about | and | or | for | that | where )"
 )

@@ -36,6 +36,7 @@ ASKED = {
     "tasks four-cables --step 40": "study_table",
     "compare four-cables four-linear-actuators --step 60": "study_table",
     "sweep four-cables --vary scale=0.9,1 --step 60": "study_table",
+    "parts four-linear-actuators-worn --step 45": "parts",
     "uncertainty four-cables --flexion 60": "force_uncertainty",
     "check four-cables": "report",
     "forces four-cables": "robot_forces",
@@ -122,7 +123,7 @@ FITTING = {
     r"percent": ("%",),
     r"pressure$": ("Pa",),
     r"theta_[xy]$|_rad$": ("rad",),
-    r"^times$|_s$": ("s",),
+    r"^times$|^time_s$": ("s",),
     r"angular_velocity": ("rad/s",),
 }
 

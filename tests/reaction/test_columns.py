@@ -25,7 +25,8 @@ def test_poses_are_rows_with_units_in_the_names(exo):
     answer = exo.reaction(ep.shoulder_rotation([20.0, 50.0, 80.0], 30, 0, degrees=True), limits=(0.0, 300.0))
     frame = answer.to_dataframe()
     assert list(frame) == [
-        "flexion_deg", "abduction_deg", "internal_rotation_deg", "verdict", "reason", "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N",
+        "flexion_deg", "abduction_deg", "internal_rotation_deg", "verdict", "reason",
+        "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N",
         "f_1_N", "f_2_N", "f_3_N", "g_1_N", "g_2_N", "g_3_N",
         "margin", "cuff_pull_N", "det_X", "status",
     ]  # fmt: skip

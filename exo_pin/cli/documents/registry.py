@@ -29,6 +29,7 @@ DOCUMENTS = {
     "workspace_summary": "cli.search_commands:WorkspaceSummary",
     "optimised": "workspace.optimisation.optimised:Optimised",
     "study_table": "study.study_table:StudyDocument",
+    "parts": "cli.designs.parts_command:Parts",
     "report": "consistency.report:Report",
     "robot_forces": "cli.robot_commands:RobotForces",
     "track_summary": "cli.motion_commands:TrackSummary",

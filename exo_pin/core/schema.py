@@ -38,7 +38,7 @@ _WORDS = {"percent": "%", "degrees": "°", "dimensionless": "1", "share": "1"}
 _FLAT = {"Numbers": ["number", "null"], "Flags": ["boolean"], "Texts": ["string"]}
 
 
-class Member(NamedTuple):
+class _Member(NamedTuple):
     """A member of a document: its type, what it is, its unit ("" of what has none), and whether it is always there."""
 
     hint: Any
@@ -93,7 +93,7 @@ def checked_identifier(document: Any, names: Sequence[str]) -> str:
 
 
 @cache
-def members(kind: type) -> dict[str, Member]:
+def members(kind: type) -> dict[str, _Member]:
     """Members of the documents of a record, in the order in which they are described."""
     if (described := getattr(kind, "_document", None)) is not None:
         return members(described)
@@ -118,12 +118,12 @@ def members(kind: type) -> dict[str, Member]:
     found, of_result = {}, hasattr(kind, "as_dict")
     for name, (hint, required) in own.items():
         text = texts.get(name, "")
-        found[name] = Member(hint, text, unit_in(text) if _has_unit(hint) else "", required and not of_result)
+        found[name] = _Member(hint, text, unit_in(text) if _has_unit(hint) else "", required and not of_result)
     for extra in getattr(kind, "_described", ()):
         found |= {name: each._replace(required=False) for name, each in members(extra).items()}
     if of_result:
-        found["verdict"] = Member(str, "The answer in a sentence.", "", False)
-        found["cautions"] = Member(list[str], "What to mind, a sentence each.", "", False)
+        found["verdict"] = _Member(str, "The answer in a sentence.", "", False)
+        found["cautions"] = _Member(list[str], "What to mind, a sentence each.", "", False)
     return found
 
 
@@ -173,7 +173,7 @@ def schema_of(kind: type, name: str | None = None) -> dict[str, Any]:
     """JSON schema (2020-12) of the documents of a record."""
     import msgspec  # here, because few commands need it
 
-    title = f"{kind.__name__}Document"
+    title = f"{kind.__name__.strip('_').removesuffix('Document')}Document"
     structs = [_struct(kind, title, is_root=True), *(_struct(each, each.__name__) for each in reachable(kind))]
     _, definitions = msgspec.json.schema_components(structs, schema_hook=_hook, ref_template="#/$defs/{name}")
     for array, flat in _FLAT.items():

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from ..core.validation import FloatArray
 
+__all__: list[str] = []
+
 
 @dataclass(frozen=True)
 class PoseNumbers:

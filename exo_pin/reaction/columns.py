@@ -45,7 +45,7 @@ _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_
 
 
 @dataclass(frozen=True)
-class SingleAnswer:
+class _SingleAnswer:
     """What an answer as plain data has besides: of a single pose the range of |F_s|, and what equilibrium determines.
 
     Attributes

@@ -159,7 +159,7 @@ class Reaction(Result, ReadOnly):
 
     _hidden = frozenset({"source", "case", "assumptions"})
     _derived = shown.DERIVED
-    _described = (Optimum, Infeasibility, shown.SingleAnswer)
+    _described = (Optimum, Infeasibility, shown._SingleAnswer)
 
     @cached_property
     def optimum(self) -> Optimum:

@@ -57,7 +57,7 @@ def _common_names(rows: Any) -> list[str]:
 
 
 @dataclass(frozen=True)
-class StudyDocument:
+class _StudyDocument:
     """Plain data of :class:`StudyTable`.
 
     Attributes

@@ -58,7 +58,7 @@ class Effect(Record):
 
 
 @dataclass(frozen=True)
-class UncertaintyDocument:
+class _UncertaintyDocument:
     """Plain data of :class:`ForceUncertainty`.
 
     Attributes
@@ -160,7 +160,7 @@ class ForceUncertainty(Result, ReadOnly):
             "holds": np.array([effect.holds for effect in rows]),
         }
 
-    _document = UncertaintyDocument
+    _document = _UncertaintyDocument
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers of the pose and of every quantity."""

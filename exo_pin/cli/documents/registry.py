@@ -28,7 +28,7 @@ DOCUMENTS = {
     "device_singularity": "device.device_singularity:DeviceSingularity",
     "workspace_summary": "cli.search_commands:WorkspaceSummary",
     "optimised": "workspace.optimisation.optimised:Optimised",
-    "study_table": "study.study_table:StudyDocument",
+    "study_table": "study.study_table:_StudyDocument",
     "parts": "cli.designs.parts_command:Parts",
     "report": "consistency.report:Report",
     "robot_forces": "cli.robot_commands:RobotForces",

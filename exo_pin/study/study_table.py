@@ -303,7 +303,19 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         return json.dumps(self.document(), indent=indent)
 
     def document(self) -> dict[str, Any]:
-        """What :meth:`to_json` writes."""
+        """What :meth:`to_json` writes, as a dict.
+
+        Returns
+        -------
+        dict
+            With :attr:`notes` and the columns as lists; None where a figure has no meaning.
+
+        Examples
+        --------
+        >>> table = ep.study.StudyTable([{"r_A": 0.12, "reach": np.nan}, {"r_A": 0.14, "reach": 1.0}])
+        >>> table.document()["schema"], table.document()["columns"]["reach"]
+        ('exo_pin.study_table/1', [None, 1.0])
+        """
         columns = {
             name: [
                 None if _cell(value, repr) == "" and not isinstance(value, str) else value for value in column.tolist()

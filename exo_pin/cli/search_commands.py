@@ -9,15 +9,18 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from ..core.schema import document
+from ..core.tables import filled, newtons
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
+from ..study.detailed_figures import JOINT_POSES, joint_figures
 from ..workspace import Workspace, limb_sheet, starting_design
 from ..workspace import limb_loss as loss_of_limbs
 from ..workspace import limb_table as table_of_limbs
@@ -66,6 +69,11 @@ class WorkspaceSummary:
         How far the device's centre is off the shoulder's, mm.
     moving_centre : bool
         Whether the shoulder's centre moves with the arm.
+    contact_N, peak_contact_N, contact_without_N : float
+        Force in the joint with the wearer's own muscles over poses inside, N: median, largest, and median without the
+        device.
+    relief : float
+        Median share of it that the device takes.
     """
 
     design: str
@@ -84,6 +92,10 @@ class WorkspaceSummary:
     not_checked: dict[str, str]
     centre_offset_mm: list[float] | None = None
     moving_centre: bool | None = None
+    contact_N: float | None = None
+    peak_contact_N: float | None = None
+    contact_without_N: float | None = None
+    relief: float | None = None
 
 
 def workspace(
@@ -101,6 +113,7 @@ def workspace(
     limb_table: bool = False,
     limb_loss: bool = False,
     draw: Literal["slices", "ball", "rate"] = "slices",
+    muscles: options.Muscled = None,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
@@ -119,6 +132,9 @@ def workspace(
         Also print how many of the poses inside are still held when one limb fails.
     draw : str
         What --plot shows: slices, the ball of rotations, or slices with the weakest rate of the drives.
+    muscles : bool, optional
+        Also print the force in the joint with the wearer's own muscles, over at most 100 of the poses inside, at rest
+        (default: with --person, if the extra 'person' is installed, and the device's centre is the shoulder's).
 
     Examples
     --------
@@ -129,7 +145,11 @@ def workspace(
     exo = worn.load(design, side)
     centre = options.centre_of(offset, moving_centre, exo)
     found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=options.posture_of(posture))
-    parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
+    inside = found.poses[found.inside]
+    joint: dict[str, float] = {}
+    if len(inside) and options.counts_muscles(muscles, worn, centre is not None or bool(posture)):
+        joint = joint_figures(exo, inside, {})
+    parts = [_joint_words(joint, len(inside)), str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
         options.refuse("--limb-table prints a table", json=json)
         parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
@@ -147,9 +167,9 @@ def workspace(
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
     deliver(
-        "\n\n".join(parts),
+        "\n\n".join(part for part in parts if part),
         found,
-        data=lambda: workspace_document(found, asked),
+        data=lambda: workspace_document(found, asked | joint),
         exo=exo,
         figure=figure,
         json=json,
@@ -164,6 +184,17 @@ def workspace_document(found: Workspace, asked: Mapping[str, Any] | None = None)
     margins = body.pop("units")
     whole = document(WorkspaceSummary, body)
     return whole | {"units": {**whole["units"], "median_margins": margins}}
+
+
+def _joint_words(joint: dict[str, float], count: int) -> str:
+    """The force in the joint over poses inside, which leads where a person is named."""
+    if not np.isfinite(joint.get("contact_N", np.nan)):
+        return ""
+    return filled(
+        f"In the joint of the wearer, with their own muscles: {newtons(joint['contact_N'])} N with the device (largest "
+        f"{newtons(joint['peak_contact_N'])} N), {newtons(joint['contact_without_N'])} N without: medians over "
+        f"{min(count, JOINT_POSES)} of the poses inside, at rest."
+    )
 
 
 @options.group

@@ -31,6 +31,12 @@ _UNIT = re.compile(
     r"|degrees|dimensionless|share|°|%|rad|Pa|bar|kg|N|m|s|W|J|Hz)"
     r"(?=$|[.,:;)]| each| of | in | about | and | or | for | that | where )"
 )
+#: Units that names end in.
+_SUFFIXES = {
+    "deg_s": "°/s", "deg": "°", "mm": "mm", "m": "m", "kg": "kg", "N": "N", "kPa": "kPa", "percent": "%", "W": "W",
+    "rad": "rad", "s": "s",
+}  # fmt: skip
+_SUFFIX = re.compile(rf"_({'|'.join(_SUFFIXES)})$")
 #: Where the unit stands, if it is that of each number.
 _ELSEWHERE = re.compile(r"own unit|ends in|in ``unit``|by name")
 _SHAPE = re.compile(r"[Ss]hape \([^)]*\)")
@@ -118,7 +124,9 @@ def members(kind: type) -> dict[str, _Member]:
     found, of_result = {}, hasattr(kind, "as_dict")
     for name, (hint, required) in own.items():
         text = texts.get(name, "")
-        found[name] = _Member(hint, text, unit_in(text) if _has_unit(hint) else "", required and not of_result)
+        ends = _SUFFIX.search(name)
+        unit = "" if not _has_unit(hint) else _SUFFIXES[ends[1]] if ends else unit_in(text)
+        found[name] = _Member(hint, text, unit, required and not of_result)
     for extra in getattr(kind, "_described", ()):
         found |= {name: each._replace(required=False) for name, each in members(extra).items()}
     if of_result:

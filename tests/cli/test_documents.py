@@ -36,6 +36,8 @@ ASKED = {
     "tasks four-cables --step 40": "study_table",
     "compare four-cables four-linear-actuators --step 60": "study_table",
     "sweep four-cables --vary scale=0.9,1 --step 60": "study_table",
+    f"workspace four-cables-worn --step 45 {' '.join(MAN)}": "workspace_summary",
+    f"report four-linear-actuators-worn {' '.join(MAN)}": "design_report",
     "parts four-linear-actuators-worn --step 45": "parts",
     "uncertainty four-cables --flexion 60": "force_uncertainty",
     "check four-cables": "report",
@@ -60,6 +62,8 @@ def problems(document):
 def test_documents_are_as_their_schemas_say(line, capsys):
     if "person" in line:
         pytest.importorskip("myo_sim", reason="needs the extra person")
+    if line.startswith("report"):
+        pytest.importorskip("fpdf", reason="needs the extra report")
     if "optimise" in line:
         pytest.importorskip("optuna", reason="needs the extra optimise")
     status, out, _ = run(capsys, *line.split(), "--json")

@@ -29,6 +29,7 @@ DOCUMENTS = {
     "workspace_summary": "cli.search_commands:WorkspaceSummary",
     "optimised": "workspace.optimisation.optimised:Optimised",
     "study_table": "study.study_table:_StudyDocument",
+    "design_report": "report.record:DesignReport",
     "parts": "cli.designs.parts_command:Parts",
     "report": "consistency.report:Report",
     "robot_forces": "cli.robot_commands:RobotForces",

@@ -122,6 +122,13 @@ def test_the_page_on_the_two_forces_shows_what_is_printed(monkeypatch, capsys, t
     assert_same(shown["relief"], capsys.readouterr().out.rstrip())
 
 
+@pytest.mark.full
+def test_the_page_on_reports_shows_what_is_printed(monkeypatch, capsys, tmp_path):
+    run_code_of("report", monkeypatch, tmp_path)
+    assert_same(re.search(OUTPUT, site_page("report"), re.DOTALL)[1], capsys.readouterr().out.rstrip())
+    assert (tmp_path / "report.html").is_file()
+
+
 def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
     names = run_code_of("trajectories", monkeypatch, tmp_path)
     assert "[45.  0.  0.] [0.31415927 0.         0.        ]" in capsys.readouterr().out

@@ -82,6 +82,7 @@ GROUPS = {
         "tasks": Command("recordings.tasks_command", "share of daily tasks that a design reaches"),
         "parts": Command("designs.parts_command", "drives, frame and cuff for a workshop: strokes, forces, masses"),
         "compare": Command("design_commands", "designs of any kind over the same poses, ranked by what they hold"),
+        "report": Command("pages.report_command", "two pages on a design and a person: forces, drives, fit, hazards"),
         "uncertainty": Command("reaction_command", "how tolerances, fit, pose and masses change the shoulder force"),
     },
     "Design": {

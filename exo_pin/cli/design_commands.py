@@ -236,6 +236,7 @@ def sweep(
     step: Step = 10.0,
     split: options.Split | None = None,
     payload_at: Annotated[str | None, options.called("X,Y,Z")] = None,
+    muscles: options.Muscled = None,
     jobs: Literal[1, 2] = 1,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -254,6 +255,9 @@ def sweep(
         limb_kind=UPU,SPS; repeat it for every combination.
     payload_at : str, optional
         Needed with payload_kg: where it is held, m, in the arm frame, such as 0,0,-0.6.
+    muscles : bool, optional
+        First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
+        (default: with --person, if the extra 'person' is installed, and of no movement and no payload_kg).
     jobs : int
         Number of processes.
 
@@ -271,7 +275,8 @@ def sweep(
       limb_kind, payload_kg, lean_forward_deg, lean_left_deg
       of joints on circles: r_A_mm, r_B_mm, h_A_mm, h_B_mm, alpha[i]_deg, alpha_A[i]_deg, alpha_B[i]_deg
     columns of the table:
-      peak, p95, median  shoulder force |F_s| over the poses that can be held, N
+      contact_N ...      with --person: force in the joint, median, largest, and without the device, N, and relief
+      peak, p95, median  shoulder force |F_s| without muscles over the poses that can be held, N
       can_hold           share of the poses that are known to be held
       holdable           share of the poses that are held as far as limits are known
       pull_only          share that limbs which only pull can hold
@@ -284,7 +289,10 @@ def sweep(
     place = None if payload_at is None else options.numbers(payload_at, "numbers for --payload-at")
     query = _poses(exo, pose, way, recording, step, limits, split)
     with processes(jobs) as executor:
-        table = swept(exo, assigned(vary), executor=executor, progress=progress, payload_at=place, **query)
+        counted = options.counts_muscles(muscles, worn, bool(recording) or place is not None)
+        table = swept(
+            exo, assigned(vary), executor=executor, progress=progress, payload_at=place, joint=counted, **query
+        )
     above = _as_it_stands(exo, table)
     deliver(f"{above}\n{table}" if above else table, table, columns=lambda: table, json=json, out=out, plot=plot)
 
@@ -314,7 +322,7 @@ def compare(
     limits: options.LimitsText = "design",
     step: Step = 10.0,
     split: options.Split | None = None,
-    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    muscles: options.Muscled = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
@@ -357,8 +365,6 @@ def compare(
     exo, *rest = [each for group in (first, *more) for each in group]
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
-    counted = muscles
-    if muscles is None:
-        counted = person is not None and not recording and not detailed and options.has_muscles()
-    table = compared(exo, *rest, **query, person=person, joint=bool(counted), detailed=detailed, progress=progress)
+    counted = options.counts_muscles(muscles, worn, bool(recording) or detailed)
+    table = compared(exo, *rest, **query, person=person, joint=counted, detailed=detailed, progress=progress)
     deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)

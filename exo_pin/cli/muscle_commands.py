@@ -11,6 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
+from ..core.results import taken_as_known
 from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
@@ -126,6 +127,7 @@ def muscle_identify(
         source = f"identified from {', '.join(Path(path).name for path, _ in response)}"
         limit = 60.0 * as_positive("--minutes", minutes)
         found: Any = identify_dynamic(recordings, law, name=name, source=source, time_limit=limit, progress=progress)
+        print(taken_as_known(found.known))
         print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
         table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
     else:
@@ -146,9 +148,9 @@ def muscle_identify(
         )
         used = len(found.residuals)
         total = used if found.region is None else len(found.region.selected)
+        print(taken_as_known(found.known))
         print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
         table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
-        print(f"Taken as known: {'; '.join(map(str, found.known))}.")
     intervals = found.intervals(level)
     for text in found.cautions:
         print(f"Caution: {text}")

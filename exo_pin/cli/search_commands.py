@@ -9,15 +9,18 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from ..core.results import plain
+from ..core.tables import filled, newtons
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
+from ..study.detailed_figures import JOINT_POSES, joint_figures
 from ..workspace import limb_loss as loss_of_limbs
 from ..workspace import limb_sheet, starting_design
 from ..workspace import limb_table as table_of_limbs
@@ -49,6 +52,7 @@ def workspace(
     limb_table: bool = False,
     limb_loss: bool = False,
     draw: Literal["slices", "ball", "rate"] = "slices",
+    muscles: options.Muscled = None,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
     plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
@@ -67,6 +71,9 @@ def workspace(
         Also print how many of the poses inside are still held when one limb fails.
     draw : str
         What --plot shows: slices, the ball of rotations, or slices with the weakest rate of the drives.
+    muscles : bool, optional
+        Also print the force in the joint with the wearer's own muscles, over at most 100 of the poses inside, at rest
+        (default: with --person, if the extra 'person' is installed, and the device's centre is the shoulder's).
 
     Examples
     --------
@@ -77,7 +84,11 @@ def workspace(
     exo = worn.load(design, side)
     centre = options.centre_of(offset, moving_centre, exo)
     found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=options.posture_of(posture))
-    parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
+    inside = found.poses[found.inside]
+    joint: dict[str, float] = {}
+    if len(inside) and options.counts_muscles(muscles, worn, centre is not None or bool(posture)):
+        joint = joint_figures(exo, inside, {})
+    parts = [_joint_words(joint, len(inside)), str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
         options.refuse("--limb-table prints a table", json=json)
         parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
@@ -95,13 +106,24 @@ def workspace(
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
     deliver(
-        "\n\n".join(parts),
+        "\n\n".join(part for part in parts if part),
         found,
-        as_json=lambda: texts.dumps(plain(found.summary() | asked), indent=2),
+        as_json=lambda: texts.dumps(plain(found.summary() | asked | joint), indent=2),
         figure=figure,
         json=json,
         out=out,
         plot=plot,
+    )
+
+
+def _joint_words(joint: dict[str, float], count: int) -> str:
+    """The force in the joint over poses inside, which leads where a person is named."""
+    if not np.isfinite(joint.get("contact_N", np.nan)):
+        return ""
+    return filled(
+        f"In the joint of the wearer, with their own muscles: {newtons(joint['contact_N'])} N with the device (largest "
+        f"{newtons(joint['peak_contact_N'])} N), {newtons(joint['contact_without_N'])} N without: medians over "
+        f"{min(count, JOINT_POSES)} of the poses inside, at rest."
     )
 
 

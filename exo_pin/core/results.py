@@ -14,7 +14,7 @@ import dataclasses
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pkgutil import resolve_name
 from typing import Any, ClassVar
@@ -35,6 +35,8 @@ _EFFECTS = {
     "F_s_percent": "% of |F_s|",
     "pose_deg": "deg of the pose",
     "force_percent": "% of the force",
+    "friction_percent": "% of the friction",
+    "damping_percent": "% of the damping",
 }
 
 
@@ -75,6 +77,11 @@ class Known:
         does = ", ".join(f"{size:.2g} {_EFFECTS.get(name, name)}" for name, size in self.effects.items())
         known = " (its tolerance)" if self.is_stated else ""
         return f"{self.size:.3g} {self.unit} of the {self.name}{known}: {does}"
+
+
+def taken_as_known(known: Sequence[Known], more: str = "") -> str:
+    """One sentence on what an answer took as known; empty where it is nothing."""
+    return f"Taken as known{more}: {'; '.join(map(str, known))}." if known else ""
 
 
 class Result(Record):

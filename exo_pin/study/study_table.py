@@ -202,11 +202,11 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> figure.axes[0].lines[0].get_xydata()[-1]  # r_A, peak |F_s|
         array([103.,  57.])
         """
-        if figure is None and "relief" in self:
+        if figure is None and "held_after_failure" in self:
             return drawn("study_plots:comparison_figure", self)
         if figure is None and "rank" in self:
             return drawn("study_plots:ranking_figure", self)
-        return drawn("study_plots:study_figure", self, figure or "peak_F_s_N")
+        return drawn("study_plots:study_figure", self, figure or ("contact_N" if "contact_N" in self else "peak_F_s_N"))
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN.

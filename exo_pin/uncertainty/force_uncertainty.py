@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import ExoPinError, MissingData, SolverFailed
 from ..core.records import Record
-from ..core.results import Known, Result, drawn
+from ..core.results import Known, Result, drawn, taken_as_known
 from ..core.validation import FloatArray, ReadOnly, as_mapping
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
@@ -102,6 +102,11 @@ class ForceUncertainty(Result, ReadOnly):
         return super().provenance | own
 
     @property
+    def verdict(self) -> str:
+        """What was taken as known, then the answer's verdict."""
+        return " ".join(part for part in (taken_as_known(self.known), self.answer.verdict) if part)
+
+    @property
     def cautions(self) -> tuple[str, ...]:
         """Quantities with which the device does not hold the pose, what counts as certain, and doubts of the answer."""
         lost = [effect.name for effect in self.effects if not effect.holds]
@@ -126,7 +131,7 @@ class ForceUncertainty(Result, ReadOnly):
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers of the pose and of every quantity."""
-        found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.answer.verdict}
+        found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.verdict}
         found |= {"effects": [vars(effect) for effect in self.effects]}
         found |= {"worst_offset": None if self.worst_offset is None else vars(self.worst_offset)}
         return found | {"known": [vars(each) for each in self.known], "cautions": list(self.cautions)}
@@ -147,14 +152,12 @@ class ForceUncertainty(Result, ReadOnly):
 
     def __str__(self) -> str:
         where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""
-        lines = [self.answer.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
+        lines = [self.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
         lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
         if self.worst_offset is not None:
             device = as_device(self.answer.source.poses.mechanism)
             rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
             lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
-        if self.known:
-            lines.append(f"Taken as known: {'; '.join(map(str, self.known))}.")
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
 

@@ -29,6 +29,7 @@ ANSWERS = {
     "parts": r"Mass of these parts: \d",
     "tasks": r"published range +\d+",
     "compare": r"ranks first|Equal first",
+    "report": r"It holds (none|\d)",
     "uncertainty": r"shoulder force|offset",
     "presets": r"four-(cables|linear-actuators)",
     "sweep": r"ranks first|Equal first|No design holds",

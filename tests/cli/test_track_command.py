@@ -93,7 +93,9 @@ def test_a_movement_of_ones_own(capsys, tmp_path):
     status, out, err = run(capsys, "track", "prototype", "--trajectory", str(path), "--supply", "3")
     assert status == 0
     assert "simulating" not in err  # a bar is for terminals
-    assert out.startswith("lift, prototype: flexion ends at")
+    first = out.splitlines()[0]
+    assert first.startswith("Taken as known: 1 deg of the mounting")
+    assert ". lift, prototype: flexion ends at" in first
     assert "of 23°" in out
 
 

@@ -113,6 +113,7 @@ MovingCentre = Annotated[
         "extra 'person')."
     ),
 ]
+Muscled = Annotated[bool | None, Parameter(negative="--no-muscles"), needs("person")]
 #: A group of options that is one parameter of a command.
 group = Parameter(name="*")
 
@@ -327,6 +328,13 @@ def has_muscles() -> bool:
         caution(f"the wearer's own muscles are not counted: {error}")
         return False
     return True
+
+
+def counts_muscles(asked: bool | None, worn: Worn, never: bool = False) -> bool:
+    """Whether the force in the joint leads: as asked, else with ``--person`` but for questions that never have it."""
+    if asked is not None:
+        return asked
+    return worn.person is not None and not never and has_muscles()
 
 
 def own_wearer(exo: ShoulderExo) -> Wearer | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.errors.checked import checked
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
-from ...core.results import Known, Result, drawn
+from ...core.results import Known, Result, drawn, taken_as_known
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.tension_program import missing_moments
@@ -202,15 +203,15 @@ class Tracking(Result, ReadOnly):
 
     @property
     def verdict(self) -> str:
-        """One plain sentence, and another on limbs that pass through the wearer."""
-        return verdict_of(self)
+        """What was taken as known, how the arm followed, and which limbs pass through the wearer."""
+        return " ".join(part for part in (taken_as_known(self.known), verdict_of(self)) if part)
 
     @property
     def findings(self) -> tuple[str, ...]:
         """Why the arm did not follow, one sentence a reason."""
         return findings(self)
 
-    @property
+    @cached_property
     def known(self) -> tuple[Known, ...]:
         """What the controller took as known, the mounting of the pose's sensor; effects at rest in the last pose."""
         return known_of(self)
@@ -228,8 +229,7 @@ class Tracking(Result, ReadOnly):
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
-        known = [f"Taken as known: {each}." for each in self.known]
-        return "\n".join([self.verdict, *cautions, *known, *(f"- {text}" for text in self.findings), "", *lines])
+        return "\n".join([self.verdict, *cautions, *(f"- {text}" for text in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
         """Everything over time, by name with its unit.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...control.experiments.tracking_report import verdict_of
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_mapping, require_type
@@ -214,7 +215,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         if curves := len(ax.get_legend_handles_labels()[0]):
             legend_below(ax, min(curves, 4))
     axes[0, 0].set_xlim(t[0], t[-1])
-    figure_title(figure, tracking.verdict)
+    figure_title(figure, verdict_of(tracking))
     notes = "thin: reference; thick: reached"
     for fault in faults:
         notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"

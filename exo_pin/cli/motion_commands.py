@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -112,6 +112,7 @@ def track(
     delay: options.Seconds | None = None,
     seed: Annotated[int, options.called("N")] = 0,
     fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
+    lost_beyond: options.Millimetres | None = None,
     worn: options.Worn = options.Worn(),
     read_as: ReadAs = ReadAs(),
     no_progress: bool = False,
@@ -151,6 +152,9 @@ def track(
         Seed of the noise.
     fault : tuple of str
         Kind (torn, burst, stuck-open, stuck-shut or no-current), number of the limb from 1, time in s; may be repeated.
+    lost_beyond : float, optional
+        The controller model counts a limb as torn whose motor is this far from it, mm, and shares its
+        load (default: never).
     no_progress : bool
         Show no bar (none is shown in a pipe or file).
 
@@ -160,9 +164,11 @@ def track(
     exo-pin track four-cables --trajectory examples/lift.csv --out run.csv --plot run.png
     exo-pin track --experiment held-abduction --controller model --plot run.html
     exo-pin track prototype --trajectory examples/lift.csv --fault burst,3,1
+    exo-pin track four-linear-actuators-worn --fault torn,1,1 --lost-beyond 10
     """
     from ..control import Fault, experiments
     from ..control import experiment as named
+    from ..control.controllers.model_controller import gains_for
     from ..control.experiments.tracking_report import labelled
 
     if list:
@@ -191,6 +197,11 @@ def track(
     if fault:
         changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
     chosen = chosen.replace(**changes)
+    if lost_beyond is not None:
+        if chosen.controller != "model":
+            raise InvalidInput("--lost-beyond is for the controller that knows the plant: --controller model")
+        gains = chosen.feedback or gains_for(chosen.mechanism)
+        chosen = chosen.replace(feedback=replace(gains, lost_beyond=1e-3 * lost_beyond))
     progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
     for text in chosen.foreseen:
         options.caution(text)

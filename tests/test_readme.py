@@ -255,7 +255,7 @@ def test_every_page_with_code_is_run():
         "own_design",
         "which_number",
     }
-    own |= {"any_device", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
+    own |= {"any_device", "report", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 

@@ -86,8 +86,9 @@ def check(
     exo-pin check examples/device.toml
     exo-pin check urdf/dummy-shoulder.urdf
     """
-    report = load(design, side=side, leave_out=leave_out).check()
-    deliver(report, report, json=json, out=out)
+    exo = load(design, side=side, leave_out=leave_out)
+    report = exo.check()
+    deliver(report, report, exo=exo, json=json, out=out)
     return 0 if report.passed else 1
 
 
@@ -240,7 +241,7 @@ def sweep(
     jobs: Literal[1, 2] = 1,
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("peak of the shoulder force of every design")] = None,
 ) -> None:
     """Vary one or more parameters of a design and rank the results by the poses that they hold.
@@ -294,7 +295,7 @@ def sweep(
             exo, assigned(vary), executor=executor, progress=progress, payload_at=place, joint=counted, **query
         )
     above = _as_it_stands(exo, table)
-    deliver(f"{above}\n{table}" if above else table, table, columns=lambda: table, json=json, out=out, plot=plot)
+    deliver(f"{above}\n{table}" if above else table, table, exo=exo, json=json, out=out, plot=plot)
 
 
 def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
@@ -326,7 +327,7 @@ def compare(
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[
         Path | None,
         draws("what ranks the designs, the best on top; with --detailed: all that tells the designs apart"),
@@ -367,4 +368,4 @@ def compare(
     person = None if worn.person is None else worn.size
     counted = options.counts_muscles(muscles, worn, bool(recording) or detailed)
     table = compared(exo, *rest, **query, person=person, joint=counted, detailed=detailed, progress=progress)
-    deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)
+    deliver(table, table, exo=exo, json=json, out=out, plot=plot)

@@ -216,7 +216,7 @@ def muscle_force(
     contraction_mm: Annotated[list[options.Millimetres], Several],
     pressure_bar: Annotated[list[options.Bar], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the whole force map")] = None,
 ) -> None:
     """Compute the force of a muscle at a contraction and a pressure, or at a list of each.
@@ -250,7 +250,7 @@ def muscle_pressure(
     force_N: Annotated[list[options.Newtons], Several, Parameter(name="--force-N")],
     contraction_mm: Annotated[list[options.Millimetres], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".npz", picture=False)] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz", picture=False)] = None,
 ) -> None:
     """Compute the pressure that makes a muscle pull a force at a contraction.
 
@@ -285,7 +285,7 @@ def muscle_step(
     duration_s: options.Seconds = 4.0,
     model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,
 ) -> None:
     """Compute the response of a hung mass to a step of pressure.
@@ -366,7 +366,7 @@ def muscle_loop(
     integral_s: options.Seconds | None = None,
     duration_s: options.Seconds = 5.0,
     model: Annotated[str, _model("Force law", muscle_models())] = "best",
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("contraction, pressure and duty over time")] = None,
 ) -> None:
     """Compute a step of one muscle under its PI controller, with a hung mass (Figure 5-10 of the thesis).

@@ -15,7 +15,7 @@ _MODULES = {
     "person": ("myo_sim", "mujoco", "clarabel"),
     "optimise": ("optuna", "cmaes"),
     "robots": ("mujoco", "yaml"),
-    "study": ("pandas",),
+    "study": ("pandas", "openpyxl"),
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
     "optimal_control": ("crocoddyl",),

@@ -431,7 +431,7 @@ def report(
     --------
     >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
     >>> round(report.postures[1].joint_without_N), len(report.hazards)  # N, arm forward at 60°
-    (334, 13)
+    (278, 13)
     """
     from ..report import design_report  # here, because few queries need it
 

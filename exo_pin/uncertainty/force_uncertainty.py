@@ -19,6 +19,7 @@ from ..core.errors import ExoPinError, MissingData, SolverFailed
 from ..core.records import Record
 from ..core.results import Known, Result, drawn, taken_as_known
 from ..core.validation import FloatArray, ReadOnly, as_mapping
+from ..device.protocol import described
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
 from ..reaction import Assumptions, Reaction, solve
@@ -38,7 +39,7 @@ class Effect(Record):
     name : str
         Of the quantity, with the unit of ``size``.
     size : float
-        Its uncertainty, to both sides.
+        Its uncertainty, to both sides, in its own unit.
     least, greatest : float
         Least and greatest |F_s| of the changes that were tried, N; infinite where there is no answer within.
     holds : bool
@@ -54,6 +55,37 @@ class Effect(Record):
     def change(self, magnitude: float) -> float:
         """The larger change from the |F_s| of the question, N."""
         return max(self.greatest - magnitude, magnitude - self.least)
+
+
+@dataclass(frozen=True)
+class _UncertaintyDocument:
+    """Plain data of :class:`ForceUncertainty`.
+
+    Attributes
+    ----------
+    magnitude : float
+        |F_s| of the question, N.
+    at : list of int
+        Row of the stack, that of the peak; empty for a single pose.
+    verdict : str
+        Of the question.
+    effects : list of Effect
+        One a quantity.
+    worst_offset : WorstOffset or None
+        The worst offset of the device's centre.
+    known : list of Known
+        What counts as certain, and what an error of it does.
+    cautions : list of str
+        What to mind.
+    """
+
+    magnitude: float
+    at: list[int]
+    verdict: str
+    effects: list[Effect]
+    worst_offset: WorstOffset | None
+    known: list[Known]
+    cautions: list[str]
 
 
 #: What an answer about a device with redundant rows leaves out.
@@ -96,8 +128,7 @@ class ForceUncertainty(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions."""
-        device = as_device(self.answer.source.poses.mechanism)
-        design = {"name": device.name, "sha256": device.hash}
+        design = described(as_device(self.answer.source.poses.mechanism))
         own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
         return super().provenance | own
 
@@ -128,6 +159,8 @@ class ForceUncertainty(Result, ReadOnly):
             "change_F_s_N": np.array([effect.change(self.magnitude) for effect in rows]),
             "holds": np.array([effect.holds for effect in rows]),
         }
+
+    _document = _UncertaintyDocument
 
     def as_dict(self) -> dict[str, Any]:
         """Numbers of the pose and of every quantity."""

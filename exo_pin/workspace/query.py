@@ -132,6 +132,7 @@ def workspace(
         limits.wearers_of(device),
         values.stroke_unit,
         values.posture,
+        device.drive_units,
     )
 
 

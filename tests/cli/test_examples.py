@@ -47,6 +47,8 @@ ANSWERS = {
     "muscle step": r"settling time +\d",
     "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
+    "batch": r'"id": "raised".*"can_hold": true.*"index": 0',
+    "schema": r"exo_pin\.reaction/1|joint_contact",
     "warm-up": r"kernels are ready",
 }
 

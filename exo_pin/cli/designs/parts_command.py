@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
-from json import dumps
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
-from ...core.results import plain
+from ...core.schema import document
 from ...design import DEFAULT_PRESET
 from ...workspace.parts import parts_list, parts_sheet
 from .. import options
 from ..command import deliver, writes
 from ..options.criteria_options import Judged
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Drives, frame and cuff of a design, a row each.
+
+    Attributes
+    ----------
+    poses_inside : int
+        Poses that the drives are chosen for, dimensionless.
+    rate_deg_s : float
+        How fast the arm turns, °/s.
+    known_mass_kg : float
+        Mass of the parts whose mass is known, kg.
+    columns : dict of str to list
+        By name, which ends in the unit.
+    """
+
+    poses_inside: int
+    rate_deg_s: float
+    known_mass_kg: float
+    columns: dict[str, list[Any]]
 
 
 def parts(
@@ -28,7 +50,7 @@ def parts(
     step: options.Degrees = 8.0,
     rate: Annotated[float, options.called("DEG/S")] = 30.0,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json", picture=False)] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json", picture=False)] = None,
 ) -> None:
     """List drives, frame and cuff of a design, with lengths, forces, speeds, power, mass, and products that fit.
 
@@ -52,8 +74,10 @@ def parts(
     text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
     deliver(
         f"{parts_sheet(exo.device, table)}\n{text}",
-        as_json=lambda: dumps(plain(asked | {"columns": dict(table)}), indent=2),
+        data=lambda: document(Parts, asked | {"columns": dict(table)}),
         columns=lambda: table,
+        notes=lambda: asked,
+        exo=exo,
         json=json,
         out=out,
     )

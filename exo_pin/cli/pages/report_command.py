@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from ...core.files import write_text
 from ...core.optional_packages import require_extra
 from ...design import DEFAULT_PRESET
 from ...report.pages import ENDINGS
@@ -42,11 +41,4 @@ def report(
     exo, named = worn.load(design, side), Path(design)
     wearer = options.own_wearer(exo)
     found = exo.report(wearer, arm_speed, named if named.is_file() else None)
-
-    def save(path: Path) -> None:
-        if path.suffix.lower() == ".json":
-            write_text(path, found.to_json() + "\n")
-        else:
-            found.save(path)
-
-    deliver(found, as_json=found.to_json, json=json, out=out, save=save)
+    deliver(found, data=found.document, exo=exo, json=json, out=out, save=found.save)

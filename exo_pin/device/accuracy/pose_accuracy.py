@@ -101,6 +101,7 @@ class PoseAccuracy(Result, ReadOnly):
     side: str
 
     _per_row = "rate"
+    _derived = ("mm_per_degree", "degrees_per_mm")
 
     @property
     def has_twin(self) -> NDArray[np.bool_]:
@@ -117,9 +118,6 @@ class PoseAccuracy(Result, ReadOnly):
         """Turn of the arm about its worst axis over an error of the drives, shape (...), °/mm, or °/°."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.mm_per_degree)
-
-    def _fields(self) -> dict[str, Any]:
-        return super()._fields() | {"mm_per_degree": self.mm_per_degree, "degrees_per_mm": self.degrees_per_mm}
 
     @property
     def is_doubtful(self) -> NDArray[np.bool_]:

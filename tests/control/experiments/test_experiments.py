@@ -1,5 +1,7 @@
 """The named experiments: what the thesis saw, for the reasons that it gives, and what differs."""
 
+import json
+
 import numpy as np
 import pytest
 from experiment_runs import tracked
@@ -124,8 +126,8 @@ def test_verdict_table_and_file(tmp_path):
     path = tmp_path / "run.csv"
     tracking.to_csv(path)
     lines = path.read_text().splitlines()
-    assert lines[0] == f"# {tracking.verdict}"
-    table = [line for line in lines if not line.startswith("#")]
+    assert json.loads(path.with_suffix(".json").read_text())["verdict"] == tracking.verdict
+    table = lines
     assert table[0].split(",")[:3] == ["time_s", "wanted_flexion_deg", "wanted_abduction_deg"]
     assert len(table) == 1 + len(tracking.times)
     values = dict(zip(table[0].split(","), table[-1].split(","), strict=True))

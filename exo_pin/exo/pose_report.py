@@ -427,22 +427,6 @@ def moving_mass(device: Device) -> str:
     return f"arm {own:.3g} kg, {words if moving > 1e-9 * own else 'massless device'}"
 
 
-def way_table(angles: FloatArray, answer: Reaction) -> str:
-    """Forces in k poses whose clinical angles, degrees, have shape (k, 3)."""
-    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
-    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
-    columns["|F_s|, N"] = answer.magnitude
-    if answer.percent_body_weight is not None:
-        columns["% of weight"] = answer.percent_body_weight
-    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
-    columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
-    # + 0.0, so that no minus stands before zero.
-    cells = [
-        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
-    ]
-    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
-
-
 def _felt(newtons: float) -> str:
     """A force in three digits; zero below 0.05 N."""
     return three_digits(newtons) if abs(newtons) >= 0.05 else "0"

@@ -4,8 +4,9 @@
 
     python benchmarks/first_answers.py [--cases N]
 
-A case is a device (wrists of 3 to 9 drawn limbs, designs of the package, robots from files), with or without a person
-and their muscles, in a drawn pose. What is read back is computed here anew from public fields of the answer.
+A case is a device on either side (wrists of 3 to 9 drawn limbs, designs of the package, robots from files), with or
+without a person and their muscles, elbow straight or bent, in a drawn pose. What is read back is computed here anew
+from public fields of the answer.
 """
 
 import argparse
@@ -22,7 +23,10 @@ import exo_pin as ep
 from exo_pin.exo.pose_report import report_on_pose
 
 URDF = Path(__file__).parents[1] / "urdf"
-FILES = ("serial-y-x-z.urdf", "spring-support.urdf", "spherical-3rrr.urdf", "3rps-passive-ball.urdf", "nesm.urdf")
+FILES = (
+    "serial-y-x-z.urdf", "spring-support.urdf", "spherical-3rrr.urdf", "3rps-passive-ball.urdf", "nesm.urdf",
+    "prototype.urdf", "prototype-shoulder.urdf", "six-cables.urdf",
+)  # fmt: skip
 WIDTH, LINES = 120, 10
 #: Words that are explained nowhere in the answer.
 TERMS = re.compile(r"F_s|\(g|[a-z]_[a-z]|\bnan\b|\binf\b|\bNone\b|certificate|self-stress|wrench|undetermined")
@@ -63,12 +67,14 @@ def drawn_case(seed):
     """A report on one pose of a drawn device."""
     rng = np.random.default_rng([20261129, seed])
     exo = drawn_device(rng)
+    if rng.uniform() < 0.4:
+        exo = exo.mirrored()
     person = None
     if rng.uniform() < 0.5:
         person = ep.Person(
             float(rng.uniform(1.5, 2.0)), float(rng.uniform(45.0, 140.0)), str(rng.choice(["male", "female"])),
             strength=float(rng.choice([0.0, 0.02, 0.5, 1.0, 1.0, 1.0])), payload=float(rng.choice([0.0, 0.0, 2.0])),
-            side=exo.side,
+            side=exo.side, elbow_flexion=float(rng.choice([0.0, 0.0, 0.8, 1.6])),
         )  # fmt: skip
     if person is not None or exo.device.arm is None:
         exo = exo.worn_by(person or ep.Wearer(1.8, 80.0, "male"))

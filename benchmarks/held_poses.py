@@ -1,9 +1,10 @@
 """Poses that presets are driven to and hold: does the arm settle, and was it said before the run where it does not.
 
-    python benchmarks/held_poses.py [poses] [design ...]
+    python benchmarks/held_poses.py [--lengths] [poses] [design ...]
 
 Poses are drawn over the range of daily life, held in statics where the design can, reached from rest in 4 s, and held
-for 3 s, under the default controller. The table stands on docs/evidence/positioning.md.
+for 3 s, under the default controller, or with --lengths under the one that sees the lengths alone (pi). Tables stand
+on docs/evidence/positioning.md.
 """
 
 from __future__ import annotations
@@ -49,18 +50,21 @@ def held(design: str, count: int, controller: str | None = None) -> tuple[int, i
     return count, int(settled.sum()), int(warned.sum()), int((warned & settled).sum()), float(np.median(errors))
 
 
-def main(count: int, designs: tuple[str, ...]) -> None:
-    """Print a row for each design."""
+def main(count: int, designs: tuple[str, ...], lengths_alone: bool) -> None:
+    """Print a row for each design, and what of the warnings was false."""
     warnings.simplefilter("ignore")
     names = f"{'settled':>9}{'not, not said':>15}{'said':>6}{'said, settled':>15}{'median, °':>11}"
     print(f"{'design':28}{'controller':>11}{names}")
-    # Beside the default the opening design under a controller that sees lengths alone.
-    for design, controller in (*((design, None) for design in designs), (designs[0], "pi")):
-        total, settled, warned, both, middle = held(design, count, controller)
+    given, false, runs = "pi" if lengths_alone else None, 0, 0
+    for design in designs:
+        total, settled, warned, both, middle = held(design, count, given)
         silent = total - settled - (warned - both)
-        name = controller or default_controller(ep.load(design).mechanism)
+        name = given or default_controller(ep.load(design).mechanism)
         print(f"{design:28}{name:>11}{settled:9}{silent:15}{warned:6}{both:15}{middle:11.2f}", flush=True)
+        false, runs = false + both, runs + total
+    print(f"warned of though it settles: {false} of {runs} runs, {false / max(1, runs):.1%}")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 60, tuple(sys.argv[2:]) or DESIGNS)
+    words = [word for word in sys.argv[1:] if word != "--lengths"]
+    main(int(words[0]) if words else 60, tuple(words[1:]) or DESIGNS, "--lengths" in sys.argv)

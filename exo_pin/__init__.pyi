@@ -3,6 +3,7 @@ from . import control as control
 from . import design as design
 from . import muscle as muscle
 from . import reaction as reaction
+from . import report as report
 from . import thesis as thesis
 from . import view as view
 from . import workspace as workspace

@@ -122,6 +122,13 @@ def test_the_page_on_the_two_forces_shows_what_is_printed(monkeypatch, capsys, t
     assert_same(shown["relief"], capsys.readouterr().out.rstrip())
 
 
+@pytest.mark.full
+def test_the_page_on_reports_shows_what_is_printed(monkeypatch, capsys, tmp_path):
+    run_code_of("report", monkeypatch, tmp_path)
+    assert_same(re.search(OUTPUT, site_page("report"), re.DOTALL)[1], capsys.readouterr().out.rstrip())
+    assert (tmp_path / "report.html").is_file()
+
+
 def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
     names = run_code_of("trajectories", monkeypatch, tmp_path)
     assert "[45.  0.  0.] [0.31415927 0.         0.        ]" in capsys.readouterr().out
@@ -231,7 +238,7 @@ def test_every_page_with_code_is_run():
         "own_design",
         "which_number",
     }
-    own |= {"any_device", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
+    own |= {"any_device", "report", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 

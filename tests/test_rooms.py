@@ -14,8 +14,8 @@ FOLDER = Path(exo_pin.__file__).parent
 #: From the ground up: a room imports only what stands before it.
 ORDER = (
     "core", "numerics", "design", "muscle", "load_case", "chain", "wrist", "wrist_chain", "device", "reaction",
-    "uncertainty", "person", "consistency", "thesis", "study", "workspace", "calibration", "control", "view", "exo",
-    "testing", "cli",
+    "uncertainty", "person", "consistency", "thesis", "study", "workspace", "calibration", "control", "view", "report",
+    "exo", "testing", "cli",
 )  # fmt: skip
 #: Rooms that stand before another one and are still none of its business.
 APART = {"chain": {"design", "muscle", "load_case"}, "wrist": {"chain"}}

@@ -35,6 +35,7 @@ ROOMS = {
     "calibration": "Where the joints of a built device are",
     "consistency": "Kinematic consistency checks",
     "view": "The viewer and plots",
+    "report": "Two pages on a design and a person",
     "thesis": "The ledger of printed numbers",
     "core": "Angles, errors and warnings",
 }

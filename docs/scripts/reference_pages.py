@@ -14,7 +14,9 @@ from public_names import HIDDEN, ROOMS, public_names
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import GROUPS
 from exo_pin.cli.command import command, examples, notes, shown_default
+from exo_pin.cli.documents.registry import DOCUMENTS, kind_of
 from exo_pin.core.files.toml_tables import UNITS
+from exo_pin.core.schema import identifier, members, reachable
 from exo_pin.design.io.mechanism_reading import _KEYS
 
 #: The table of a design file that holds a record; records within others have the table of the key.
@@ -136,5 +138,32 @@ def closures_file() -> str:
     return f"```toml\n{block}\n```\n\n{table}\n"
 
 
+def documents() -> str:
+    """Every document that ``--json`` writes, with its members and units, from the records that make its schema."""
+    lines, seen = [], {}
+    for name in DOCUMENTS:
+        kind = kind_of(name)
+        lines += [f"### {identifier(name)}", "", *_members(kind)]
+        seen |= dict.fromkeys(each for each in reachable(kind) if kind_of(name) is not each)
+    lines += ["## Records within documents", ""]
+    for kind in sorted((each for each in seen if members(each)), key=lambda each: each.__name__):
+        lines += [f"### {kind.__name__}", "", *_members(kind)]
+    return "\n".join(lines)
+
+
+def _members(kind: type) -> Iterable[str]:
+    yield from [" ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split()), ""]
+    yield from ["| member | unit | what it is |", "| --- | --- | --- |"]
+    for name, member in members(kind).items():
+        text = re.sub(r":\w+:`~?[\w.]*?(\w+)`", r"`\1`", member.text).replace("``", "`")
+        yield f"| `{name}` | {member.unit} | {_cell(text)} |"
+    yield ""
+
+
 #: What a page of the reference has in place of ``<!-- made: NAME -->``.
-MADE = {"command line": command_line, "design keys": design_keys, "closures file": closures_file}
+MADE = {
+    "command line": command_line,
+    "design keys": design_keys,
+    "closures file": closures_file,
+    "documents": documents,
+}

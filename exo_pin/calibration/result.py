@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.results import Known
+from ..core.results import Known, taken_as_known
 from ..core.validation import FloatArray, as_positive, frozen, set_fields
 from ..load_case import CentreOffset
 from .information import Information, Undetermined
@@ -307,8 +307,8 @@ class Calibration(FittedDevice):
     @property
     def verdict(self) -> str:
         """What lengths cannot show first, then why not to rely on the device, then what is determined."""
-        hidden = "; ".join(str(each) for each in self.known if not each.shows)
-        first = f"Taken as known, and errors of it do not show in lengths: {hidden}." if hidden else ""
+        hidden = [each for each in self.known if not each.shows]
+        first = taken_as_known(hidden, ", and errors of it do not show in lengths")
         return " ".join(part for part in (first, self._judgement) if part)
 
     @property

@@ -62,11 +62,7 @@ def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.
     names = {str(state.model.names[index]) for index in indices}
     if 0 in indices:
         raise InvalidInput("the world is no joint: expected joints that move")
-    whole = state.model.copy()
-    for index in indices:
-        # Without a frame of its joints, which a model that was built in code may lack, Pinocchio crashes.
-        if not whole.existFrame(whole.names[index], pin.FrameType.JOINT):
-            whole.addJointFrame(index)
+    whole = _with_joint_frames(state.model, indices)
     model = pin.buildReducedModel(whole, indices, q)
     model.gravity = whole.gravity
     description = state.description
@@ -86,6 +82,24 @@ def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.
         roles=changed,
         joints=tuple(item for item in description.joints if item.joint not in names),
     )
+
+
+def _with_joint_frames(model: pin.Model, joints: Iterable[int]) -> pin.Model:
+    """A copy with a frame of each of these joints before those of bodies: else Pinocchio cannot lock them, or crashes.
+
+    A model that was built in code may lack them.
+    """
+    whole = model.copy()
+    lacking = [k for k in joints if not whole.existFrame(whole.names[k], pin.FrameType.JOINT)]
+    for k in lacking:
+        whole.addJointFrame(k)
+    count = model.nframes
+    order = [0, *range(count, whole.nframes), *range(1, count)] if lacking else range(count)
+    frames, place = [pin.Frame(whole.frames[old]) for old in order], {old: new for new, old in enumerate(order)}
+    for k, frame in enumerate(frames):
+        frame.parentFrame = place.get(frame.parentFrame, 0)
+        whole.frames[k] = frame
+    return whole
 
 
 def with_joint(

@@ -80,7 +80,10 @@ GROUPS = {
     "Judge a design": {
         "workspace": Command("search_commands", "which poses a design reaches, holds and keeps safe"),
         "tasks": Command("recordings.tasks_command", "share of daily tasks that a design reaches"),
+        "parts": Command("designs.parts_command", "drives, frame and cuff for a workshop: strokes, forces, masses"),
         "compare": Command("design_commands", "designs of any kind over the same poses, ranked by what they hold"),
+        "report": Command("pages.report_command", "two pages on a design and a person: forces, drives, fit, hazards"),
+        "batch": Command("documents.batch_command", "questions in JSON lines, an answer a line"),
         "uncertainty": Command("reaction_command", "how tolerances, fit, pose and masses change the shoulder force"),
     },
     "Design": {
@@ -104,6 +107,7 @@ GROUPS = {
         "muscle step": Command("muscle_commands", "response of a hung mass to a step of pressure"),
         "muscle loop": Command("muscle_commands", "step of one muscle under its PI controller"),
         "thesis": Command("motion_commands", "numbers of the thesis beside computed ones"),
+        "schema": Command("documents.schema_command", "what the documents of --json hold, as JSON schemas"),
         "warm-up": Command("motion_commands", "compile the kernels ahead of time (once, about a minute)"),
     },
 }

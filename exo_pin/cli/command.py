@@ -19,10 +19,19 @@ from rich.console import Console
 
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.errors.base import shown
-from ..core.files import is_stream, require_ending, require_writable, write_columns, write_figure, write_text
-from ..core.optional_packages import require_extra
+from ..core.files import (
+    is_stream,
+    require_ending,
+    require_notes,
+    require_writable,
+    write_columns,
+    write_figure,
+    write_text,
+)
+from ..core.optional_packages import optional, require_extra
 from ..core.results import plain
 from ..core.validation import as_choice
+from ..device.protocol import described
 from . import COMMANDS, width
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -145,6 +154,10 @@ def check_file(option: str, endings: tuple[str, ...], picture: bool, _: Any, pat
         raise InvalidInput(f"expected {option} to end in {', '.join(endings)}; a picture is --plot {path}")
     require_ending(option, path, endings)
     require_writable(path)
+    if path.suffix.lower() == ".csv" and not is_stream(path):
+        require_notes(path)
+    if path.suffix.lower() == ".xlsx":
+        optional("study", "openpyxl")
     if option == "--plot" and set(PICTURES) & set(endings) and path.suffix.lower() != ".html":
         require_extra("plot")
 
@@ -156,8 +169,10 @@ def deliver(
     out: Path | None = None,
     plot: Path | None = None,
     json: bool = False,
-    as_json: Callable[[], str] | None = None,
+    data: Callable[[], Mapping[str, Any]] | None = None,
+    exo: Any = None,
     columns: Callable[[], Mapping[str, Any]] | None = None,
+    notes: Callable[[], Mapping[str, Any]] | None = None,
     save: Callable[[Path], Any] | None = None,
     figure: Callable[[], Any] | None = None,
     page: Callable[[], Any] | None = None,
@@ -169,27 +184,38 @@ def deliver(
     text : object
         What a person reads.
     answer : object, optional
-        An answer with ``to_json``, ``columns`` and ``plot``, for those of the callables below that are left out.
+        An answer with ``document``, ``columns``, ``notes`` and ``plot``, for those of the callables below that are left
+        out.
     out, plot, json : optional
         The options of these names.
-    as_json, columns : callable, optional
-        Make what ``--json`` prints and a .json file holds, and what a .csv or .npz file holds.
+    data, columns, notes : callable, optional
+        Make the document that ``--json`` prints and a .json file holds, what a .csv, .xlsx or .npz file holds, and what
+        is to be known about such a table.
+    exo : ShoulderExo, optional
+        The device, which documents and notes describe.
     save : callable, optional
-        Writes a file of another ending, or of all where there are no ``columns``.
+        Writes a file where there are no ``columns``.
     figure, page : callable, optional
         Make the picture, and the page.
     """
-    as_json, figure = as_json or getattr(answer, "to_json", None), figure or getattr(answer, "plot", None)
+    data, figure = data or getattr(answer, "document", None), figure or getattr(answer, "plot", None)
+    about = {} if exo is None or not exo.has_arm else {"device": described(exo.device)}
     columns = columns or (None if save else getattr(answer, "columns", None))
+    written: tuple[Path | None, ...] = (out, plot)
+
+    def as_json() -> str:
+        return dumps(plain({**(data() if data else {}), **about}), indent=2, ensure_ascii=False)
+
     try:
-        print(as_json() if json and as_json is not None else text, flush=True)
+        print(as_json() if json and data is not None else text, flush=True)
     finally:
         # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
         if out is not None:
-            if as_json is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
+            if data is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
                 write_text(out, as_json() + "\n")
             elif columns is not None:
-                write_columns(out, columns())
+                said = notes() if notes else getattr(answer, "notes", None)
+                written = (*write_columns(out, columns(), said and plain({**said, **about})), plot)
             elif save is not None:
                 save(out)
         if plot is not None and page is not None and plot.suffix.lower() == ".html":
@@ -199,11 +225,6 @@ def deliver(
 
             pyplot().switch_backend("agg")  # to files only, so that no screen is needed
             write_figure(plot, figure())
-    for path in (out, plot):
+    for path in written:
         if path is not None and not json:
             print(path)
-
-
-def joined_json(exo: Any, **answers: Any) -> str:
-    """Several answers on a design as one JSON text, each under its name with its own fields; None where none is."""
-    return dumps(plain({"mechanism": exo.name, "side": exo.side, **answers}), indent=2)

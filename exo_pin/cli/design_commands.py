@@ -86,8 +86,9 @@ def check(
     exo-pin check examples/device.toml
     exo-pin check urdf/dummy-shoulder.urdf
     """
-    report = load(design, side=side, leave_out=leave_out).check()
-    deliver(report, report, json=json, out=out)
+    exo = load(design, side=side, leave_out=leave_out)
+    report = exo.check()
+    deliver(report, report, exo=exo, json=json, out=out)
     return 0 if report.passed else 1
 
 
@@ -236,10 +237,11 @@ def sweep(
     step: Step = 10.0,
     split: options.Split | None = None,
     payload_at: Annotated[str | None, options.called("X,Y,Z")] = None,
+    muscles: options.Muscled = None,
     jobs: Literal[1, 2] = 1,
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("peak of the shoulder force of every design")] = None,
 ) -> None:
     """Vary one or more parameters of a design and rank the results by the poses that they hold.
@@ -254,6 +256,9 @@ def sweep(
         limb_kind=UPU,SPS; repeat it for every combination.
     payload_at : str, optional
         Needed with payload_kg: where it is held, m, in the arm frame, such as 0,0,-0.6.
+    muscles : bool, optional
+        First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
+        (default: with --person, if the extra 'person' is installed, and of no movement and no payload_kg).
     jobs : int
         Number of processes.
 
@@ -271,7 +276,8 @@ def sweep(
       limb_kind, payload_kg, lean_forward_deg, lean_left_deg
       of joints on circles: r_A_mm, r_B_mm, h_A_mm, h_B_mm, alpha[i]_deg, alpha_A[i]_deg, alpha_B[i]_deg
     columns of the table:
-      peak, p95, median  shoulder force |F_s| over the poses that can be held, N
+      contact_N ...      with --person: force in the joint, median, largest, and without the device, N, and relief
+      peak, p95, median  shoulder force |F_s| without muscles over the poses that can be held, N
       can_hold           share of the poses that are known to be held
       holdable           share of the poses that are held as far as limits are known
       pull_only          share that limbs which only pull can hold
@@ -284,9 +290,12 @@ def sweep(
     place = None if payload_at is None else options.numbers(payload_at, "numbers for --payload-at")
     query = _poses(exo, pose, way, recording, step, limits, split)
     with processes(jobs) as executor:
-        table = swept(exo, assigned(vary), executor=executor, progress=progress, payload_at=place, **query)
+        counted = options.counts_muscles(muscles, worn, bool(recording) or place is not None)
+        table = swept(
+            exo, assigned(vary), executor=executor, progress=progress, payload_at=place, joint=counted, **query
+        )
     above = _as_it_stands(exo, table)
-    deliver(f"{above}\n{table}" if above else table, table, columns=lambda: table, json=json, out=out, plot=plot)
+    deliver(f"{above}\n{table}" if above else table, table, exo=exo, json=json, out=out, plot=plot)
 
 
 def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
@@ -314,11 +323,11 @@ def compare(
     limits: options.LimitsText = "design",
     step: Step = 10.0,
     split: options.Split | None = None,
-    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    muscles: options.Muscled = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[
         Path | None,
         draws("what ranks the designs, the best on top; with --detailed: all that tells the designs apart"),
@@ -357,8 +366,6 @@ def compare(
     exo, *rest = [each for group in (first, *more) for each in group]
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
-    counted = muscles
-    if muscles is None:
-        counted = person is not None and not recording and not detailed and options.has_muscles()
-    table = compared(exo, *rest, **query, person=person, joint=bool(counted), detailed=detailed, progress=progress)
-    deliver(table, table, columns=lambda: table, json=json, out=out, plot=plot)
+    counted = options.counts_muscles(muscles, worn, bool(recording) or detailed)
+    table = compared(exo, *rest, **query, person=person, joint=counted, detailed=detailed, progress=progress)
+    deliver(table, table, exo=exo, json=json, out=out, plot=plot)

@@ -3,29 +3,110 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..chain import ClosedChain
+from ..chain.kinematics.assemblies import Assemblies
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
+from ..core.schema import joined
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
+from ..device.accuracy.pose_accuracy import PoseAccuracy
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
+from ..wrist.kinematics.inverse import LimbState
 from ..wrist.singularities.singular_surface import side_of_rest
+from ..wrist.velocity.sensors import SensorSensitivity
 from . import options
-from .command import deliver, draws, joined_json, writes
+from .command import deliver, draws, writes
 from .robot_commands import configuration, joint_value
 
 #: Assembly modes that a table has room for.
 _MOST_MODES = 6
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Poses that fit positions of the drives, and how well these place the arm.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the design.
+    side : str
+        Side of the body.
+    modes : AssemblyModes or ndarray
+        The poses; of a device that is not a wrist coordinates of all joints, m and rad, a row a mode.
+    limbs : LimbState or None
+        Lengths and angles of the limbs in the pose.
+    accuracy : PoseAccuracy
+        Of the pose.
+    """
+
+    mechanism: str
+    side: str
+    modes: AssemblyModes | FloatArray
+    accuracy: PoseAccuracy
+    limbs: LimbState | None = None
+
+
+@dataclass(frozen=True)
+class ClosedConfigurations:
+    """Closed configurations of a robot without an arm.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the robot.
+    side : str
+        Side of the body.
+    assemblies : Assemblies
+        What was found.
+    """
+
+    mechanism: str
+    side: str
+    assemblies: Assemblies
+
+
+@dataclass(frozen=True)
+class SingularPose:
+    """How far a pose is from a singular one.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the design.
+    side : str
+        Side of the body.
+    singularity : Singularity
+        Of the pose.
+    accuracy : PoseAccuracy
+        Of the pose.
+    nearest : NearestSingularity or None
+        The nearest singular pose, of wrists with three limbs.
+    sensors : dict of str to SensorSensitivity
+        What an error of sensors does to the measured pose, by kind of sensor.
+    ranges : list
+        How much of daily life lies beyond singular poses.
+    """
+
+    mechanism: str
+    side: str
+    singularity: Singularity
+    accuracy: PoseAccuracy
+    nearest: NearestSingularity | None
+    sensors: dict[str, SensorSensitivity]
+    ranges: list[Any]
 
 
 def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
@@ -52,7 +133,7 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> N
         parts.append("\n".join(aligned([header, *rows])))
     seen = exo.accuracy(poses, twins=False)
     parts.append(filled(str(seen)))
-    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes, accuracy=seen), **files)
+    deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, accuracy=seen), **files)
 
 
 def _robot_kinematics(
@@ -66,7 +147,11 @@ def _robot_kinematics(
     head = filled(f"{', '.join(held) or 'no joint'} held: {str(found).splitlines()[0]}")
     header = ["joint", *(f"{hits} hits" for hits in found.hits[:count])]
     table = "\n".join(aligned([header, *joint_rows(chain, 0, found.configurations[:count])])) if count else ""
-    deliver(f"{exo.name}\n{head}\n\n{table}".rstrip(), as_json=lambda: joined_json(exo, assemblies=found), **files)
+    deliver(
+        f"{exo.name}\n{head}\n\n{table}".rstrip(),
+        data=lambda: joined(ClosedConfigurations, exo, assemblies=found),
+        **files,
+    )
 
 
 def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str]]:
@@ -104,7 +189,7 @@ def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> 
     axis = describe_axis(state.lost_direction)
     seen = filled(str(exo.accuracy(pose.of(exo), twins=False)))
     text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}.", seen])
-    deliver(text, as_json=state.to_json, **files)
+    deliver(text, data=state.document, exo=exo, **files)
 
 
 _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -162,7 +247,7 @@ def kinematics(
     exo-pin kinematics prototype --lengths 262.96,330.50,384.21
     """
     exo = load(design, side=side, leave_out=leave_out)
-    files: dict[str, Any] = {"json": json, "out": out}
+    files: dict[str, Any] = {"json": json, "out": out, "exo": exo}
     if exo.wrist is None:
         measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
         options.refuse("poses from measured lengths or angles are of wrists", **measured)
@@ -191,7 +276,7 @@ def kinematics(
     parts = [] if limbs is None else [f"{pose.words(exo)}\n{_limb_table(limbs)}"]
     seen = exo.accuracy(near)
     parts = [exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale), filled(str(seen))]
-    deliver("\n\n".join(parts), as_json=lambda: joined_json(exo, modes=modes, limbs=limbs, accuracy=seen), **files)
+    deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, limbs=limbs, accuracy=seen), **files)
 
 
 def _limb_table(state: Any) -> str:
@@ -275,10 +360,11 @@ def singularity(
 
     deliver(
         "\n\n".join(parts),
-        as_json=lambda: joined_json(
-            exo, singularity=state, accuracy=seen, nearest=nearest, sensors=sensors, ranges=crossings
+        data=lambda: joined(
+            SingularPose, exo, singularity=state, accuracy=seen, nearest=nearest, sensors=sensors, ranges=crossings
         ),
         figure=figure,
+        exo=exo,
         **files,
     )
 

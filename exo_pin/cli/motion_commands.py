@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json as texts
 import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -12,24 +12,87 @@ import numpy as np
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
-from ..core.results import plain
+from ..core.schema import document
 from ..core.tables import aligned
 from ..design import DEFAULT_PRESET, Wearer
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import Load
 from ..reaction import SPLITS
+from ..thesis.rows import Row
 from . import options
 from .command import deliver, draws, writes
 from .options.recording_options import ReadAs
 
 if TYPE_CHECKING:
     from ..control import Experiment, Tracking
-    from ..thesis import Row
     from ..thesis.all_rows import Section
 
 #: Texts of a row of the thesis.
 _TEXTS = ("source", "quantity", "unit", "verdict", "reading", "note")
+
+
+@dataclass(frozen=True)
+class TrackSummary:
+    """A run of the machine along a movement.
+
+    Attributes
+    ----------
+    experiment : str
+        Its name.
+    status : str
+        How it ended.
+    verdict : str
+        How well the arm followed.
+    cautions : list of str
+        What to mind.
+    findings : list of str
+        What was seen.
+    numbers : dict of str to float
+        By name, which ends in the unit.
+    """
+
+    experiment: str
+    status: str
+    verdict: str
+    cautions: list[str]
+    findings: list[str]
+    numbers: dict[str, float]
+
+
+@dataclass(frozen=True)
+class MissingRow:
+    """A printed number that has no row.
+
+    Attributes
+    ----------
+    section, about, printed, reason : str
+        Where it stands, what it is, how it is printed, and why it has no row.
+    count : int
+        How many numbers, 1.
+    """
+
+    section: str
+    about: str
+    printed: str
+    count: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Thesis:
+    """Numbers of the thesis beside computed ones.
+
+    Attributes
+    ----------
+    rows : list of Row
+        One a number, each in its own unit.
+    without_row : list of MissingRow
+        Numbers without one.
+    """
+
+    rows: list[Row]
+    without_row: list[MissingRow]
 
 
 def track(
@@ -49,11 +112,12 @@ def track(
     delay: options.Seconds | None = None,
     seed: Annotated[int, options.called("N")] = 0,
     fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
+    lost_beyond: options.Millimetres | None = None,
     worn: options.Worn = options.Worn(),
     read_as: ReadAs = ReadAs(),
     no_progress: bool = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("everything over time; as a page an animation", ".html")] = None,
 ) -> None:
     """Simulate the built machine with drives, sensor and controller.
@@ -88,6 +152,9 @@ def track(
         Seed of the noise.
     fault : tuple of str
         Kind (torn, burst, stuck-open, stuck-shut or no-current), number of the limb from 1, time in s; may be repeated.
+    lost_beyond : float, optional
+        The controller model counts a limb as torn whose motor is this far from it, mm, and shares its
+        load (default: never).
     no_progress : bool
         Show no bar (none is shown in a pipe or file).
 
@@ -97,9 +164,11 @@ def track(
     exo-pin track four-cables --trajectory examples/lift.csv --out run.csv --plot run.png
     exo-pin track --experiment held-abduction --controller model --plot run.html
     exo-pin track prototype --trajectory examples/lift.csv --fault burst,3,1
+    exo-pin track four-linear-actuators-worn --fault torn,1,1 --lost-beyond 10
     """
     from ..control import Fault, experiments
     from ..control import experiment as named
+    from ..control.controllers.model_controller import gains_for
     from ..control.experiments.tracking_report import labelled
 
     if list:
@@ -128,6 +197,11 @@ def track(
     if fault:
         changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
     chosen = chosen.replace(**changes)
+    if lost_beyond is not None:
+        if chosen.controller != "model":
+            raise InvalidInput("--lost-beyond is for the controller that knows the plant: --controller model")
+        gains = chosen.feedback or gains_for(chosen.mechanism)
+        chosen = chosen.replace(feedback=replace(gains, lost_beyond=1e-3 * lost_beyond))
     progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
     for text in chosen.foreseen:
         options.caution(text)
@@ -140,8 +214,9 @@ def track(
     report |= {"cautions": tracking.cautions, "findings": tracking.findings}
     deliver(
         "\n".join([str(tracking), *(f"{labelled(key):26} {value:.4g}" for key, value in felt.items())]),
-        as_json=lambda: texts.dumps(plain({**report, **tracking.summary(), **felt}), indent=2),
-        save=tracking.to_csv,
+        tracking,
+        data=lambda: document(TrackSummary, {**report, "numbers": {**tracking.summary(), **felt}}),
+        exo=exo,
         figure=tracking.plot,
         page=lambda: _recording(exo, tracking),
         json=json,
@@ -197,7 +272,7 @@ def thesis(
     all: bool = False,
     reasons: bool = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", picture=False)] = None,
+    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", picture=False)] = None,
 ) -> None:
     """Count the numbers that the thesis prints, chapter by chapter, beside what is computed here, with a verdict.
 
@@ -233,7 +308,7 @@ def thesis(
         parts.append("--section LABEL shows one section, --reasons the numbers that have no row")
     deliver(
         "\n\n".join(part for part in parts if part),
-        as_json=lambda: texts.dumps(plain(_as_data(sections, rows)), indent=2, ensure_ascii=False),
+        data=lambda: document(Thesis, _as_data(sections, rows)),
         columns=lambda: {name: [getattr(row, name) for row in rows] for name in _TEXTS},
         json=json,
         out=out,
@@ -254,7 +329,7 @@ def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
     """Every row, and every number without one."""
     names = ("about", "printed", "count", "reason")
     return {
-        "rows": [{name: getattr(row, name) for name in (*_TEXTS, "printed", "computed")} for row in rows],
+        "rows": rows,
         "without_row": [
             {"section": section.label, **{name: getattr(entry, name) for name in names}}
             for section in sections

@@ -11,6 +11,7 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
+from ..core.results import taken_as_known
 from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
@@ -126,6 +127,7 @@ def muscle_identify(
         source = f"identified from {', '.join(Path(path).name for path, _ in response)}"
         limit = 60.0 * as_positive("--minutes", minutes)
         found: Any = identify_dynamic(recordings, law, name=name, source=source, time_limit=limit, progress=progress)
+        print(taken_as_known(found.known))
         print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
         table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
     else:
@@ -146,9 +148,9 @@ def muscle_identify(
         )
         used = len(found.residuals)
         total = used if found.region is None else len(found.region.selected)
+        print(taken_as_known(found.known))
         print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
         table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
-        print(f"Taken as known: {'; '.join(map(str, found.known))}.")
     intervals = found.intervals(level)
     for text in found.cautions:
         print(f"Caution: {text}")
@@ -214,7 +216,7 @@ def muscle_force(
     contraction_mm: Annotated[list[options.Millimetres], Several],
     pressure_bar: Annotated[list[options.Bar], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the whole force map")] = None,
 ) -> None:
     """Compute the force of a muscle at a contraction and a pressure, or at a list of each.
@@ -248,7 +250,7 @@ def muscle_pressure(
     force_N: Annotated[list[options.Newtons], Several, Parameter(name="--force-N")],
     contraction_mm: Annotated[list[options.Millimetres], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".npz", picture=False)] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz", picture=False)] = None,
 ) -> None:
     """Compute the pressure that makes a muscle pull a force at a contraction.
 
@@ -283,7 +285,7 @@ def muscle_step(
     duration_s: options.Seconds = 4.0,
     model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,
 ) -> None:
     """Compute the response of a hung mass to a step of pressure.
@@ -364,7 +366,7 @@ def muscle_loop(
     integral_s: options.Seconds | None = None,
     duration_s: options.Seconds = 5.0,
     model: Annotated[str, _model("Force law", muscle_models())] = "best",
-    out: Annotated[Path | None, writes(".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("contraction, pressure and duty over time")] = None,
 ) -> None:
     """Compute a step of one muscle under its PI controller, with a hung mass (Figure 5-10 of the thesis).

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
+from ..core.conventions import CLINICAL_ANGLES, pose_columns
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from ..core.tables import under_verdict
@@ -78,7 +78,7 @@ def person(
     muscles: Muscles = Muscles(),
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[
         Path | None,
         draws("contact force over the elevation in the plane of the pose, over the box of --map, or over time"),
@@ -159,6 +159,7 @@ def person(
     deliver(
         f"{'No device' if bare else exo.device.title or exo.name}\n{heading}\n\n{result}\n\nPerson\n{wearer}",
         result,
+        exo=None if bare else exo,
         columns=lambda: more | result.columns(),
         figure=titled if figure else None,
         json=json,
@@ -187,8 +188,7 @@ class _Asked(NamedTuple):
         return (
             heading,
             result,
-            {"time_s": moved.times}
-            | dict(zip(CLINICAL_ANGLES, shoulder_angles(moved.poses, self.exo.side, degrees=True).T, strict=True)),
+            {"time_s": moved.times} | pose_columns(moved.poses, self.exo.side),
             lambda: (contact_over_elevation(moved.times, result, label="time, s").figure, "measured movement"),
         )
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json as texts
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,17 +14,54 @@ from cyclopts import Parameter
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
 from ..core.optional_packages import require_extra
+from ..core.schema import document
 from ..core.tables import filled, under_verdict
 from ..core.validation import as_choice
 from ..design import DEFAULT_PRESET, LimbGuide, Shoulder
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
+from ..person.contact.result import JointContact
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import deliver, draws, writes
 from .options.recording_options import Recording
+
+
+@dataclass(frozen=True)
+class PoseDocument:
+    """Forces in a pose, a member a split, with what stands beside them.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the design.
+    side : str
+        Side of the body.
+    pose : dict of str to float
+        Clinical angles as they were asked for, degrees.
+    centre_offset_mm : list of float
+        How far the device's centre is off the shoulder's, mm.
+    spherical, minimal, elastic, elastic_locked, standalone : Reaction
+        The answer under this assumption; absent where it was not asked for.
+    report : PoseReport
+        What the first answer says besides.
+    with_muscles : JointContact
+        The load of the joint with the wearer's own muscles.
+    """
+
+    mechanism: str
+    side: str
+    pose: dict[str, float]
+    report: PoseReport
+    centre_offset_mm: list[float] | None = None
+    spherical: Reaction | None = None
+    minimal: Reaction | None = None
+    elastic: Reaction | None = None
+    elastic_locked: Reaction | None = None
+    standalone: Reaction | None = None
+    with_muscles: JointContact | None = None
 
 
 def reaction(
@@ -53,7 +89,7 @@ def reaction(
     table: bool = False,
     progress: options.Progress = False,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the pose, the poses of --to, or the movement")] = None,
 ) -> int:
     """Compute the force on the shoulder and the forces in the limbs, in one pose of the arm or along a movement.
@@ -142,8 +178,10 @@ def reaction(
             parts.append(filled(f"|F_s| {posture_range(exo, answers[0].case, answers[0].assumptions)}."))
         deliver(
             "\n\n".join(parts),
-            as_json=lambda: _pose_json(exo, answers, report, pose, offset),
-            columns=lambda: _columns(answers),
+            data=lambda: _pose_document(exo, answers, report, pose, offset),
+            columns=lambda: _columns(answers, pose.angles),
+            notes=lambda: answers[0].notes,
+            exo=exo,
             figure=lambda: _overview(exo, answers[0]),
             **files,
         )
@@ -186,7 +224,7 @@ def _movement(
         answer = exo.follow(recording.movement(exo.side), static=recording.static, progress=progress, **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
     text = f"{head}{moving_mass(exo.device)}\n\n{answer}"
-    deliver(text, answer, figure=lambda: answer.plot(side=exo.side), **files)
+    deliver(text, answer, exo=exo, figure=lambda: answer.plot(side=exo.side), **files)
     return answer.reaction
 
 
@@ -203,7 +241,8 @@ def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, 
     deliver(
         "\n\n".join([*parts, filled(str(answer.certificate))]),
         answer,
-        columns=lambda: dict(zip(CLINICAL_ANGLES, angles.T, strict=True)) | answer.columns(),
+        exo=exo,
+        columns=lambda: answer.columns() | dict(zip(CLINICAL_ANGLES, angles.T, strict=True)),
         # A way that goes nowhere is drawn pose by pose.
         figure=lambda: answer.plot(angles[:, most], along) if np.ptp(angles[:, most]) > 0.0 else answer.plot(),
         **files,
@@ -254,25 +293,25 @@ def _answers(
     ]
 
 
-def _columns(answers: Sequence[Reaction]) -> dict[str, Any]:
-    """A row a split."""
-    rows = [answer.columns() for answer in answers]
+def _columns(answers: Sequence[Reaction], angles: Sequence[float]) -> dict[str, Any]:
+    """A row a split; angles as they were asked for."""
+    rows = [answer.columns() | dict(zip(CLINICAL_ANGLES, angles, strict=True)) for answer in answers]
     return {"split": [a.split for a in answers]} | {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _pose_json(
+def _pose_document(
     exo: ShoulderExo, answers: Sequence[Reaction], report: PoseReport, pose: options.Pose, offset: options.Offset
-) -> str:
+) -> dict[str, Any]:
     """The answers by split, below the pose as it was given."""
     body: dict[str, Any] = {"mechanism": exo.name, "side": exo.side}
     body["pose"] = dict(zip(CLINICAL_ANGLES, pose.angles, strict=True))
     if offset is not None:
         body["centre_offset_mm"] = list(offset)
-    body |= {answer.split: texts.loads(answer.to_json()) for answer in answers}
-    body["report"] = texts.loads(report.to_json())
+    body |= {answer.split: answer.as_dict() for answer in answers}
+    body["report"] = report.as_dict()
     if report.contact is not None:
-        body["with_muscles"] = texts.loads(report.contact.to_json())
-    return texts.dumps(body, indent=2)
+        body["with_muscles"] = report.contact.as_dict()
+    return document(PoseDocument, body | {"provenance": answers[0].provenance}, "pose")
 
 
 def uncertainty(
@@ -288,7 +327,7 @@ def uncertainty(
     split: options.Split = str(Assumptions.split),
     uncertain: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("shoulder force with each quantity at its ends")] = None,
 ) -> None:
     """Change one uncertain quantity of device, fit, pose and masses at a time, and show how the shoulder force changes.
@@ -322,4 +361,4 @@ def uncertainty(
     }
     answer = exo.uncertainty(poses, motion, **query, uncertainties=stated)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {split}"
-    deliver(f"{head}\n\n{answer}", answer, json=json, out=out, plot=plot)
+    deliver(f"{head}\n\n{answer}", answer, exo=exo, json=json, out=out, plot=plot)

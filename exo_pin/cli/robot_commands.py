@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,16 +10,18 @@ import numpy as np
 from cyclopts import Parameter
 
 from ..chain import PULL, ClosedChain
-from ..chain.dynamics.wrenches import what_is_open
+from ..chain.dynamics.reactions import ClosedForces
+from ..chain.dynamics.wrenches import JointReaction, what_is_open
 from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.errors import InvalidInput
+from ..core.schema import joined
 from ..core.tables import three_digits
 from ..core.validation import FloatArray, as_finite
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from . import options
-from .command import deliver, joined_json, writes
+from .command import deliver, writes
 from .reaction_command import reaction
 
 #: Units of a joint's value, longer endings first, in SI.
@@ -60,6 +63,34 @@ def mobility(
         print(f"beyond their limits  {', '.join(beyond)}")
     for text in chain.description.left_out:
         print(f"left out             {text}")
+
+
+@dataclass(frozen=True)
+class RobotForces:
+    """Efforts and joint reactions of a chain at rest.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the robot.
+    side : str
+        Side of the body.
+    forces : ClosedForces
+        Of all joints, N and N m.
+    efforts : dict
+        Of the drives by name, value and interval, N or N m.
+    reactions : dict of str to JointReaction
+        In joints and closures.
+    cautions : list of str
+        What to mind.
+    """
+
+    mechanism: str
+    side: str
+    forces: ClosedForces
+    efforts: dict[str, Any]
+    reactions: dict[str, JointReaction]
+    cautions: list[str]
 
 
 def forces(
@@ -138,13 +169,15 @@ def forces(
     efforts = {name: {"value": found.effort(name), "interval": found.effort_interval(name)} for name in driven}
     deliver(
         "\n".join([*lines, *(f"\n{each}" for each in reactions.values())]),
-        as_json=lambda: joined_json(
+        data=lambda: joined(
+            RobotForces,
             exo,
             forces=found,
             efforts=efforts,
             reactions={each.name: each for each in reactions.values()},
             cautions=found.cautions,
         ),
+        exo=exo,
         json=json,
         out=out,
     )

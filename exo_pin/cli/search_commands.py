@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import inspect
-import json as texts
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
-from ..core.results import plain
+from ..core.schema import document
+from ..core.tables import filled, newtons
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
+from ..study.detailed_figures import JOINT_POSES, joint_figures
+from ..workspace import Workspace, limb_sheet, starting_design
 from ..workspace import limb_loss as loss_of_limbs
-from ..workspace import limb_sheet, starting_design
 from ..workspace import limb_table as table_of_limbs
 from ..workspace import optimise as searched
 from ..workspace.limb_table import limb_loss_words
@@ -32,6 +35,67 @@ from .options.criteria_options import Judged, metres
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
+
+
+@dataclass(frozen=True)
+class WorkspaceSummary:
+    """Which poses of a grid a design reaches, holds and keeps safe.
+
+    Attributes
+    ----------
+    design : str
+        Its name.
+    poses : int
+        Number of poses, 1.
+    index : float
+        Share of poses that meet all criteria.
+    volume_share, volume_share_error : float or None
+        Share of the group of rotations, and its error.
+    fractions, lost_to : dict of str to float
+        By criterion: share of poses that meet it, and that it alone excludes.
+    one_by_one : dict
+        What each criterion costs as they are added one by one.
+    median_margins : dict of str to float
+        By criterion, in the unit that ``units`` names.
+    unknown, not_evaluated : float
+        Share of poses of which it is not known.
+    force_inside : dict of str to float
+        |F_s| over the poses inside, N.
+    largest_offsets : dict
+        Of moving centres, m.
+    not_checked : dict of str to str
+        Criteria that were not checked, and why.
+    centre_offset_mm : list of float
+        How far the device's centre is off the shoulder's, mm.
+    moving_centre : bool
+        Whether the shoulder's centre moves with the arm.
+    contact_N, peak_contact_N, contact_without_N : float
+        Force in the joint with the wearer's own muscles over poses inside, N: median, largest, and median without the
+        device.
+    relief : float
+        Median share of it that the device takes.
+    """
+
+    design: str
+    poses: int
+    index: float
+    volume_share: float | None
+    volume_share_error: float | None
+    fractions: dict[str, float]
+    lost_to: dict[str, float]
+    one_by_one: dict[str, list[Any]]
+    median_margins: dict[str, float]
+    unknown: float
+    not_evaluated: float
+    force_inside: dict[str, float] | None
+    largest_offsets: dict[str, Any]
+    not_checked: dict[str, str]
+    centre_offset_mm: list[float] | None = None
+    moving_centre: bool | None = None
+    contact_N: float | None = None
+    peak_contact_N: float | None = None
+    contact_without_N: float | None = None
+    relief: float | None = None
 
 
 def workspace(
@@ -48,9 +112,10 @@ def workspace(
     one_by_one: bool = False,
     limb_table: bool = False,
     limb_loss: bool = False,
-    draw: Literal["slices", "ball"] = "slices",
+    draw: Literal["slices", "ball", "rate"] = "slices",
+    muscles: options.Muscled = None,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".npz")] = None,
+    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
     plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
 ) -> None:
     """List which poses of a grid a design reaches, holds and keeps safe, and how many poses each criterion excludes.
@@ -66,7 +131,10 @@ def workspace(
     limb_loss : bool
         Also print how many of the poses inside are still held when one limb fails.
     draw : str
-        What --plot shows: slices, or the ball of rotations.
+        What --plot shows: slices, the ball of rotations, or slices with the weakest rate of the drives.
+    muscles : bool, optional
+        Also print the force in the joint with the wearer's own muscles, over at most 100 of the poses inside, at rest
+        (default: with --person, if the extra 'person' is installed, and the device's centre is the shoulder's).
 
     Examples
     --------
@@ -77,7 +145,11 @@ def workspace(
     exo = worn.load(design, side)
     centre = options.centre_of(offset, moving_centre, exo)
     found = exo.workspace(step, judged.of(exo), centre_offset=centre, posture=options.posture_of(posture))
-    parts = [str(found), *([str(found.one_by_one())] if one_by_one else [])]
+    inside = found.poses[found.inside]
+    joint: dict[str, float] = {}
+    if len(inside) and options.counts_muscles(muscles, worn, centre is not None or bool(posture)):
+        joint = joint_figures(exo, inside, {})
+    parts = [_joint_words(joint, len(inside)), str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
         options.refuse("--limb-table prints a table", json=json)
         parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
@@ -87,19 +159,41 @@ def workspace(
         parts += [str(left), limb_loss_words(left)]
 
     def figure() -> Any:
-        from ..view.plots import rotation_ball, workspace_slices
+        from ..view.plots import rate_slices, rotation_ball, workspace_slices
 
+        if draw == "rate":
+            return rate_slices(exo, found)
         return rotation_ball(found) if draw == "ball" else workspace_slices(found)
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
     deliver(
-        "\n\n".join(parts),
+        "\n\n".join(part for part in parts if part),
         found,
-        as_json=lambda: texts.dumps(plain(found.summary() | asked), indent=2),
+        data=lambda: workspace_document(found, asked | joint),
+        exo=exo,
         figure=figure,
         json=json,
         out=out,
         plot=plot,
+    )
+
+
+def workspace_document(found: Workspace, asked: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The document of a workspace, whose margins have the units of their criteria, with what was ``asked``."""
+    body = found.summary() | dict(asked or {})
+    margins = body.pop("units")
+    whole = document(WorkspaceSummary, body)
+    return whole | {"units": {**whole["units"], "median_margins": margins}}
+
+
+def _joint_words(joint: dict[str, float], count: int) -> str:
+    """The force in the joint over poses inside, which leads where a person is named."""
+    if not np.isfinite(joint.get("contact_N", np.nan)):
+        return ""
+    return filled(
+        f"In the joint of the wearer, with their own muscles: {newtons(joint['contact_N'])} N with the device (largest "
+        f"{newtons(joint['peak_contact_N'])} N), {newtons(joint['contact_without_N'])} N without: medians over "
+        f"{min(count, JOINT_POSES)} of the poses inside, at rest."
     )
 
 
@@ -275,7 +369,7 @@ def optimise(
             sources = {**best.device.sources, "mechanism": f"found by: {command}"}
             best.replace(name=name, sources=sources).save(where)
 
-    deliver(found, found, save=save, json=json, out=out, plot=plot)
+    deliver(found, found, save=save, exo=exo, json=json, out=out, plot=plot)
 
 
 def _command(given: dict[str, Any], design: str | None) -> str:

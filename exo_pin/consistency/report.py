@@ -39,6 +39,15 @@ class Finding:
     >>> found = ep.load("prototype").check().findings[-2]
     >>> found.name, found.outcome
     ('wrist conditions', 'pass')
+
+    Attributes
+    ----------
+    name : str
+        Of the check.
+    outcome : {"pass", "note", "fail"}
+        How it ended.
+    detail : str
+        What was found.
     """
 
     name: str
@@ -74,6 +83,13 @@ class Finding:
 @dataclass(frozen=True)
 class Report(Result):
     """All findings about a mechanism; prints as a table.
+
+    Attributes
+    ----------
+    mechanism : str
+        Its name.
+    findings : tuple of Finding
+        One a check.
 
     Examples
     --------

@@ -25,8 +25,8 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import FileFormatError, InvalidInput, SuspectMeasurements
 from ..core.errors.base import warn
 from ..core.errors.checked import checked
-from ..core.files import write_text
-from ..core.files.csv_tables import CsvTable, csv_text
+from ..core.files import write_columns
+from ..core.files.csv_tables import CsvTable
 from ..core.files.toml_tables import naming_file
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation, require_type
@@ -177,7 +177,7 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
     path : path-like
         The file; it appears whole or not at all.
     comments : iterable of str
-        Lines before the table.
+        Notes for a JSON file beside it.
 
     Examples
     --------
@@ -186,8 +186,10 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
     >>> exo = ep.load("prototype")
     >>> poses = exo.pose(abduction=[0, 20])
     >>> write_run(MeasuredRun(poses, exo.inverse_kinematics(poses).lengths), "bench.csv", ["of 3 May"])
-    >>> Path("bench.csv").read_text().splitlines()[:2]
-    ['# of 3 May', 'qx,qy,qz,qw,length_1_mm,length_2_mm,length_3_mm']
+    >>> Path("bench.csv").read_text().splitlines()[0]
+    'qx,qy,qz,qw,length_1_mm,length_2_mm,length_3_mm'
+    >>> "of 3 May" in Path("bench.json").read_text()
+    True
     """
     require_type("run", run, MeasuredRun, "a MeasuredRun")
     columns, blocks = ["qx", "qy", "qz", "qw"], [run.poses.as_quat()]
@@ -199,5 +201,6 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
             array = np.asarray(values) / _UNITS[kind][unit]
             columns += [f"{kind}_{k + 1}_{unit}" for k in range(array.shape[1])]
             blocks.append(array)
-    rows = np.concatenate(blocks, axis=1).tolist()
-    write_text(path, csv_text(columns, ([repr(value) for value in row] for row in rows), comments))
+    said = list(comments)
+    values = np.concatenate(blocks, axis=1).T
+    write_columns(path, dict(zip(columns, values, strict=True)), {"comments": said} if said else None)

@@ -219,6 +219,15 @@ def shoulder_angles(poses: Rotation, side: str = "left", degrees: bool = False) 
 
 
 @checked
+def pose_columns(poses: Rotation, side: str, shape: tuple[int, ...] | None = None) -> dict[str, FloatArray]:
+    """Clinical angles in degrees as columns of a table, each of the stack's shape or the ``shape`` it is part of."""
+    angles = shoulder_angles(poses, side, degrees=True)
+    return {
+        name: angles[..., k] if shape is None else np.broadcast_to(angles[..., k], shape)
+        for k, name in enumerate(CLINICAL_ANGLES)
+    }
+
+
 def isb_rotation(
     plane: ArrayLike, elevation: ArrayLike, axial_rotation: ArrayLike, side: str = "left", degrees: bool = False
 ) -> Rotation:

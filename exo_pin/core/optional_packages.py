@@ -15,15 +15,16 @@ _MODULES = {
     "person": ("myo_sim", "mujoco", "clarabel"),
     "optimise": ("optuna", "cmaes"),
     "robots": ("mujoco", "yaml"),
-    "study": ("pandas",),
+    "study": ("pandas", "openpyxl"),
     "recordings": ("ezc3d",),
+    "report": ("fpdf", "matplotlib"),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }
 #: Versions whose compiled models are known: least, and the first that is not.
 _VERSIONS = {("person", "mujoco"): ((3, 10), (4, 0)), ("robots", "mujoco"): ((3, 10), (5, 0))}
 #: What modules are called where they are installed.
-_NAMES = {"yaml": "PyYAML", "contourpy": "matplotlib"}
+_NAMES = {"yaml": "PyYAML", "fpdf": "fpdf2", "contourpy": "matplotlib"}
 
 
 def optional(extra: str, module: str) -> Any:

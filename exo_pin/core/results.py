@@ -14,7 +14,7 @@ import dataclasses
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pkgutil import resolve_name
 from typing import Any, ClassVar
@@ -24,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from .optional_packages import optional
 from .records import Record
+from .schema import document
 
 #: Characters of a ``repr``, and of one field of it.
 _SCREEN, _FIELD = 1200, 80
@@ -35,6 +36,8 @@ _EFFECTS = {
     "F_s_percent": "% of |F_s|",
     "pose_deg": "deg of the pose",
     "force_percent": "% of the force",
+    "friction_percent": "% of the friction",
+    "damping_percent": "% of the damping",
 }
 
 
@@ -77,6 +80,11 @@ class Known:
         return f"{self.size:.3g} {self.unit} of the {self.name}{known}: {does}"
 
 
+def taken_as_known(known: Sequence[Known], more: str = "") -> str:
+    """One sentence on what an answer took as known; empty where it is nothing."""
+    return f"Taken as known{more}: {'; '.join(map(str, known))}." if known else ""
+
+
 class Result(Record):
     """Base of results.
 
@@ -89,6 +97,11 @@ class Result(Record):
     cautions: ClassVar[Any] = ()
     #: Field whose shape is that of the stack of poses or samples; where it has none, rows are what all arrays share.
     _per_row: ClassVar[str] = "status"
+    #: Properties that its plain data have besides the fields, a record that describes
+    #: its data where they are none of its fields, and records that describe what it has besides.
+    _derived: ClassVar[tuple[str, ...]] = ()
+    _document: ClassVar[type | None] = None
+    _described: ClassVar[tuple[type, ...]] = ()
     #: Fields that are no data of the result, such as what it computes others from.
     _hidden: ClassVar[frozenset[str]] = frozenset({"source"})
 
@@ -126,10 +139,28 @@ class Result(Record):
         verdict = getattr(self, "verdict", None)
         if isinstance(verdict, str):
             found["verdict"] = verdict
+        found |= {name: getattr(self, name) for name in self._derived}
         return found | {"cautions": list(self.cautions)}
 
+    def document(self) -> dict[str, Any]:
+        """Plain data of :meth:`as_dict` and :attr:`provenance`, with the name of their schema and their units.
+
+        Returns
+        -------
+        dict
+            What :meth:`to_json` writes; a number that is not finite is None.
+
+        Examples
+        --------
+        >>> exo = ep.load("four-cables")
+        >>> found = exo.reaction(exo.pose(60, 30)).document()
+        >>> found["schema"], found["units"]["shoulder_force"]
+        ('exo_pin.reaction/1', 'N')
+        """
+        return dict(plain(document(type(self), self.as_dict() | {"provenance": self.provenance})))
+
     def to_json(self, indent: int | None = 2) -> str:
-        """Return :meth:`as_dict` and :attr:`provenance` as JSON; a number that is not finite becomes null.
+        """Return :meth:`document` as JSON; a number that is not finite is null.
 
         Parameters
         ----------
@@ -147,7 +178,14 @@ class Result(Record):
         >>> json.loads(exo.reaction(exo.pose(60, 30)).to_json())["can_hold"]
         True
         """
-        return json.dumps(plain(self.as_dict() | {"provenance": self.provenance}), indent=indent)
+        return json.dumps(self.document(), indent=indent)
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What is to be known about a table of :meth:`columns`: verdict, cautions and :attr:`provenance`, plain."""
+        verdict = getattr(self, "verdict", None)
+        said = {"verdict": verdict} if isinstance(verdict, str) else {}
+        return dict(plain(said | {"cautions": list(self.cautions), "provenance": self.provenance}))
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame of :meth:`columns`.
@@ -222,6 +260,8 @@ def plain(value: Any) -> Any:
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return plain(value._asdict())
     if isinstance(value, list | tuple | set | frozenset):
         return [plain(item) for item in value]
     if isinstance(value, float):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 import sys
 import textwrap
@@ -14,6 +15,10 @@ WIDTH = 100
 
 #: How sentences begin that are notes below an answer, and no cautions above it.
 NOTES = ("Not ", "Posture: ")
+
+
+#: What no identifier has.
+_NO_WORD = re.compile(r"\W")
 
 
 def html_table(
@@ -69,6 +74,17 @@ def newtons(value: float) -> str:
     """A force, or a share in percent, for reading: whole from 10 on, else with one decimal."""
     text = f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.1f}"
     return "0" if float(text) == 0.0 else text
+
+
+def effort_column(name: str, unit: str) -> str:
+    """Column of the effort of a drive, an identifier that ends in its unit: "f_2_N" of limb 2."""
+    return _NO_WORD.sub("_", f"{name.replace('limb ', 'f_')}_{unit}")
+
+
+def position_column(name: str, unit: str) -> str:
+    """Column of the position of a drive whose effort is in ``unit``: "length_2_m" of limb 2."""
+    own = name.replace("limb ", "length_") if name.startswith("limb ") else f"{name}_position"
+    return _NO_WORD.sub("_", f"{own}_{'rad' if unit == 'N m' else 'm'}")
 
 
 def screen_width(most: int) -> int:

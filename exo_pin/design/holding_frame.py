@@ -16,12 +16,12 @@ from .arm import Arm
 from .geometry import WristGeometry
 from .mechanism import Mechanism
 
-#: Radius of bars, and wall of the sleeve, m.
-BAR, WALL = 0.0065, 0.004
+#: Radius of bars, wall of the sleeve, and wall of bars, m.
+BAR, WALL, _TUBE_WALL = 0.0065, 0.004, 0.0015
 #: The sleeve: radius about the arm's axis at most, least height, and how near to O its middle comes, m.
 _SLEEVE, _SLEEVE_HEIGHT, _SLEEVE_TOP = 0.066, 0.060, -0.075
 #: Mass of a bar, kg/m, and of a joint, kg; density of the sleeve, kg/m³.
-PER_METRE = 2700.0 * np.pi * (BAR**2 - (BAR - 0.0015) ** 2)
+PER_METRE = 2700.0 * np.pi * (BAR**2 - (BAR - _TUBE_WALL) ** 2)
 PER_JOINT, _PLASTIC = 0.05, 1200.0
 #: Places of the sleeve that stand for it, around and along.
 _AROUND, _ALONG = 24, 5
@@ -66,6 +66,27 @@ def mass_text(mechanism: Mechanism) -> str:
         else "the design does not state the mass of its drives"
     )
     return f"Estimated from the geometry: bars and joints of the frame {frame:.2f} kg, cuff {cuff:.2f} kg; {stated}."
+
+
+def frame_parts(geometry: WristGeometry) -> list[tuple[str, int, float, float, str]]:
+    """Parts of frame and cuff: name, number, length of tube or sleeve, m, mass of all of them, kg, and what of."""
+    points, n = np.asarray(geometry.platform_points), geometry.limb_count
+    frame, cuff = (sum(float(_lengths(bar).sum()) for bar in bars) for bars in holding_bars(geometry))
+    radius, bottom, top = sleeve_size(points)
+    shell = _PLASTIC * 2.0 * np.pi * radius * WALL * (top - bottom)
+    tube = f"aluminium tube {2e3 * BAR:.0f} x {1e3 * _TUBE_WALL:.1f} mm, bent"
+    return [
+        ("bars of the frame", 1, frame, PER_METRE * frame, tube),
+        ("bars of the cuff", 1, cuff, PER_METRE * cuff, tube),
+        (
+            "sleeve of the cuff",
+            1,
+            top - bottom,
+            shell,
+            f"plastic, {1e3 * WALL:.0f} mm, inner radius {1e3 * radius:.0f} mm",
+        ),
+        ("joints", 2 * n, float("nan"), 2 * n * PER_JOINT, "ball joints or forks, 50 g each; see --limb-table"),
+    ]
 
 
 def estimated_cuff(geometry: WristGeometry) -> Arm:
@@ -123,7 +144,8 @@ def _bow(points: FloatArray, about: FloatArray) -> FloatArray:
     gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
     order = np.roll(order, -(int(np.argmax(gaps)) + 1))
     turns = np.unwrap(angle[order])
-    fine = np.union1d(turns, np.arange(turns[0], turns[-1], np.radians(5.0)))
+    # From end to end alike, so that a mirrored design has the mirrored bow.
+    fine = np.union1d(turns, np.linspace(turns[0], turns[-1], 1 + int(np.ceil(np.ptp(turns) / np.radians(5.0)))))
     sizes = np.hypot(points @ x, points @ y)[order], (points @ z)[order]
     radius, height = (np.interp(fine, turns, size) for size in sizes)
     return np.outer(radius * np.cos(fine), x) + np.outer(radius * np.sin(fine), y) + np.outer(height, z)

@@ -23,6 +23,7 @@ from ..core.errors.base import warn
 from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_count, as_finite, set_fields, set_positive
+from .body_dimensions import body_dimensions
 
 #: A payload, kg, above which it is likely that newtons were given: few hold it at arm's length.
 _HEAVY = 12.0
@@ -51,6 +52,10 @@ _SEGMENTS = {
 
 #: 5th and 95th percentile of stature, m, and of body mass, kg: ANSUR II, 4,082 men and 1,986 women, public tables.
 _SIZES = {"male": ((1.648, 1.870), (64.0, 111.0)), "female": ((1.525, 1.740), (51.0, 87.0))}
+#: Correlation of stature and the logarithm of body mass, of the same tables.
+_TOGETHER = {"male": 0.471, "female": 0.539}
+#: Thickest clothing, m.
+_THICKEST = 0.05
 #: Standard deviations from the mean to the 95th percentile of a normal distribution.
 _TO_95 = 1.6448536269514722
 
@@ -74,6 +79,11 @@ class Wearer(Record):
         0 for a straight arm; the forearm swings forward, to +x of {O_B}. Rad (degrees with ``degrees=True``).
     payload : float
         A point mass at the end of the hand segment (the third knuckle), kg.
+    arm_girth : float, optional
+        Girth of the upper arm with tense muscles, m; by default the mean of persons of that sex, stature and mass
+        (:mod:`exo_pin.design.body_dimensions`). The forearm is thicker or thinner by the same factor.
+    clothing : float
+        Thickness of what is worn between body and device, m.
     degrees : bool
         Whether the angle is in degrees.
 
@@ -96,17 +106,24 @@ class Wearer(Record):
     sex: str
     elbow_flexion: float = field(default=0.0, kw_only=True)
     payload: float = field(default=0.0, kw_only=True)
+    arm_girth: float | None = field(default=None, kw_only=True)
+    clothing: float = field(default=0.0, kw_only=True)
     degrees: InitVar[bool] = field(default=False, kw_only=True)
 
     def __post_init__(self, degrees: bool) -> None:
         set_positive(self, "height", "mass")
-        set_positive(self, "payload", zero=True)
+        set_positive(self, "payload", "clothing", zero=True)
+        set_positive(self, "arm_girth", optional=True)
         if not 0.5 <= self.height <= 2.6:
             likely = f"; did you mean {self.height / 100:g} m?" if 50.0 <= self.height <= 260.0 else ""
             raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {self.height:g}{likely}")
         if not 3.0 <= self.mass <= 400.0:
             raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {self.mass:g}")
         as_choice("sex", self.sex, _SEGMENTS)
+        if self.clothing > _THICKEST:
+            raise InvalidInput(f"expected clothing of 0 to {_THICKEST:g} m, got {self.clothing:g} m (mm?)")
+        if self.arm_girth is not None and not 0.1 <= self.arm_girth <= 0.8:
+            raise InvalidInput(f"expected an arm_girth of 0.1 to 0.8 m, got {self.arm_girth:g} m")
         if self.payload > _HEAVY:
             warn(
                 f"a payload of {self.payload:g} kg weighs {9.81 * self.payload:.0f} N: it is given in kg (newtons?)",
@@ -123,8 +140,8 @@ class Wearer(Record):
         """Persons drawn at random, women and men in turn, with straight arms.
 
         Stature is normal and mass log-normal, each through the 5th and 95th percentile of ANSUR II (4,082 men and 1,986
-        women; a woman's 50th percentiles are then 1.633 m and 66.6 kg, measured 1.626 m and 67 kg). Both are drawn
-        independently, so that there are more tall and light persons than in life: a wider population.
+        women; a woman's 50th percentiles are then 1.633 m and 66.6 kg, measured 1.626 m and 67 kg), with the measured
+        correlation of 0.47 and 0.54 between stature and the logarithm of mass.
 
         Parameters
         ----------
@@ -148,6 +165,8 @@ class Wearer(Record):
         for row, (tall, heavy) in enumerate(numbers):
             sex = ("female", "male")[row % 2]
             (short, long), (light, dense) = _SIZES[sex]
+            shared = _TOGETHER[sex]
+            heavy = shared * tall + np.sqrt(1.0 - shared**2) * heavy
             height = 0.5 * (short + long) + 0.5 * (long - short) * tall
             mass = np.sqrt(light * dense) * np.sqrt(dense / light) ** heavy
             found.append(cls(float(height), float(mass), sex))
@@ -167,6 +186,26 @@ class Wearer(Record):
     def forearm_length(self) -> float:
         """From the elbow's centre to the third knuckle, where the hand of a closed fist ends, m."""
         return sum(segment.length_mm for segment in _SEGMENTS[self.sex][1:]) * self._scale
+
+    def dimensions(self) -> dict[str, float]:
+        """Breadths, depths and girths of the body without clothing.
+
+        Returns
+        -------
+        dict of str to float
+            m, by the names of :func:`exo_pin.design.body_dimensions.body_dimensions`.
+
+        Examples
+        --------
+        >>> thick = ep.Wearer(1.87, 111, "male", arm_girth=0.418)  # the 95th percentile of ANSUR II's men
+        >>> round(1e3 * thick.dimensions()["forearm girth"])  # mm
+        354
+        """
+        found = body_dimensions(self.height, self.mass, self.sex)
+        if self.arm_girth is not None:
+            found["forearm girth"] *= self.arm_girth / found["upper arm girth"]
+            found["upper arm girth"] = self.arm_girth
+        return found
 
     def segments(self) -> list[Body]:
         """Upper arm, forearm, hand and payload as (mass, centre of mass, inertia about it), SI, in {O_B}.

@@ -41,10 +41,10 @@ class DeviceSingularity(Result, ReadOnly):
         a singular configuration); "undetermined" (regular by these numbers, and singular within the digits of a
         robot's file, by the verdict of :meth:`exo_pin.chain.ClosedChain.mobility`). Springs and loads do not count.
     smallest_singular_value : ndarray
-        Shape (...), of the moments per unit of effort, over all efforts that leave the device's own motions at rest:
-        in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
+        Shape (...), in its own unit, of the moments per unit of effort, over all efforts that leave the device's own
+        motions at rest: in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).
     margin : ndarray
-        Shape (...), from 0 to 1, of as many moments as the device can make in general; as of
+        Shape (...), dimensionless, from 0 to 1, of as many moments as the device can make in general; as of
         :attr:`exo_pin.Reaction.margin`. Where some drives have efforts in N and others in N m, moments of the former
         count over the mean lever of their drives.
     freedom : ndarray
@@ -55,9 +55,9 @@ class DeviceSingularity(Result, ReadOnly):
     self_stresses : ndarray of int
         Shape (...): reactions that equilibrium does not determine.
     determinant : ndarray
-        Shape (...): of the moments per unit of effort of three drives that hold the arm alone, in which joints have no
-        other motion, in the units of their efforts; its sign differs on the two sides of the singular surface. NaN of
-        other devices.
+        Shape (...), in its own unit: of the moments per unit of effort of three drives that hold the arm alone, in
+        which joints have no other motion, in the units of their efforts; its sign differs on the two sides of the
+        singular surface. NaN of other devices.
     """
 
     kind: NDArray[np.str_]

@@ -251,6 +251,27 @@ class DeviceKind:
         def __getattr__(self, name: str) -> Any: ...
 
 
+def described(device: Device) -> dict[str, Any]:
+    """What a document says of a device: name, hash, and the arm that it moves, in SI units, which names end in."""
+    arm = device.arm
+    wearer = arm and arm.wearer
+    body = arm and {
+        "mass_kg": arm.mass,
+        "centre_of_mass_m": arm.centre_of_mass.tolist(),
+        "inertia_kg_m2": None if arm.inertia is None else arm.inertia.tolist(),
+        "body_mass_kg": arm.body_mass,
+    }
+    person = wearer and {
+        "height_m": wearer.height,
+        "mass_kg": wearer.mass,
+        "sex": wearer.sex,
+        "elbow_flexion_rad": wearer.elbow_flexion,
+        "payload_kg": wearer.payload,
+    }
+    known = {"name": device.name, "title": device.title, "side": device.side, "sha256": device.hash}
+    return {**known, "arm": body, "person": person}
+
+
 class _OfChain:
     """A name of the protocol that the chain's device answers; no attribute of the class, so no default of a field.
 

@@ -269,7 +269,10 @@ class _Lines:
 
     def _assumed(self) -> str:
         answer = self.answer
-        texts = [answer.source.split.assumed(answer.source.poses.mechanism)]
+        split = answer.source.split.assumed(answer.source.poses.mechanism)
+        if self.device.has_limbs and self.device.limbs_are_massless:
+            split = f"massless {split}" if split.startswith("limbs") else f"massless limbs; {split}"
+        texts = [split]
         if not answer.criterion.startswith("none needed"):
             texts.append(answer.criterion.removesuffix(", within the limits of the limbs"))
         text = textwrap.shorten(plain("; ".join(texts)), self.width - _LABEL - len(_MORE) - 1, placeholder=" …")

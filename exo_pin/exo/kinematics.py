@@ -267,7 +267,7 @@ def workspace(
     --------
     >>> found = ep.load("four-linear-actuators-worn").workspace(10.0)
     >>> print(f"{found.index:.0%} of {found.inside.size} poses; clearance {found.fractions['clearance']:.0%}")
-    90% of 1452 poses; clearance 95%
+    90% of 1452 poses; clearance 94%
     """
     return workspace_of(self.device, poses, criteria, load, centre_offset, posture)
 

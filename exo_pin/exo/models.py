@@ -40,7 +40,9 @@ from ..wrist_chain.wrist_urdf import closures_beside
 from .wrist import Wrist
 
 if TYPE_CHECKING:
+    from ..design import Wearer
     from ..person import Person
+    from ..report import DesignReport
     from ..view import ChainScene, Scene
     from .shoulder_exo import ShoulderExo
 
@@ -404,3 +406,33 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
         limbs=limbs, name=device.name, title=device.title, arm=device.arm, shoulder=device.shoulder,
         interfaces=device.interfaces, sources=device.sources,
     )  # fmt: skip
+
+
+def report(
+    self: ShoulderExo,
+    person: Person | Wearer | None = None,
+    arm_speed: float = 60.0,
+    file: str | PathLike[str] | None = None,
+) -> DesignReport:
+    """What the device does for a person over the range of daily life, in one record that can be written as two pages.
+
+    Parameters
+    ----------
+    person, arm_speed, file
+        As for :func:`exo_pin.report.design_report`: who wears it, the speed of the arm for the drives (degrees/s), and
+        the design's file, whose hash then stands in the report.
+
+    Returns
+    -------
+    DesignReport
+        Its ``save`` writes ``.pdf`` or ``.html``.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> round(report.postures[1].joint_without_N), len(report.hazards)  # N, arm forward at 60°
+    (278, 13)
+    """
+    from ..report import design_report  # here, because few queries need it
+
+    return design_report(self, person, arm_speed, file)

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import current_mode, mode
 from ..core.conventions import shoulder_angles
 from ..core.results import Result
-from ..core.tables import NOTES, aligned, filled, indented, under_verdict
+from ..core.tables import NOTES, aligned, filled, indented, three_digits, under_verdict
 from ..core.validation import FloatArray
 from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
@@ -33,6 +33,7 @@ from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
 from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
+from .pose_numbers import PoseNumbers
 
 if TYPE_CHECKING:
     from ..person import JointContact, Person
@@ -65,6 +66,7 @@ class PoseReport(Result):
     """
 
     _hidden = frozenset({"answer", "contact", "pose_words", "kept"})
+    _described = (PoseNumbers,)
 
     answer: Reaction
     remedy: Remedy | None
@@ -220,13 +222,13 @@ class PoseReport(Result):
 
     def _shoulder(self) -> list[str]:
         answer = self.answer
-        head = f"Force of the shoulder on the arm: {float(answer.magnitude):.1f} N"
+        head = f"Force of the shoulder on the arm: {three_digits(answer.magnitude)} N"
         if answer.percent_body_weight is not None:
-            head += f", {float(answer.percent_body_weight):.1f} % of body weight"
+            head += f", {three_digits(answer.percent_body_weight)} % of body weight"
         if not answer.held:
             head += self._unheld_words
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)
-        along = ", ".join(f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in parts)
+        along = ", ".join(f"{_felt(abs(value))} N {pair[int(value < 0.0)]}" for value, pair in parts)
         assumed = answer.source.split.assumed(answer.source.poses.mechanism)
         how = f"({along}; assumed: {assumed}; criterion: {answer.criterion})"
         allowed = answer.range()
@@ -277,7 +279,7 @@ class PoseReport(Result):
             shown, limits = f" {unit}" if unit else "", "not asked"
             if bounds.asked:
                 limits = _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), shown)
-            rows.append((name, *own, f"{np.round(forces[i], 1) + 0.0:.1f}{shown}", limits))
+            rows.append((name, *own, f"{_felt(forces[i])}{shown}", limits))
         return aligned(rows)
 
     def _footnotes(self) -> list[str]:
@@ -409,6 +411,8 @@ def moving_mass(device: Device) -> str:
     own = 0.0 if arm.person is None else arm.person.mass
     moving = arm.mass - own + device.links_mass
     words = f"moving part of the device {moving:.3g} kg"
+    if device.has_limbs and device.limbs_are_massless:
+        words += ", massless limbs"
     if not own:
         return f"{words}, without a person's arm"
     # A share of an arm that is rounding is no mass.
@@ -429,6 +433,11 @@ def way_table(angles: FloatArray, answer: Reaction) -> str:
         [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
     ]
     return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
+
+
+def _felt(newtons: float) -> str:
+    """A force in three digits; zero below 0.05 N."""
+    return three_digits(newtons) if abs(newtons) >= 0.05 else "0"
 
 
 def _range(low: float, high: float, unit: str) -> str:

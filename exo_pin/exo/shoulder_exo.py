@@ -433,6 +433,7 @@ class ShoulderExo(Record):
     export = models.export
     chain_with_masses = models.chain_with_masses
     view = models.view
+    report = models.report
 
     def __dir__(self) -> list[str]:
         partly = {name for name, member in vars(ShoulderExo).items() if isinstance(member, Partly)}

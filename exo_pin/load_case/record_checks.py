@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
 from ..core.records import Record
@@ -41,7 +42,7 @@ class MeasurementNoise(Record):
     found : float
         Standard deviation about each axis, rad, estimated from the samples; NaN with too few of them.
     stated : float or None
-        The same as stated by the user.
+        The same as stated by the user, rad.
     cutoff_frequency : float
         Hz, above which smoothing removes most of the motion (half its amplitude at this frequency); infinite for
         interpolation.
@@ -67,7 +68,7 @@ class MeasurementNoise(Record):
     stated: float | None
     cutoff_frequency: float
     covariance: FloatArray
-    end_effects: np.ndarray
+    end_effects: NDArray[np.bool_]
 
     @property
     def per_axis(self) -> float:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.conventions import pose_columns
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.results import drawn
-from ..core.tables import NOTES, html_table
+from ..core.results import Result, drawn
+from ..core.tables import NOTES, effort_column, html_table
 from ..core.validation import FloatArray
 from ..design.shoulder import PRESSURE_LIMITS
+from .holding.verdict import row_verdicts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,16 +26,14 @@ if TYPE_CHECKING:
     from .result import Reaction
 
 
-#: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
-_DERIVED = (
-    "verdict",
+#: Properties that an answer as plain data has besides its fields.
+DERIVED = (
     "magnitude",
     "percent_body_weight",
     "harness_wrench",
     "ratio",
     "can_hold",
     "unknown",
-    "status",
     "reasons",
     "clearance",
     "cuff_pull",
@@ -42,6 +42,44 @@ _DERIVED = (
 )
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
+
+
+@dataclass(frozen=True)
+class _SingleAnswer:
+    """What an answer as plain data has besides: of a single pose the range of |F_s|, and what equilibrium determines.
+
+    Attributes
+    ----------
+    criterion : str
+        By what the forces were chosen among those that balance the arm.
+    cuff_pressure_limits : str
+        What skin bears, as sources have it.
+    range_least, range_greatest, range_found : ndarray
+        |F_s| of the sets of forces that the split allows, N.
+    range_unbounded : bool
+        Whether nothing bounds |F_s|.
+    actuator_forces_determined, constraint_forces_determined : ndarray
+        Whether equilibrium alone determines them.
+    shoulder_force_determined, torso_wrench_determined : ndarray
+        Whether equilibrium alone determines them.
+    undetermined : ndarray
+        Number of independent reactions that equilibrium does not determine.
+    certificate : str
+        The same in words.
+    """
+
+    criterion: str
+    cuff_pressure_limits: str
+    range_least: FloatArray
+    range_greatest: FloatArray
+    range_found: FloatArray
+    range_unbounded: bool
+    actuator_forces_determined: NDArray[np.bool_]
+    constraint_forces_determined: NDArray[np.bool_]
+    shoulder_force_determined: NDArray[np.bool_]
+    torso_wrench_determined: NDArray[np.bool_]
+    undetermined: NDArray[np.int64]
+    certificate: str
 
 
 def vector_columns(label: str, values: FloatArray | None, names: Any) -> dict[str, FloatArray]:
@@ -55,7 +93,7 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     columns = vector_columns("F_s_{}_N", answer.shoulder_force, "xyz")
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
     # "f_1_N" of "limb 1".
-    drives = [f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}" for name, unit in answer.drive_units]
+    drives = [effort_column(name, unit) for name, unit in answer.drive_units]
     columns |= vector_columns("{}", f, drives) | vector_columns("g_{}_N", g, range(1, 1 + len(drives)))
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
 
@@ -121,9 +159,9 @@ def crossings(self: Reaction) -> NDArray[np.int64]:
 
 
 def columns(self: Reaction) -> dict[str, Any]:
-    """Forces, margin, det X and status of every pose, with units in the names; NaN where there is no answer.
+    """Pose, verdict with its reason, forces, margin, det X and status of every pose, with units in the names.
 
-    Where the data of a part do not cover a pose of the stack, the column "reason" says which.
+    The verdict is "held", "not held" or "not known". Numbers are NaN where there is no answer.
 
     Returns
     -------
@@ -133,14 +171,16 @@ def columns(self: Reaction) -> dict[str, Any]:
     Examples
     --------
     >>> exo = ep.load("four-cables")
-    >>> list(exo.reaction(exo.pose([0, 45])).columns())[:4]
-    ['F_s_x_N', 'F_s_y_N', 'F_s_z_N', 'F_s_N']
+    >>> list(exo.reaction(exo.pose([0, 45])).columns())[:6]
+    ['flexion_deg', 'abduction_deg', 'internal_rotation_deg', 'verdict', 'reason', 'F_s_x_N']
     """
+    words, why = row_verdicts(self)
     return (
-        force_columns(self)
+        pose_columns(self.case.poses, self.source.poses.mechanism.side, self.status.shape)
+        | {"verdict": words, "reason": why}
+        | force_columns(self)
         | _cuff_columns(self)
         | {"det_X": self.determinant, "status": self.status.astype(object)}
-        | ({"reason": self.reasons.astype(object)} if self.reasons.any() else {})
     )
 
 
@@ -205,9 +245,7 @@ def as_dict(self: Reaction) -> dict[str, Any]:
     >>> round(float(np.linalg.norm(fields["shoulder_force"]) - fields["magnitude"]), 9)
     0.0
     """
-    names = [field.name for field in fields(self) if field.name not in ("source", "case", "assumptions")]
-    found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
-    found |= vars(self.optimum) | {"criterion": self.criterion, "cautions": list(self.cautions)}
+    found = Result.as_dict(self) | vars(self.optimum) | {"criterion": self.criterion}
     found |= {} if self.cuff_pressure is None else {"cuff_pressure_limits": PRESSURE_LIMITS}
     if self.status.ndim == 0 and (allowed := self.range()) is not None:
         # JSON has no infinity: unbounded is a word of its own.

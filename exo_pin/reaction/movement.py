@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
 from ..core.errors import NoisyMovement
 from ..core.errors.base import warn
 from ..core.errors.checked import checked
@@ -296,7 +295,7 @@ class MovementReaction(Result):
         return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.4g} s."]
 
     def columns(self) -> dict[str, Any]:
-        """Time, clinical angles on the device's side, motion, forces, their noise, det X and status of every sample.
+        """Time, motion, and of every sample what :meth:`.Reaction.columns` has, with the noise of the forces.
 
         Returns
         -------
@@ -311,10 +310,8 @@ class MovementReaction(Result):
         [0.0, 10.0, 20.0, 30.0, 40.0, 50.0]
         """
         movement, reaction = self.movement, self.reaction
-        angles = shoulder_angles(movement.poses, reaction.source.poses.mechanism.side, degrees=True)
         return (
             {"time_s": movement.times}
-            | vector_columns("{}", angles, CLINICAL_ANGLES)
             | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
             | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
             | reaction.columns()

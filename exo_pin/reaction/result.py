@@ -15,6 +15,7 @@ from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
+from ..device.protocol import described
 from ..device.wrist_device import as_device
 from ..load_case.case import Case
 from . import columns as shown
@@ -40,23 +41,23 @@ class Reaction(Result, ReadOnly):
     Attributes
     ----------
     shoulder_force : ndarray
-        F_s, shape (..., 3): the force of the shoulder **on the arm**.
+        F_s, shape (..., 3), N: the force of the shoulder **on the arm**.
     actuator_forces : ndarray
-        f_i, shape (..., n), tension positive.
+        f_i, shape (..., n), N, tension positive; N m of a drive that turns.
     constraint_forces : ndarray
-        g_i, shape (..., n): the couple in the universal joint at B_i is g_i |B_i|, (D-18), and for a massless
+        g_i, shape (..., n), N: the couple in the universal joint at B_i is g_i |B_i|, (D-18), and for a massless
         limb the limb pulls the arm with -f_i s_i - g_i X_i. With a centre offset |g_i| is still the whole force across
         the limb, whose direction is perpendicular to s_i and on the side of X_i, and its line misses O. These are
         passive reactions, no actuator sets them. Zero for an SPS limb.
     limb_wrenches : ndarray
-        Shape (..., n, 6): force and moment of each limb on the arm.
+        Shape (..., n, 6): force, N, and moment, N m, of each limb on the arm.
     cuff_wrench : ndarray
-        Shape (..., 6): wrench of the cuff on the person's arm: all limbs together, less the weight and inertia of the
-        device's own moving part.
+        Shape (..., 6), N, N m: wrench of the cuff on the person's arm: all limbs together, less the weight and inertia
+        of the device's own moving part.
     harness_wrenches : ndarray
-        Shape (..., n, 6): force and moment of each limb on the torso.
+        Shape (..., n, 6): force, N, and moment, N m, of each limb on the torso.
     spherical_force : ndarray
-        Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
+        Shape (..., 3), N: F_s with limbs that carry no side force, the F_s0 of (D-34).
     split : str
         How the forces that equilibrium does not determine were chosen.
     case, assumptions : Case, Assumptions
@@ -156,6 +157,10 @@ class Reaction(Result, ReadOnly):
     guide_load: FloatArray | None = None
     load_share: FloatArray | None = None
 
+    _hidden = frozenset({"source", "case", "assumptions"})
+    _derived = shown.DERIVED
+    _described = (Optimum, Infeasibility, shown._SingleAnswer)
+
     @cached_property
     def optimum(self) -> Optimum:
         """Optimality conditions, duality gap and uniqueness of the chosen forces; computed on demand."""
@@ -225,8 +230,7 @@ class Reaction(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
-        device = as_device(self.source.poses.mechanism)
-        design = {"name": device.name, "sha256": device.hash}
+        design = described(as_device(self.source.poses.mechanism))
         return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
 
     @property

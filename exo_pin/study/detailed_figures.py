@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Interface
+from ..device.accuracy.hand_stiffness import cuff_distance
 from ..device.clearance import unknown_for_gaps
 from ..person import Person
 from ..reaction import Reaction
@@ -198,9 +198,36 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
 
+#: Most poses whose force in the joint is computed, some milliseconds each, beside a study.
+JOINT_POSES = 100
+#: Columns of the force in the joint.
+JOINT_FIGURES = ("contact_N", "peak_contact_N", "contact_without_N", "relief")
+
+
+def joint_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:
+    """Those of :func:`contact_figures` over the held of at most :data:`JOINT_POSES` of the poses."""
+    some = sampled(poses, JOINT_POSES)
+    return contact_figures(exo, some, exo.reaction(some, **question), question)
+
+
+def require_rest(question: Question) -> None:
+    """Refuse a motion and a load, with which the force in the joint would be that of another arm than the device's."""
+    if question.get("motion") is not None or question.get("load") is not None:
+        raise InvalidInput("expected no motion and no load: the force in the joint is that of an arm at rest (joint)")
+
+
+def joint_words(poses: Rotation) -> str:
+    """Of which poses the force in the joint is, and whose force on whom, as a sentence."""
+    total = poses.as_quat()[..., 0].size
+    return (
+        "Force in the joint (contact_N), of the socket on the head with the wearer's own muscles: over the held of "
+        f"{min(JOINT_POSES, total)} of {total} poses."
+    )
+
+
 def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, question: Question) -> dict[str, float]:
     """Contact force in the joint with the wearer's muscles over the held poses, and how much the device relieves it."""
-    names = ("contact_N", "peak_contact_N", "contact_without_N", "relief")
+    names = JOINT_FIGURES
     wearer = None if exo.arm is None else exo.arm.wearer
     if wearer is None or not answer.held.any():
         return dict.fromkeys(names, np.nan)
@@ -240,35 +267,24 @@ def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) 
     keys = ("split", "constraint_bounds", "weights")
     split: dict[str, Any] = {key: question[key] for key in keys if key in question}  # type: ignore[literal-required]
     follows, change = _worst_change(exo, some, split)
-    figures = {"follows_10_mm": follows, "change_by_10_mm_N": change, "change_on_cuff_N": np.nan}
+    figures = {"follows_10_mm": follows, "change_by_10_mm_N": change}
+    return figures | {"change_on_cuff_N": change_on_cuff(exo, some)}
+
+
+def change_on_cuff(exo: ShoulderExo, poses: Rotation) -> float:
+    """Largest change of F_s, N, by 10 mm on the design's cuff, or one as measured; NaN where no cuff is known."""
     interfaces, soft = exo.device.interfaces, exo
     if interfaces.cuff is None:
         distance = cuff_distance(exo.chain)
         if not distance > 0.0:
-            return figures
+            return float("nan")
         soft = exo.replace(interfaces=replace(interfaces, cuff=Interface.upper_arm_cuff(distance)))
-    return figures | {"change_on_cuff_N": _worst_change(soft, some, {"split": "elastic"})[1]}
+    return _worst_change(soft, sampled(poses, _OFF_POSES), {"split": "elastic"})[1]
 
 
-def cuff_distance(chain: ClosedChain) -> float:
-    """How far from the shoulder's centre along the hanging arm the cuff is, m; NaN where nothing is on the arm.
-
-    It is that of the chain's cuff where its roles name one, else the mean of the joints and loops on the arm: of a
-    wrist, of its joints B_i.
-    """
-    model, roles, frames = chain.model, chain.roles, chain.model.frames
-    if roles.cuff is not None:
-        return -float(frames[model.getFrameId(roles.cuff)].placement.translation[2])
-    arm = int(frames[model.getFrameId(str(roles.arm))].parentJoint)
-    heights = [
-        float(model.jointPlacements[k].translation[2]) for k in range(1, model.njoints) if model.parents[k] == arm
-    ]
-    for closure in chain.closures:
-        for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):
-            if closure.polynomial is None and frames[model.getFrameId(name)].parentJoint == arm:
-                end = frames[model.getFrameId(name)].placement.act(np.array(place.translation))
-                heights.append(float(end[2]))
-    return -float(np.mean(heights)) if heights else np.nan
+def change_of_rigid(exo: ShoulderExo, poses: Rotation) -> float:
+    """The same of the device with a rigid cuff; NaN where it follows nowhere."""
+    return _worst_change(exo, sampled(poses, _OFF_POSES), {})[1]
 
 
 def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> tuple[float, float]:

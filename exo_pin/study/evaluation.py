@@ -18,7 +18,15 @@ from ..design import Arm, Wearer
 from ..reaction.assumptions import Question
 from ..reaction.columns import peak_of
 from ..reaction.constraints.actuator_limits import closed_length_limits
-from .detailed_figures import contact_figures, detailed_figures, is_passive, sampled, why_blank, within_reach
+from .detailed_figures import (
+    detailed_figures,
+    is_passive,
+    joint_figures,
+    joint_words,
+    require_rest,
+    why_blank,
+    within_reach,
+)
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
@@ -94,8 +102,6 @@ def _words(arm: Arm | None) -> str:
     return f"a {kind} of {wearer.height:.4g} m, {wearer.mass:.3g} kg, {elbow}, payload {payload:.3g} kg"
 
 
-#: Most poses whose force in the joint is computed, some milliseconds each, beside a comparison.
-_JOINT_POSES = 100
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "least_margin", "one_side", "reach")
 
@@ -284,14 +290,14 @@ def compare(
         raise InvalidInput("expected at least one other design to compare with")
     for design in designs:
         require_method("design", design, "reaction", "a ShoulderExo")
-    if joint and (question.get("motion") is not None or question.get("load") is not None):
-        raise InvalidInput("expected no motion and no load: the force in the joint is that of an arm at rest (joint)")
+    if joint:
+        require_rest(question)
     designs, whose = on_one_arm(designs, person)
-    found, more, joints, some = [], [], [], sampled(stack, _JOINT_POSES)
+    found, more, joints = [], [], []
     for each in track(designs, "designs", progress):
         found.append(_figures(each, stack, question))
         more.append(detailed_figures(each, stack, question) if detailed else {})
-        asked = contact_figures(each, some, each.reaction(some, **question), question) if joint else {}
+        asked = joint_figures(each, stack, question) if joint else {}
         joints.append({name: value for name, value in asked.items() if name not in more[-1]})
     common, words = _common(designs, [force for _, force in found])
     rows: list[dict[str, Any]] = []
@@ -303,9 +309,7 @@ def compare(
     for row, rank in zip(rows, StudyTable(rows).ranks, strict=True):
         row["rank"] = rank
     if joint and not detailed:
-        words += (
-            f" Force in the joint (contact_N): over the held of {len(some)} of {stack.as_quat()[..., 0].size} poses."
-        )
+        words += f" {joint_words(stack)}"
     return StudyTable(rows, heading=(whose, words.lstrip()))
 
 

@@ -19,6 +19,7 @@ from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, r
 from ..design import Arm
 from ..design.parameters.names import DesignParameter, values_of
 from ..reaction.assumptions import Question
+from .detailed_figures import JOINT_FIGURES, joint_figures, joint_words, require_rest
 from .evaluation import FIGURES, evaluate
 from .study_table import StudyTable
 
@@ -73,6 +74,7 @@ def sweep(
     executor: Executor | None = None,
     progress: bool = False,
     payload_at: ArrayLike | None = None,
+    joint: bool = False,
     **question: Unpack[Question],
 ) -> StudyTable:
     """Every combination of parameter values, evaluated over the same poses.
@@ -95,6 +97,10 @@ def sweep(
         Whether to show a progress bar.
     payload_at : array_like, optional
         Shape (3,), m, in the arm frame: where the payload is held.
+    joint : bool
+        Whether the force in the joint with the wearer's own muscles leads: the columns ``contact_N``,
+        ``peak_contact_N``, ``contact_without_N`` and ``relief`` of :func:`exo_pin.study.compare`, over the held of at
+        most 100 poses, at rest. Needs the extra ``person`` and a design that has a wearer.
     **question
         Of :meth:`ShoulderExo.reaction`, as in :func:`evaluate`.
 
@@ -111,7 +117,8 @@ def sweep(
         If a parameter is none of these.
     InvalidInput
         If there are no values, the design has no such parameter, an angle in rad looks like degrees, or ``payload_at``
-        is missing.
+        is missing; or ``joint`` comes with a motion, a load, or a payload, which the wearer has to carry
+        (:class:`exo_pin.Wearer`).
 
     Examples
     --------
@@ -130,31 +137,39 @@ def sweep(
     if hand is None and any(each.key == "payload" for each in named):
         raise InvalidInput("a payload needs payload_at, the place in the arm frame where it is held, m")
     poses = as_rotation("poses", poses)
+    if joint:
+        require_rest(question)
+        if any(each.key == "payload" for each in named):
+            raise InvalidInput("expected no payload among the parameters: the wearer carries it (payload of joint)")
     exo = exo.replace()
     evaluate(exo, poses, **question)  # arguments that fit no design raise here, and not row by row
     combinations = [dict(zip(values, choice, strict=True)) for choice in itertools.product(*values.values())]
-    tasks = [(exo, choice, poses, hand, question) for choice in combinations]
+    tasks = [(exo, choice, poses, hand, question, joint) for choice in combinations]
     rows = mapped(_row, tasks, executor, "designs", progress, _BLOCK)
     # A value of the wrong shape has columns of its own: the others are blank there.
     blank: dict[str, Any] = {
         name: "" if any(isinstance(row.get(name), str) for row in rows) else np.nan
         for name in dict.fromkeys(itertools.chain.from_iterable(rows))
-        if name not in (*FIGURES, "error")
+        if name not in (*JOINT_FIGURES, *FIGURES, "error")
     }
-    return StudyTable([blank | row for row in rows])
+    return StudyTable([blank | row for row in rows], (joint_words(poses),) if joint else ())
 
 
-def _row(task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, Question]) -> dict[str, Any]:
-    exo, choice, poses, hand, question = task
+def _row(
+    task: tuple[ShoulderExo, dict[DesignParameter, Any], Rotation, FloatArray | None, Question, bool],
+) -> dict[str, Any]:
+    exo, choice, poses, hand, question, joint = task
     row: dict[str, Any] = {}
     for named, value in choice.items():
         row |= _labelled(named.name, value)
     try:
         values = {named: named.in_si(value) for named, value in choice.items()}
         design = type(exo).from_device(exo.device.with_values(values, hand))
-        return {**row, **evaluate(design, poses, **question), "error": ""}
+        leading = joint_figures(design, poses, question) if joint else {}
+        return {**row, **leading, **evaluate(design, poses, **question), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
-        return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
+        lost = dict.fromkeys((*(JOINT_FIGURES if joint else ()), *FIGURES), np.nan)
+        return {**row, **lost, "error": " ".join(str(error).split())}
 
 
 def _labelled(name: str, value: Any) -> dict[str, Any]:

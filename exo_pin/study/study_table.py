@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from ..core.errors.base import echo
 from ..core.files import write_columns
 from ..core.records import Record
 from ..core.results import drawn, frame_of
+from ..core.schema import identifier
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
 from ..design.parameters.names import parameter
@@ -52,6 +54,37 @@ def _common_names(rows: Any) -> list[str]:
             other = ", ".join(sorted(map(str, set(row) ^ set(names))))
             raise InvalidInput(f"expected all rows to have the same columns, but row {number} differs in {other}")
     return names
+
+
+@dataclass(frozen=True)
+class _StudyDocument:
+    """Plain data of :class:`StudyTable`.
+
+    Attributes
+    ----------
+    heading : list of str
+        What all rows have in common.
+    verdict : str
+        Which ranks first.
+    ranking : list of int
+        Numbers of the rows from 0, the best first.
+    ranks : list of int
+        Rank of each row.
+    ranking_rule : str
+        What ranks the rows.
+    cautions : list of str
+        What limits the meaning of the figures.
+    columns : dict of str to list
+        By name, which ends in the unit.
+    """
+
+    heading: list[str]
+    verdict: str
+    ranking: list[int]
+    ranks: list[int]
+    ranking_rule: str
+    cautions: list[str]
+    columns: dict[str, list[Any]]
 
 
 class StudyTable(Record, Mapping[str, NDArray[Any]]):
@@ -172,7 +205,28 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> frame.columns.tolist(), float(frame["holdable"].mean().round(2))
         (['r_A_m', 'holdable'], 0.85)
         """
-        return frame_of(self._columns).rename(columns=with_unit)
+        return frame_of(self.columns())
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns with the units of the parameters in their names.
+
+        Returns
+        -------
+        dict of str to ndarray
+
+        Examples
+        --------
+        >>> table = ep.study.StudyTable([{"r_A": 0.12, "holdable": 0.9}, {"r_A": 0.14, "holdable": 0.8}])
+        >>> list(table.columns())
+        ['r_A_m', 'holdable']
+        """
+        return {with_unit(name): values for name, values in self._columns.items()}
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What is to be known about the table: heading, verdict, ranks and cautions."""
+        names = ("heading", "verdict", "ranking", "ranks", "ranking_rule", "cautions")
+        return {name: getattr(self, name) for name in names}
 
     def plot(self, figure: str | None = None) -> Figure:
         """Draw a figure of the designs: over one parameter or two as curves, else as bars.
@@ -202,19 +256,20 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> figure.axes[0].lines[0].get_xydata()[-1]  # r_A, peak |F_s|
         array([103.,  57.])
         """
-        if figure is None and "relief" in self:
+        if figure is None and "held_after_failure" in self:
             return drawn("study_plots:comparison_figure", self)
         if figure is None and "rank" in self:
             return drawn("study_plots:ranking_figure", self)
-        return drawn("study_plots:study_figure", self, figure or "peak_F_s_N")
+        return drawn("study_plots:study_figure", self, figure or ("contact_N" if "contact_N" in self else "peak_F_s_N"))
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the file appears whole or not at all, an empty cell means NaN.
+        """Write the table, with :attr:`notes` in a JSON file beside it; an empty cell means NaN.
 
         Parameters
         ----------
         path : path-like
-            Where to; a header line with the names of the columns, then a line a design.
+            Where to; a header line with the names of the columns, then a line a design. With the ending .xlsx it is a
+            workbook.
 
         Examples
         --------
@@ -224,10 +279,10 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> np.genfromtxt("study.csv", delimiter=",", names=True)["peak_F_s_N"].round(1)  # N
         array([46.1, 69.3])
         """
-        write_columns(path, self)
+        write_columns(path, self.columns(), self.notes)
 
     def to_json(self, indent: int | None = 2) -> str:
-        """Heading, verdict, ranks, cautions and columns as JSON; null where a figure has no meaning.
+        """Heading, verdict, ranks, cautions and columns as JSON, with their schema; null where a figure has no meaning.
 
         Parameters
         ----------
@@ -245,21 +300,29 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> json.loads(table.to_json())["columns"]
         {'r_A_mm': [120.0, 140.0], 'reach': [None, 1.0]}
         """
+        return json.dumps(self.document(), indent=indent)
+
+    def document(self) -> dict[str, Any]:
+        """What :meth:`to_json` writes, as a dict.
+
+        Returns
+        -------
+        dict
+            With :attr:`notes` and the columns as lists; None where a figure has no meaning.
+
+        Examples
+        --------
+        >>> table = ep.study.StudyTable([{"r_A": 0.12, "reach": np.nan}, {"r_A": 0.14, "reach": 1.0}])
+        >>> table.document()["schema"], table.document()["columns"]["reach"]
+        ('exo_pin.study_table/1', [None, 1.0])
+        """
         columns = {
             name: [
                 None if _cell(value, repr) == "" and not isinstance(value, str) else value for value in column.tolist()
             ]
-            for name, column in self._columns.items()
+            for name, column in self.columns().items()
         }
-        found = {
-            "heading": self.heading,
-            "verdict": self.verdict,
-            "ranking": self.ranking,
-            "ranks": self.ranks,
-            "ranking_rule": self.ranking_rule,
-            "cautions": self.cautions,
-        }
-        return json.dumps({**found, "columns": columns}, indent=indent)
+        return {"schema": identifier("study_table"), "units": {}, **self.notes, "columns": columns}
 
     def __str__(self) -> str:
         if not self._columns:

@@ -52,7 +52,7 @@ class Row(Record):
     unit : str
         Of both numbers.
     printed, computed : ndarray
-        Same shape.
+        Of the same shape, in ``unit``.
     verdict : str
         "reproduced": equal to within the rounding of the print. "misprint, corrected": not so, but equal once a
         named slip of the print is mended. "reproduced under another reading": it follows from the printed data when

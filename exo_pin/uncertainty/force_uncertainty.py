@@ -17,8 +17,9 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import ExoPinError, MissingData, SolverFailed
 from ..core.records import Record
-from ..core.results import Known, Result, drawn
+from ..core.results import Known, Result, drawn, taken_as_known
 from ..core.validation import FloatArray, ReadOnly, as_mapping
+from ..device.protocol import described
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
 from ..reaction import Assumptions, Reaction, solve
@@ -38,7 +39,7 @@ class Effect(Record):
     name : str
         Of the quantity, with the unit of ``size``.
     size : float
-        Its uncertainty, to both sides.
+        Its uncertainty, to both sides, in its own unit.
     least, greatest : float
         Least and greatest |F_s| of the changes that were tried, N; infinite where there is no answer within.
     holds : bool
@@ -54,6 +55,37 @@ class Effect(Record):
     def change(self, magnitude: float) -> float:
         """The larger change from the |F_s| of the question, N."""
         return max(self.greatest - magnitude, magnitude - self.least)
+
+
+@dataclass(frozen=True)
+class _UncertaintyDocument:
+    """Plain data of :class:`ForceUncertainty`.
+
+    Attributes
+    ----------
+    magnitude : float
+        |F_s| of the question, N.
+    at : list of int
+        Row of the stack, that of the peak; empty for a single pose.
+    verdict : str
+        Of the question.
+    effects : list of Effect
+        One a quantity.
+    worst_offset : WorstOffset or None
+        The worst offset of the device's centre.
+    known : list of Known
+        What counts as certain, and what an error of it does.
+    cautions : list of str
+        What to mind.
+    """
+
+    magnitude: float
+    at: list[int]
+    verdict: str
+    effects: list[Effect]
+    worst_offset: WorstOffset | None
+    known: list[Known]
+    cautions: list[str]
 
 
 #: What an answer about a device with redundant rows leaves out.
@@ -96,10 +128,14 @@ class ForceUncertainty(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions."""
-        device = as_device(self.answer.source.poses.mechanism)
-        design = {"name": device.name, "sha256": device.hash}
+        design = described(as_device(self.answer.source.poses.mechanism))
         own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
         return super().provenance | own
+
+    @property
+    def verdict(self) -> str:
+        """What was taken as known, then the answer's verdict."""
+        return " ".join(part for part in (taken_as_known(self.known), self.answer.verdict) if part)
 
     @property
     def cautions(self) -> tuple[str, ...]:
@@ -124,9 +160,11 @@ class ForceUncertainty(Result, ReadOnly):
             "holds": np.array([effect.holds for effect in rows]),
         }
 
+    _document = _UncertaintyDocument
+
     def as_dict(self) -> dict[str, Any]:
         """Numbers of the pose and of every quantity."""
-        found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.answer.verdict}
+        found = {"magnitude": self.magnitude, "at": list(self.at), "verdict": self.verdict}
         found |= {"effects": [vars(effect) for effect in self.effects]}
         found |= {"worst_offset": None if self.worst_offset is None else vars(self.worst_offset)}
         return found | {"known": [vars(each) for each in self.known], "cautions": list(self.cautions)}
@@ -147,14 +185,12 @@ class ForceUncertainty(Result, ReadOnly):
 
     def __str__(self) -> str:
         where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""
-        lines = [self.answer.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
+        lines = [self.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
         lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
         if self.worst_offset is not None:
             device = as_device(self.answer.source.poses.mechanism)
             rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
             lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
-        if self.known:
-            lines.append(f"Taken as known: {'; '.join(map(str, self.known))}.")
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
 

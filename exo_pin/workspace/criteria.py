@@ -15,6 +15,7 @@ from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive, require_type, set_positive
 from ..design import Arm, Mechanism, Wearer
+from ..design.obstacles import as_obstacle
 from ..device.wrist_device import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
 from ..wrist.clearance.clearance import BodyShape
@@ -79,6 +80,10 @@ class Criteria(Record):
     body : BodyShape or None
         Another shape that limbs must keep clear of; None: that of the wearers. Where none is known the criterion
         "clearance" is not checked. Its upper arm is as long as that of each of ``wearers``.
+    obstacles : tuple of str
+        What stands about the wearers, beside their body: "chair", "wheelchair", "bed", "door", and "wall:120" or
+        "ceiling:0" for planes so many mm behind the back or above the head
+        (:func:`exo_pin.design.obstacles.obstacle`). Its gaps count as those to the torso.
 
     Raises
     ------
@@ -114,6 +119,7 @@ class Criteria(Record):
     wearers: tuple[Wearer, ...] = ()
     elbow_range: tuple[float, float] | None = None
     body: BodyShape | None = None
+    obstacles: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.names is not None:
@@ -137,6 +143,12 @@ class Criteria(Record):
         require_type("socket", self.socket, GlenoidCone | None)
         require_type("body", self.body, BodyShape | None)
         self._check_wearers()
+        named = (self.obstacles,) if isinstance(self.obstacles, str) else tuple(self.obstacles)
+        for each in named:
+            as_obstacle(each)
+        object.__setattr__(self, "obstacles", named)
+        if self.obstacles and self.body is not None:
+            raise InvalidInput("obstacles stand about the wearers: with a body of your own, put them into its torso")
         if self.body is not None:
             self.body.require_fit(self.wearers)
 
@@ -271,13 +283,15 @@ class Criteria(Record):
         --------
         >>> exo = ep.load("four-linear-actuators-worn")
         >>> body = ep.Criteria().body_of(exo.mechanism)
-        >>> round(float(body.arm[0, 6] / 0.030), 3)  # m, stature of the wearer, whose arm's radius is 3 % of it
-        1.755
+        >>> round(float(2e3 * np.pi * body.arm[0, 6]))  # mm, girth of the upper arm of a man of 1.755 m and 85 kg
+        359
         """
         wearers = self.wearers_of(mechanism)
+        if self.obstacles and not wearers:
+            raise MissingData([NOBODY], "obstacles", mechanism.name)
         if self.body is not None or not wearers:
             return self.body
-        return _body(wearers, mechanism.side, self.elbow_range)
+        return _body(wearers, mechanism.side, self.elbow_range, self.obstacles)
 
     def off_grid(self) -> Criteria:
         """These criteria without those of a grid, for poses that are none.
@@ -352,8 +366,10 @@ def _arms(own: Arm | None, wearers: tuple[Wearer, ...], elbow_range: tuple[float
 
 
 @functools.lru_cache(maxsize=32)
-def _body(wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None) -> BodyShape:
-    return BodyShape.of(wearers, side, elbow_range)
+def _body(
+    wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None, obstacles: tuple[str, ...]
+) -> BodyShape:
+    return BodyShape.of(wearers, side, elbow_range, obstacles)
 
 
 def _why(lacking: list[str]) -> str:

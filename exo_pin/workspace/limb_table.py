@@ -16,6 +16,7 @@ from ..core.tables import aligned
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import mass_text
+from ..device.device_singularity import position_rates
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..numerics.cones import fork_tilt, smallest_cone
@@ -50,9 +51,11 @@ def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
         surface (NaN where there is no body); ``base_cone_deg``, ``arm_cone_deg``, half the opening of the smallest cone
         that holds all its directions at either end: what a ball joint there must allow (180 where no half space holds
         them); ``arm_tilt_deg``, what a fork on the arm must allow that turns freely about an axis of its own
-        (:func:`exo_pin.numerics.cones.fork_tilt`). Of a device without limbs between two joint centres, one row a
-        drive: ``drive``, ``unit`` of its effort, and ``stroke_from``, ``used_from``, ``effort_from`` with their ``to``,
-        rad and N m of a hinge, m and N of others; efforts are those that make |F_s| least.
+        (:func:`exo_pin.numerics.cones.fork_tilt`); ``lever``, by how much its length changes at most while the arm
+        turns about any axis, m/rad, and ``moment``, the largest of its force times this lever, N m. Of a device without
+        limbs between two joint centres, one row a drive: ``drive``, ``unit`` of its effort, and ``stroke_from``,
+        ``used_from``, ``effort_from`` with their ``to``, rad and N m of a hinge, m and N of others, besides ``lever``
+        (about the device's own centre) and ``moment``; efforts are those that make |F_s| least.
 
     Raises
     ------
@@ -73,7 +76,9 @@ def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     lengths, tensions = found.lengths.reshape(total, n)[rows], found.tensions.reshape(total, n)[rows]
     low, high = length_limits(device)
     if limbs is None:
+        rates = np.linalg.norm(position_rates(device.as_chain(), found.poses).reshape(total, -1, 3)[rows], axis=2)
         values = dict(zip(_COLUMNS, (low, high, *_ends(lengths), *_ends(tensions)), strict=True))
+        values |= _levers(rates, tensions[:, : rates.shape[1]])
         return StudyTable(
             [
                 {"drive": name, "unit": unit} | {column: each[i] for column, each in values.items()}
@@ -89,6 +94,7 @@ def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     for i in range(n):
         ends = np.einsum("kij,kj->ki", R, geometry.platform_points[i] + cuff)
         along = (ends - geometry.base_points[i] - base) / lengths[:, i, None]
+        levers = np.linalg.norm(np.cross(ends, along), axis=1)
         # Seen from the arm. Openings are those of lines, whichever way they point.
         turned = np.einsum("kji,kj->ki", R, along)
         table.append(
@@ -106,9 +112,15 @@ def limb_table(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
                 "base_cone_deg": np.degrees(smallest_cone(along)[1]),
                 "arm_cone_deg": np.degrees(smallest_cone(turned)[1]),
                 "arm_tilt_deg": np.degrees(fork_tilt(turned)[1]),
+                **_levers(levers, tensions[:, i]),
             }
         )
     return StudyTable(table)
+
+
+def _levers(rates: FloatArray, efforts: FloatArray) -> dict[str, Any]:
+    """Largest rate of each drive per rate of the arm, and largest power per rate, about each pose's worst axis."""
+    return {"lever": rates.max(axis=0), "moment": (rates * np.abs(efforts)).max(axis=0)}
 
 
 def _ends(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -247,10 +259,10 @@ def limb_loss(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
     >>> print(limb_loss(exo.mechanism, exo.workspace(30.0)))
     limb    held  missing_Nm  missing_share  shoulder_force_N
     ----  ------  ----------  -------------  ----------------
-       1  0.9623         1.4         0.1259             353.4
+       1  0.9615         1.4         0.1259             353.4
        2       1           0              0             103.8
        3       1           0              0             295.7
-       4  0.9811      0.5134         0.0382              91.6
+       4  0.9808      0.5134         0.0382              91.6
     """
     device: Any = as_device(mechanism)
     rows = rows_inside(device, found)

@@ -132,6 +132,7 @@ def workspace(
         limits.wearers_of(device),
         values.stroke_unit,
         values.posture,
+        device.drive_units,
     )
 
 
@@ -348,7 +349,7 @@ def population(
     >>> from exo_pin.workspace import population
     >>> table = population([ep.load("four-linear-actuators-worn")], ep.Wearer.drawn(2), 20.0)
     >>> table["index"].round(2).tolist()  # share of the daily poses, one a person
-    [0.88, 0.88]
+    [0.88, 0.87]
     """
     exos, limits = list(designs), Criteria.of(criteria)
     if not exos or not wearers:

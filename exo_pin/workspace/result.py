@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import CLINICAL_ANGLES, shoulder_angles
+from ..core.conventions import pose_columns
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
-from ..core.tables import filled
+from ..core.tables import effort_column, filled, position_column
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..design import Wearer
 from ..load_case import CentreOffset
@@ -69,6 +69,8 @@ class Workspace(Result, ReadOnly):
         over their mean lever.
     posture : mapping, ndarray or None
         Values of idle joints by name, shape (N,) for all poses, or configurations (N, nq), if they were asked for.
+    drive_units : tuple of (str, str)
+        Name of each drive and unit of its effort, as :attr:`exo_pin.Reaction.drive_units`.
 
     Examples
     --------
@@ -93,6 +95,7 @@ class Workspace(Result, ReadOnly):
     wearers: tuple[Wearer, ...] = ()
     stroke_unit: str = "m"
     posture: Any = None
+    drive_units: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         for values in self.margins.values():
@@ -152,7 +155,7 @@ class Workspace(Result, ReadOnly):
         --------
         >>> found = ep.load("four-linear-actuators-worn").workspace(20.0).summary()
         >>> found["poses"], round(found["index"], 3), round(found["fractions"]["clearance"], 3)  # shares
-        (216, 0.88, 0.944)
+        (216, 0.87, 0.935)
         """
         share = self.volume_share
         return {
@@ -302,8 +305,7 @@ class Workspace(Result, ReadOnly):
         Returns
         -------
         dict of str to ndarray
-            Each of the stack's shape; the verdict is "inside", "outside" or "not known". Coordinates of drives are in
-            m or rad, their efforts in N or N m.
+            Each of the stack's shape; the verdict is "inside", "outside" or "not known".
 
         Examples
         --------
@@ -311,20 +313,20 @@ class Workspace(Result, ReadOnly):
         >>> list(table)[:6]
         ['flexion_deg', 'abduction_deg', 'internal_rotation_deg', 'verdict', 'reason', 'margin_stroke_m']
         """
-        angles = shoulder_angles(self.poses, self.side, degrees=True)
         open_ = self.unknown | self.not_evaluated
         verdict = np.where(self.inside, "inside", np.where(open_, "not known", "outside"))
-        found = {name: angles[..., k] for k, name in enumerate(CLINICAL_ANGLES)}
+        found = pose_columns(self.poses, self.side)
         found |= {"verdict": verdict.astype(object), "reason": self.reasons.astype(object)}
         for name, values in self.margins.items():
             # Names that are identifiers, as MATLAB has them.
             unit = self.units[name].replace(" ", "_").replace("/", "_per_")
             found[f"margin_{name}_{unit}".rstrip("_")] = values
         found |= {f"F_s_{axis}_N": self.shoulder_force[..., k] for k, axis in enumerate("xyz")}
-        drives = range(self.lengths.shape[-1])
         found |= {"F_s_N": self.magnitude, "singularity_margin": self.margin}
-        found |= {f"coordinate_{k + 1}": self.lengths[..., k] for k in drives}
-        return found | {f"effort_{k + 1}": self.tensions[..., k] for k in drives}
+        count = self.lengths.shape[-1]
+        units = self.drive_units[:count] or tuple((f"limb {k + 1}", "N") for k in range(count))
+        found |= {position_column(*each): self.lengths[..., k] for k, each in enumerate(units)}
+        return found | {effort_column(*each): self.tensions[..., k] for k, each in enumerate(units)}
 
     def __str__(self) -> str:
         return workspace_text(self)

@@ -89,6 +89,27 @@ def test_a_coupling_holds_the_joint_that_is_left():
         tree((0.0, 0.0, 1.0)).locked(["b"], [0.0, -3.0])
 
 
+@pytest.mark.parametrize("joint", ["one", "two"])
+def test_a_tree_that_was_built_in_code_is_locked(joint):
+    model, parent, bodies = pin.Model(), 0, []
+    for name, kind in (("one", pin.JointModelRZ()), ("two", pin.JointModelRY()), ("three", pin.JointModelRX())):
+        parent = model.addJoint(parent, kind, pin.SE3(np.eye(3), np.array([0.3, 0.0, 0.0])), name)
+        model.addFrame(pin.Frame(f"link {name}", parent, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+        model.appendBodyToJoint(parent, pin.Inertia(1.0, np.full(3, 0.1), 0.01 * np.eye(3)), pin.SE3.Identity())
+        bodies.append(f"link {name}")
+    ends = Placement((0.3, 0.0, 0.0)), Placement((0.0, 0.0, 0.0))
+    chain = ClosedChain(model, Closures("arm", closures=(Closure("held", "rigid", bodies[0], bodies[1], *ends),)))
+    q = np.array([0.3, 0.0, -0.4])
+    left = chain.locked([joint], q)
+    assert left.model.nv == 2
+    assert all(left.model.existFrame(name) for name in bodies)
+    # Two hinges and a weld between them, or one hinge that turns with it.
+    assert len(left.closures) == (joint == "one")
+    at = q[[name != joint for name in ("one", "two", "three")]]
+    there, here = left.placements(at), chain.placements(q)
+    assert np.allclose(there[bodies[2]].homogeneous, here[bodies[2]].homogeneous, atol=1e-14)
+
+
 def test_a_locked_root_and_limbs_leave_the_roles():
     chain, q = CHAINS["wrist-whole"]
     limb = chain.roles.limbs[0]

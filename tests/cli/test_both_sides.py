@@ -32,6 +32,7 @@ QUESTIONS = {
     "forces": ["--json"],
     "workspace": [*MAN, "--step", "30", "--json"],
     "tasks": [*MAN, "--step", "30", "--json"],
+    "parts": [*MAN, "--step", "30", "--json"],
 }
 #: Answered by wrists alone.
 OF_WRISTS = {
@@ -77,7 +78,7 @@ def differences(one, two, path=""):
 
 
 #: Questions that take seconds of a robot.
-SLOW = {"reaction", "reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks"}
+SLOW = {"reaction", "reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks", "parts"}
 ASKED = [
     pytest.param(design, question, marks=pytest.mark.full if design == "robot" and question in SLOW else ())
     for design, question in itertools.product(DESIGNS, QUESTIONS)

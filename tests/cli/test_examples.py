@@ -26,8 +26,10 @@ ANSWERS = {
     "singularity": r"nearest singular pose +\d|singular",
     "view": r"The device can|http://",
     "workspace": r"\d+\.\d % of \d+ poses are inside",
+    "parts": r"Mass of these parts: \d",
     "tasks": r"published range +\d+",
     "compare": r"ranks first|Equal first",
+    "report": r"It holds (none|\d)",
     "uncertainty": r"shoulder force|offset",
     "presets": r"four-(cables|linear-actuators)",
     "sweep": r"ranks first|Equal first|No design holds",
@@ -45,6 +47,8 @@ ANSWERS = {
     "muscle step": r"settling time +\d",
     "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
+    "batch": r'"id": "raised".*"can_hold": true.*"index": 0',
+    "schema": r"exo_pin\.reaction/1|joint_contact",
     "warm-up": r"kernels are ready",
 }
 

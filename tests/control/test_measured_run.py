@@ -1,5 +1,7 @@
 """Files of measured runs, and the command that calibrates from one."""
 
+import json
+
 import numpy as np
 import pytest
 from measured_devices import measured, near, poses
@@ -36,7 +38,7 @@ def test_a_run_is_read_back_bit_for_bit(tmp_path, run):
         for name in ("times", "pressures"):
             own, other = getattr(each, name), getattr(again, name)
             assert (own is None and other is None) or np.allclose(own, other, rtol=1e-15)
-    assert (tmp_path / "run.csv").read_text().startswith("# made by a test\ntime_s,qx,qy,qz,qw,length_1_mm")
+    assert (tmp_path / "run.csv").read_text().startswith("time_s,qx,qy,qz,qw,length_1_mm")
 
 
 def test_angles_units_order_of_columns_and_side(tmp_path):
@@ -120,10 +122,14 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert "millimetres" in capsys.readouterr().err
 
 
-def test_a_comment_of_several_lines_stays_a_comment(tmp_path, run):
+def test_notes_stand_beside_the_table_and_old_files_with_comments_are_read(tmp_path, run):
     write_run(run, tmp_path / "run.csv", ["left arm,\nsecond day", ""])
     np.testing.assert_allclose(read_run(tmp_path / "run.csv").lengths, run.lengths, rtol=1e-15)
-    assert (tmp_path / "run.csv").read_text().splitlines()[:3] == ["# left arm,", "# second day", "# "]
+    text = (tmp_path / "run.csv").read_text()
+    assert text.startswith("qx,")
+    assert json.loads((tmp_path / "run.json").read_text())["comments"] == ["left arm,\nsecond day", ""]
+    (tmp_path / "old.csv").write_text(f"# left arm,\n# second day\n{text}")
+    np.testing.assert_array_equal(read_run(tmp_path / "old.csv").lengths, read_run(tmp_path / "run.csv").lengths)
 
 
 def test_rotations_of_a_run_are_kept_as_they_are():

@@ -40,16 +40,16 @@ def test_a_link_through_the_wearer_is_named_where_the_workspace_is_not_clear(ser
     assert found.inside.tolist() == [False, True]
     answer = serial.reaction(poses)
     np.testing.assert_allclose(answer.clearance, found.margins["clearance"], atol=1e-12)
-    assert "In 1 of 2 poses link_1 and frame pass through the wearer's arm, by up to 58 mm." in answer.verdict
+    assert "In 1 of 2 poses link_1 and frame pass through the wearer's arm, by up to 62 mm." in answer.verdict
     one = serial.reaction(poses[0])
     assert one.verdict.startswith(
         "The device can hold this pose. As it is worn, link_1 passes through the wearer's arm"
     )
-    assert "frame passes through the wearer's arm (14 mm deep)" in one.verdict
+    assert "frame passes through the wearer's arm (18 mm deep)" in one.verdict
     assert one.as_dict()["clearance"] == pytest.approx(float(found.margins["clearance"][0]), abs=1e-12)
     assert serial.reaction(poses[1]).verdict == "The device can hold this pose."
     contact = serial.joint_contact(poses[0], ep.Person(1.755, 85.0, "male"), outside="mark")
-    assert "link_1 passes through the wearer's arm (58 mm deep)" in contact.caution
+    assert "link_1 passes through the wearer's arm (62 mm deep)" in contact.caution
 
 
 def test_links_of_a_device_that_gives_way_are_displaced_with_it(serial):

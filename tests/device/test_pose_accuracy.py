@@ -208,3 +208,32 @@ def test_workspace_and_search_ask_for_it():
     grid = exo.workspace(30.0, asked)
     rates = exo.accuracy(grid.poses, twins=False).rate[grid.inside]
     assert best.values[0]["weakest_rate"] == pytest.approx(np.quantile(rates, 0.01), rel=0.05)
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-linear-actuators", "six-cables"])
+def test_the_hand_gives_way_as_the_energy_of_the_cuff_says(name):
+    """By hand: arm and cuff where the cuff's energy less the work of a force at the hand is least, lengths locked."""
+    exo = ep.load(name).worn_by(ep.Wearer(1.755, 85, "male", elbow_flexion=0.5))
+    geometry, man, pose = exo.geometry, exo.arm.wearer, exo.pose(60, 20)
+    R, at = pose.as_matrix(), np.array([0.0, 0.0, geometry.platform_points[:, 2].mean()])
+    K = ep.Interface.upper_arm_cuff(-at[2]).stiffness
+    fore = man.forearm_length * np.array([np.sin(0.5), 0.0, -np.cos(0.5)])
+    hand = R @ (fore - [0.0, 0.0, man.upper_arm_length])
+
+    def lengths(x):
+        on_arm = Rotation.from_rotvec(x[6:]).apply(geometry.platform_points - at) + at + x[3:6]
+        return np.linalg.norm(Rotation.from_rotvec(x[:3]).apply(on_arm @ R.T) - geometry.base_points, axis=1)
+
+    # Of second order in small motions: rows of locked lengths by central differences, then the saddle point.
+    step = 1e-6 * np.eye(9)
+    rows = np.array([(lengths(each) - lengths(-each)) / 2e-6 for each in step]).T
+    energy = np.zeros((9, 9))
+    energy[3:, 3:] = K
+    saddle = np.block([[energy, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+    work = np.concatenate([np.cross(hand, np.eye(3)), np.zeros((3, 6 + len(rows)))], axis=1)
+    turns = np.linalg.lstsq(saddle, work.T, rcond=None)[0][:3].T
+    gives = np.linalg.eigvalsh(np.cross(turns, hand))[-1]
+    assert float(exo.accuracy(pose, twins=False).hand_stiffness) == pytest.approx(1.0 / gives, rel=1e-5)
+    double = exo.replace(interfaces=ep.Interfaces(cuff=ep.Interface(2.0 * K, at)))
+    assert double.accuracy(pose, twins=False).hand_stiffness * gives == pytest.approx(2.0, rel=1e-5)
+    assert np.isnan(exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3))).accuracy(pose, twins=False).hand_stiffness)

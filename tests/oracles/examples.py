@@ -1,10 +1,12 @@
 """Examples of public classes that no ordinary question makes: errors, muscles, rare results."""
 
+from dataclasses import fields
+
 import numpy as np
 from places import REPOSITORY
 
 import exo_pin as ep
-from exo_pin import FileFormatError, InvalidInput, muscle
+from exo_pin import FileFormatError, InvalidInput, muscle, report
 from exo_pin.chain import JointProperties
 from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.dynamics.nonsmooth.settling import Impacts
@@ -160,6 +162,22 @@ def rare_examples():
         soft.reaction(poses, split="elastic").source.poses.moved,
         Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),
     ]
+
+
+def report_examples():
+    """The record of a report with one of each of its rows, without asking the questions behind it."""
+    rows = (
+        report.Posture("hanging", 0.0, 0.0, 0.0, "yes", "", *[1.0] * 7),
+        report.Task("feeding", "1990", 27, *[1.0] * 6),
+        report.DriveNeed("limb 1", "linear", "N", *[1.0] * 14),
+        report.PersonFit("large man", 1.87, 111.0, 90.0, 80.0),
+        report.Hazard("shape", "clear", "edges"),
+    )
+    texts = {field.name: "" for field in fields(report.DesignReport) if field.type == "str"}
+    tuples = dict(zip(("postures", "tasks", "drives", "fits", "hazards"), [(row,) for row in rows], strict=True))
+    tuples |= {"assumed": (), "not_checked": (), "criteria_percent": {"stroke": 90.0}, "picture": b""}
+    numbers = {field.name: 1.0 for field in fields(report.DesignReport) if field.name not in texts | tuples}
+    return [report.DesignReport(**texts, **tuples, **numbers)]
 
 
 def muscle_program_examples():

@@ -12,7 +12,7 @@ import foreign_records
 import numpy as np
 from calibration_examples import calibration_examples
 from control_examples import control_examples
-from examples import error_examples, muscle_examples, muscle_program_examples, rare_examples
+from examples import error_examples, muscle_examples, muscle_program_examples, rare_examples, report_examples
 from guided_limbs import guided
 from moving_chains import moving
 from places import URDF
@@ -302,6 +302,7 @@ OTHER = (_files, _recordings, _pictures, _persons)
 EXAMPLES = (
     muscle_examples,
     rare_examples,
+    report_examples,
     error_examples,
     workspace_examples,
     trajectory_examples,

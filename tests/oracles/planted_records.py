@@ -8,6 +8,7 @@ import contextlib
 import io
 import re
 import warnings
+from unittest import mock
 
 import numpy as np
 from foreign_records import (
@@ -19,6 +20,7 @@ from foreign_records import (
     isb_values,
     lines,
     movement,
+    mvnx,
     opensense,
     opensim_head,
     rajagopal,
@@ -65,6 +67,17 @@ def in_radians(names):
 def w_first(folder, seed):
     truth = truth_of(seed)
     return lines(folder / "q.csv", [], QUATERNION, table(truth, wxyz(truth.poses))), {}, 'reading="w-first"'
+
+
+def w_last(folder, seed, writer=opensense):
+    """Sensors, or segments, whose four numbers stand in another order than the format has."""
+    truth = truth_of(seed)
+    with mock.patch("foreign_records.wxyz", Rotation.as_quat):
+        return *writer(folder, truth), 'reading="w-last"'
+
+
+def segments_w_last(folder, seed):
+    return w_last(folder, seed, mvnx)
 
 
 def radians_as_degrees(folder, seed):
@@ -250,7 +263,8 @@ def against_the_scapula(folder, seed):
 
 #: Mistakes with the seeds of their movements; an even seed is a left arm.
 MISTAKES = (
-    (w_first, (0, 1, 2)), (radians_as_degrees, (0, 1)), (isb_radians_as_degrees, (2,)),
+    (w_first, (0, 1, 2)), (w_last, (1, 4)), (segments_w_last, (2, 3)),
+    (radians_as_degrees, (0, 1)), (isb_radians_as_degrees, (2,)),
     (degrees_as_radians, (0, 1)), (thesis_degrees_as_radians, (3,)), (inverse_quaternions, (0, 1)),
     (transposed, (2, 3)),
     (frames_in_t, (0, 1)), (frames_in_seconds, (2,)), (milliseconds_as_seconds, (3,)), (seconds_as_milliseconds, (4,)),

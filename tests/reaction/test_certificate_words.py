@@ -39,18 +39,18 @@ def test_ranges_word_by_word():
         return ForceRange(*(np.array(end) for end in ends))
 
     assert str(told(NAN, NAN, NAN)) == "no set of forces is allowed"
-    assert str(told(3.0, INF, INF)) == "3.0 N to unbounded"
-    assert str(told(3.0, 3.0 + 1e-7, 3.0)) == "3.0 N, the only value"
-    assert str(told(3.0, 3.001, 3.001)) == "3.0 to 3.0 N"
-    assert str(told(3.0, 9.0, 9.0)) == "3.0 to 9.0 N"
-    assert str(told(3.0, 9.0, 8.0)) == "3.0 to at most 9.0 N (at least 8.0 N)"
-    assert str(told(0.0, 1e-10, 1e-10)) == "0.0 N, the only value"
-    assert str(told(1.0, 30.0, 30.0 - 1e-5)) == "1.0 to 30.0 N"
-    assert str(told(1.0, 30.0, 30.0 - 1e-4)) == "1.0 to at most 30.0 N (at least 30.0 N)"
+    assert str(told(3.0, INF, INF)) == "3.00 N to unbounded"
+    assert str(told(3.0, 3.0 + 1e-7, 3.0)) == "3.00 N, the only value"
+    assert str(told(3.0, 3.001, 3.001)) == "3.00 to 3.00 N"
+    assert str(told(3.0, 9.0, 9.0)) == "3.00 to 9.00 N"
+    assert str(told(3.0, 9.0, 8.0)) == "3.00 to at most 9.00 N (at least 8.00 N)"
+    assert str(told(0.0, 1e-10, 1e-10)) == "0 N, the only value"
+    assert str(told(1.0, 30.0, 30.0 - 1e-5)) == "1.00 to 30.0 N"
+    assert str(told(1.0, 30.0, 30.0 - 1e-4)) == "1.00 to at most 30.0 N (at least 30.0 N)"
     assert told([0.0, 1.0], [1e-8, 1.0], [0.0, 1.0]).is_single.tolist() == [False, True]
     stack = told([1.0, NAN, 2.0], [4.0, NAN, 9.0], [4.0, NAN, 9.0])
-    assert str(stack) == "3 poses, largest |F_s| of the allowed forces 9.0 N"
-    assert str(told([1.0, 2.0], [INF, 7.0], [INF, 7.0])).endswith("forces 7.0 N; unbounded in 1")
+    assert str(stack) == "3 poses, largest |F_s| of the allowed forces 9.00 N"
+    assert str(told([1.0, 2.0], [INF, 7.0], [INF, 7.0])).endswith("forces 7.00 N; unbounded in 1")
     assert str(told([1.0], [INF], [INF])) == "1 poses, largest |F_s| of the allowed forces -; unbounded in 1"
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core import errors
+from exo_pin.core.conventions import CLINICAL_ANGLES
 from exo_pin.load_case import Movement
 from exo_pin.reaction import SPLITS
 from exo_pin.study import StudyTable
@@ -24,7 +25,9 @@ def test_poses_are_rows_with_units_in_the_names(exo):
     answer = exo.reaction(ep.shoulder_rotation([20.0, 50.0, 80.0], 30, 0, degrees=True), limits=(0.0, 300.0))
     frame = answer.to_dataframe()
     assert list(frame) == [
-        "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N", "f_1_N", "f_2_N", "f_3_N", "g_1_N", "g_2_N", "g_3_N",
+        "flexion_deg", "abduction_deg", "internal_rotation_deg", "verdict", "reason",
+        "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N",
+        "f_1_N", "f_2_N", "f_3_N", "g_1_N", "g_2_N", "g_3_N",
         "margin", "cuff_pull_N", "det_X", "status",
     ]  # fmt: skip
     np.testing.assert_array_equal(frame[["F_s_x_N", "F_s_y_N", "F_s_z_N"]].to_numpy(), answer.shoulder_force)
@@ -46,9 +49,9 @@ def test_one_pose_is_one_row_and_a_grid_has_an_index(exo):
 
 def test_a_map_has_what_was_kept(exo):
     poses = ep.shoulder_rotation([20.0, 50.0], 30, 0, degrees=True)
-    assert list(exo.reaction_map(poses, keep=("magnitude",)).to_dataframe()) == ["F_s_N"]
+    assert list(exo.reaction_map(poses, keep=("magnitude",)).to_dataframe()) == [*CLINICAL_ANGLES, "F_s_N"]
     margin = exo.reaction_map(poses, keep=("margin", "actuator_forces"))
-    assert list(margin.to_dataframe()) == ["f_1_N", "f_2_N", "f_3_N", "margin"]
+    assert list(margin.to_dataframe()) == [*CLINICAL_ANGLES, "f_1_N", "f_2_N", "f_3_N", "margin"]
     with pytest.raises(errors.InvalidInput, match="magnitude"):
         _ = margin.peak
 

@@ -112,3 +112,17 @@ def test_the_force_in_the_joint_leads_over_a_sample():
     assert plain["rank"].tolist() == table["rank"].tolist()
     with pytest.raises(ep.InvalidInput, match="no motion and no load"):
         designs[0].compare(designs[1], poses=some, joint=True, load=ep.Load([0.0, 0.0, -10.0]))
+    figure = table.plot()
+    assert figure.axes[0].get_title() == "in the joint, with muscles"
+    order = list(table.ranking)
+    assert [bar.get_width() for bar in figure.axes[0].patches] == pytest.approx(table["contact_N"][order].tolist())
+    # A sweep of one design has the same numbers, and its picture is of them.
+    worn = designs[0].worn_by(man)
+    swept = ep.sweep(worn, {"scale": [1.0, 0.9]}, poses, joint=True)
+    assert list(swept)[:3] == ["scale", "contact_N", "peak_contact_N"]
+    assert swept["contact_N"][0] == pytest.approx(table["contact_N"][0], rel=1e-6)
+    assert "over the held of 100 of 130 poses" in " ".join(swept.heading)
+    (line,) = swept.plot().axes[0].get_lines()
+    np.testing.assert_allclose(sorted(line.get_ydata()), sorted(swept["contact_N"]))
+    with pytest.raises(ep.InvalidInput, match="no payload among the parameters"):
+        ep.sweep(worn, {"payload_kg": [1.0]}, poses, payload_at=[0.0, 0.0, -0.6], joint=True)

@@ -192,4 +192,5 @@ def test_what_counts_as_certain_is_listed_with_its_effect():
         ahead, behind = (float(each.reaction(LIFTED).magnitude) for each in leant)
         slope.append(ahead - behind)
     assert known["lean"] == pytest.approx(100.0 * np.linalg.norm(slope) / found.magnitude, rel=0.05)
-    assert "Taken as known: " in str(found)
+    assert str(found).startswith(f"{found.verdict}\n")
+    assert found.verdict.startswith("Taken as known: ")

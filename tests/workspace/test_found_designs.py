@@ -32,7 +32,7 @@ def man():
 def test_four_cables_work(cables):
     check = recheck(cables.mechanism, cables.reaction, LIMITS, finer_step=6.0)
     assert check.works
-    assert check.workspace.index == pytest.approx(0.861, abs=5e-4)
+    assert check.workspace.index == pytest.approx(0.856, abs=5e-4)
     assert check.finer_index > 0.84
     assert np.nanmax(check.flexion.magnitude) < 82.0
     assert np.nanmax(check.abduction.magnitude) < 49.0
@@ -40,10 +40,10 @@ def test_four_cables_work(cables):
     assert check.abduction.margins["forces"].min() > 15.0
     assert check.pinocchio_poses == 78
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.84
+    assert min(check.persons.values()) > 0.82
     assert set(check.beyond_elbow) == {"woman, 5th percentile", "man, 5th percentile"}
     assert f"woman, 5th percentile: 89.1 %; {check.beyond_elbow['woman, 5th percentile']}" in str(check)
-    assert min(check.offsets.values()) > 0.87
+    assert min(check.offsets.values()) > 0.875
     # In one region, which holds the pose of the grid nearest to rest.
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     assert check.workspace.region[check.workspace.nearest_to_rest]
@@ -55,7 +55,7 @@ def test_six_cables_work():
     body = BodyShape.of(ep.Wearer(1.755, 85.0, "male"))
     limits = Criteria(least_tension=5.0, largest_shoulder_force=140.0, body=body, least_gap=0.012)
     found = exo.workspace(criteria=limits)
-    assert found.index == pytest.approx(0.714, abs=5e-4)
+    assert found.index == pytest.approx(0.6625, abs=5e-4)
     assert np.nanmax(found.magnitude[found.inside]) < 129.0
 
 
@@ -96,7 +96,7 @@ def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
 @pytest.mark.parametrize(
     ("name", "limit", "index", "lifting", "moment", "persons", "offsets", "forces"),
     [
-        ("three-linear-actuators", 150.0, 0.9086, 42.0, 5.0, 0.92, 0.85, (-328.1, 289.6)),
+        ("three-linear-actuators", 150.0, 0.9073, 42.0, 5.0, 0.92, 0.85, (-328.1, 289.6)),
         ("four-linear-actuators", 120.0, 0.984, 37.5, 21.0, 0.96, 0.85, (-334.3, 345.6)),
     ],
 )
@@ -158,13 +158,13 @@ def test_four_muscle_cables_work():
     exo, limits = ep.load("four-muscle-cables"), OTHERS.replace(least_tension=5.0)
     check = recheck(exo.mechanism, exo.reaction, limits, finer_step=6.0)
     assert check.works
-    assert check.workspace.index == pytest.approx(0.814, abs=5e-4)
+    assert check.workspace.index == pytest.approx(0.808, abs=5e-4)
     assert np.nanmax(check.flexion.magnitude) < 114.0
     assert np.nanmax(check.abduction.magnitude) < 83.0
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 3.6
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.76
-    assert min(check.offsets.values()) > 0.78
+    assert min(check.persons.values()) > 0.73
+    assert min(check.offsets.values()) > 0.775
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     # Each limb gets by with the travel of its muscle.
     used = check.workspace.lengths[check.workspace.inside]
@@ -178,11 +178,11 @@ def test_worn_cables_work_where_the_centre_is_fixed():
     exo = ep.load("four-cables-worn")
     check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0)
     assert check.works
-    assert check.workspace.index == pytest.approx(0.838, abs=6e-4)
+    assert check.workspace.index == pytest.approx(0.834, abs=6e-4)
     assert np.nanmax(check.flexion.magnitude) < 75.0
     assert np.nanmax(check.abduction.magnitude) < 39.0
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.86
+    assert min(check.persons.values()) > 0.84
     assert min(check.offsets.values()) > 0.85
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
 
@@ -192,13 +192,13 @@ def test_worn_cables_work_where_the_shoulder_moves(man):
     path = man.centre_path()
     check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0, centre_offset=path)
     assert check.works
-    assert check.workspace.index == pytest.approx(0.839, abs=6e-4)
+    assert check.workspace.index == pytest.approx(0.836, abs=6e-4)
     assert np.nanmax(check.flexion.magnitude) < 75.5
     assert np.nanmax(check.abduction.magnitude) < 57.5
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 12.0
     assert check.pinocchio_poses == 78
     assert check.pinocchio_difference < 1e-9
-    assert min(check.persons.values()) > 0.83
+    assert min(check.persons.values()) > 0.80
     assert min(check.offsets.values()) > 0.86
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     assert check.workspace.region[check.workspace.nearest_to_rest]
@@ -233,10 +233,10 @@ def test_worn_cables_relieve_the_joint_of_a_shoulder_that_moves(man, cables):
 @pytest.mark.parametrize(
     ("name", "limits", "index", "abduction"),
     [
-        ("four-cables", LIMITS, 0.691, (0, 66)),
-        ("four-linear-actuators", OTHERS.replace(largest_shoulder_force=120.0), 0.819, (0, 53)),
+        ("four-cables", LIMITS, 0.689, (0, 66)),
+        ("four-linear-actuators", OTHERS.replace(largest_shoulder_force=120.0), 0.821, (0, 53)),
         ("three-linear-actuators", OTHERS, 0.694, (0, 71)),
-        ("four-muscle-cables", OTHERS.replace(least_tension=5.0), 0.552, (0, 39)),
+        ("four-muscle-cables", OTHERS.replace(least_tension=5.0), 0.548, (0, 39)),
     ],
 )
 def test_what_is_left_of_the_other_designs_where_the_shoulder_moves(man, name, limits, index, abduction):

@@ -63,8 +63,11 @@ def test_result_of_a_search_is_checked_with_every_offset(tmp_path):
     assert candidate.check is candidate.checks[0]
     assert all(check.pinocchio_difference < 1e-6 for check in candidate.checks)
     assert "moves with the arm, by at most 86 mm" in str(found)
-    # Cables take any length, so that no pose of any offset is lost to the strokes that were fitted.
-    assert all(check.workspace.fractions["stroke"] == 1.0 for check in candidate.checks)
+    # Cables take any length from 30 mm on, so that hardly a pose of any offset is lost to the strokes that were fitted.
+    for check in candidate.checks:
+        beyond = check.workspace.margins["stroke"] < 0.0
+        assert beyond.mean() < 1e-3
+        assert (check.workspace.lengths[beyond].min(axis=-1) < 0.03).all()
     with pytest.raises(InvalidInput, match="centre_offset"):
         ep.optimise(cables(), free_joints(4), centre_offset=PATH, **options)
 

@@ -22,8 +22,9 @@ def test_a_limb_through_the_arm_is_counted_by_hand():
     platform[0] = [0.0, 0.0, -0.15]
     inside = exo.replace(geometry=exo.geometry.replace(platform_points=platform))
     answer = inside.reaction(inside.pose(0, 0))
-    assert answer.clearance == pytest.approx(-(0.030 * 1.75 + 0.003))
-    assert f"limb 1 passes through the wearer's arm ({1e3 * (0.030 * 1.75 + 0.003):.0f} mm deep)" in answer.verdict
+    deep = WEARER.dimensions()["upper arm girth"] / (2.0 * np.pi) + 0.003
+    assert answer.clearance == pytest.approx(-deep)
+    assert f"limb 1 passes through the wearer's arm ({1e3 * deep:.0f} mm deep)" in answer.verdict
     assert answer.as_dict()["clearance"] == answer.clearance
 
 

@@ -47,8 +47,8 @@ class JointReaction(Record):
         Shape (6, r), the directions in which the wrench may change without any motion: the image of the
         chain's self-stresses, orthonormal with moments divided by the characteristic length. r = 0 if it is unique.
     interval : ndarray
-        Shape (6, 2), least and largest value of each component within the bounds; infinite where it is not bounded,
-        twice the value where it is unique.
+        Shape (6, 2), N and N m, least and largest value of each component within the bounds; infinite where it is not
+        bounded, twice the value where it is unique.
 
     Examples
     --------

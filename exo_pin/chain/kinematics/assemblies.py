@@ -60,7 +60,7 @@ class Assemblies(Record):
     Attributes
     ----------
     configurations : ndarray
-        Shape (k, nq), the one found most often first.
+        Shape (k, nq), m or rad of slides and hinges, the one found most often first.
     hits : ndarray of int
         Shape (k,), how many starts led to each.
     margins : ndarray

@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -113,6 +113,7 @@ MovingCentre = Annotated[
         "extra 'person')."
     ),
 ]
+Muscled = Annotated[bool | None, Parameter(negative="--no-muscles"), needs("person")]
 #: A group of options that is one parameter of a command.
 group = Parameter(name="*")
 
@@ -190,21 +191,35 @@ class Worn:
     Attributes
     ----------
     person : str, optional
-        The wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design).
+        The wearer: height in m, mass in kg, male or female, such as 1.75,75,male, and the girth of the upper arm in mm
+        where it is known: 1.75,75,male,340 (default: as in the design).
     elbow_flexion : float
         Bend of the person's elbow, degrees.
     payload : float
         Mass in the person's hand, kg, not N.
+    clothing : float
+        Thickness of the person's clothing, mm.
     """
 
     person: Annotated[str | None, called("HEIGHT,MASS,SEX")] = None
     elbow_flexion: Degrees = 0.0
     payload: Kilograms = 0.0
+    clothing: Millimetres = 0.0
 
     @property
     def size(self) -> Wearer:
         """Size and posture of ``--person``, with what is in the hand."""
-        return wearer_of(str(self.person), elbow_flexion=self.elbow_flexion, payload=self.payload, degrees=True)
+        return wearer_of(str(self.person), **self._changes)
+
+    @property
+    def _changes(self) -> dict[str, Any]:
+        """What is said of the person besides their size, by fields of a wearer."""
+        said = {
+            "elbow_flexion": math.radians(self.elbow_flexion),
+            "payload": self.payload,
+            "clothing": 1e-3 * self.clothing,
+        }
+        return {name: value for name, value in said.items() if value}
 
     def muscles(self, **more: Any) -> Person:
         """The person of ``--person``, with their muscles, on the side of the body that ``more`` says."""
@@ -215,15 +230,14 @@ class Worn:
         exo = load(design, side=side, leave_out=leave_out)
         if self.person is not None:
             return exo.worn_by(self.size)
-        if not self.elbow_flexion and not self.payload:
+        if not self._changes:
             return exo
         own = own_wearer(exo)
         if own is None:
-            words = "--payload and --elbow-flexion belong to a person's arm, and the design does not say who wears it"
-            raise InvalidInput(f"{words}: give --person too")
+            given = " and ".join(f"--{name.replace('_', '-')}" for name in self._changes)
+            raise InvalidInput(f"the design does not say who wears it: give --person too, with {given}")
         with _cautions():
-            bent = math.radians(self.elbow_flexion) if self.elbow_flexion else own.elbow_flexion
-            return exo.worn_by(replace(own, elbow_flexion=bent, payload=self.payload or own.payload))
+            return exo.worn_by(replace(own, **self._changes))
 
 
 @group
@@ -272,7 +286,9 @@ def wearer_of(text: str, **posture: Any) -> Wearer:
     """The wearer of ``--person``; a text in another order is refused with the one that may be meant."""
     words = [part.strip() for part in text.split(",")]
     try:
-        height, mass, sex = words
+        height, mass, sex, *girth = words
+        if girth:
+            (posture["arm_girth"],) = (1e-3 * float(each) for each in girth)
         with _cautions():
             return Wearer(float(height), float(mass), sex, **posture)
     except ValueError as error:
@@ -301,7 +317,7 @@ def with_muscles(own: Wearer, **more: Any) -> Person:
     """A wearer with muscles."""
     from ...person import Person  # here, because few queries need one
 
-    return Person(own.height, own.mass, own.sex, elbow_flexion=own.elbow_flexion, payload=own.payload, **more)
+    return Person(**{each.name: getattr(own, each.name) for each in fields(Wearer)}, **more)
 
 
 def has_muscles() -> bool:
@@ -312,6 +328,13 @@ def has_muscles() -> bool:
         caution(f"the wearer's own muscles are not counted: {error}")
         return False
     return True
+
+
+def counts_muscles(asked: bool | None, worn: Worn, never: bool = False) -> bool:
+    """Whether the force in the joint leads: as asked, else with ``--person`` but for questions that never have it."""
+    if asked is not None:
+        return asked
+    return worn.person is not None and not never and has_muscles()
 
 
 def own_wearer(exo: ShoulderExo) -> Wearer | None:

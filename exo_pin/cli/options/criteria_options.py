@@ -33,6 +33,9 @@ class Judged:
         The criteria hold while the elbow bends over this range, degrees (default: --elbow-flexion alone).
     gap : float
         Distance that limbs keep from body and arm and from one another, mm.
+    obstacle : tuple of str
+        What else limbs keep clear of: chair, wheelchair, bed, door, or wall:MM behind the back, ceiling:MM above the
+        head; may be repeated.
     shoulder_force : float, optional
         Largest shoulder force |F_s|, N (default: no limit).
     least_tension : float
@@ -65,6 +68,7 @@ class Judged:
     fits: Annotated[options.Texts, options.called("HEIGHT,MASS,SEX")] = ()
     elbow_range: Annotated[str | None, options.called("LOW,HIGH")] = None
     gap: options.Millimetres = 0.0
+    obstacle: Annotated[options.Texts, options.called("NAME")] = ()
     shoulder_force: options.Newtons | None = None
     least_tension: options.Newtons = 0.0
     least_moment: Annotated[float, options.called("NM")] = 0.0
@@ -80,8 +84,8 @@ class Judged:
 
     def of(self, exo: ShoulderExo) -> Criteria:
         """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
-        others = [options.wearer_of(text) for text in self.fits]
         own, bend = options.own_wearer(exo), None
+        others = [options.wearer_of(text, clothing=own.clothing if own else 0.0) for text in self.fits]
         if self.elbow_range:
             bend = np.radians(options.numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
         if self.pull_out is not None and own is None:
@@ -89,6 +93,7 @@ class Judged:
         return Criteria(
             names=None if self.criteria is None else tuple(name.strip() for name in self.criteria.split(",")),
             least_margin=self.least_margin,
+            obstacles=self.obstacle,
             stroke_rule=self.stroke_rule,
             least_tension=self.least_tension,
             least_moment=self.least_moment,

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from ...core.conventions import isb_angles, shoulder_angles
+from ...core.schema import document
 from ...core.tables import aligned, filled, under_verdict
+from ...core.validation import FloatArray
 from ...load_case import Movement, read_movement, write_movement
 from ...load_case.recordings.reading import read_poses
 from ...load_case.recordings.writing import ANGLES, in_convention
@@ -18,6 +21,41 @@ from ..options.recording_options import ReadAs
 
 #: Within this of an angle at which two others have no meaning of their own, degrees.
 _LOCKED = 5.0
+
+
+@dataclass(frozen=True)
+class RecordSummary:
+    """What a recording of an arm holds.
+
+    Attributes
+    ----------
+    format, convention, side : str
+        Of the file.
+    cautions : list of str
+        Doubts.
+    time_s : list of float
+        Of the samples, s.
+    noise_rad : float
+        Noise of the angles, rad.
+    clinical, thesis, isb : ndarray
+        Angles in each convention, a row a sample, degrees.
+    quaternions : ndarray
+        The same, x, y, z, w, dimensionless.
+    elbow_flexion_rad : ndarray or None
+        Bend of the elbow, rad.
+    """
+
+    format: str
+    convention: str
+    side: str
+    cautions: list[str]
+    time_s: list[float]
+    noise_rad: float
+    clinical: FloatArray
+    thesis: FloatArray
+    isb: FloatArray
+    quaternions: FloatArray
+    elbow_flexion_rad: FloatArray | None
 
 
 def record(
@@ -62,7 +100,7 @@ def record(
         paths[f"{against.stem} (against)"] = read_movement(against, side, reading=read_as.options)
     deliver(
         _report(read.format, read.convention, movement, side),
-        as_json=lambda: _as_json(read, movement, side),
+        data=lambda: _data(read, movement, side),
         save=lambda path: write_movement(path, movement, side, angles),
         figure=lambda: _drawn(paths),
         json=json,
@@ -108,15 +146,11 @@ def _report(what: str, convention: str, movement: Movement, side: str) -> str:
     )
 
 
-def _as_json(read: Any, movement: Movement, side: str) -> str:
-    from json import dumps
-
-    from ...core.results import plain
-
+def _data(read: Any, movement: Movement, side: str) -> dict[str, Any]:
     named = {name: in_convention(movement.poses, side, name) for name in ANGLES}
     own = {
         "format": read.format, "convention": read.convention, "side": side, "cautions": list(movement.cautions),
         "time_s": movement.times, "noise_rad": movement.noise.found, **named,
         "elbow_flexion_rad": movement.elbow_flexion,
     }  # fmt: skip
-    return dumps(plain(own), indent=2)
+    return document(RecordSummary, own)

@@ -29,7 +29,7 @@ def tasks(
     no_ranges: bool = False,
     step: options.Degrees = 8.0,
     json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".json")] = None,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("which poses of each recording are inside, over its time")] = None,
 ) -> None:
     """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
@@ -69,4 +69,4 @@ def tasks(
         inside = {name: workspace_of(exo.device, each.poses, within).inside for name, each in movements.items()}
         return task_status_figure(inside, {name: each.times for name, each in movements.items()})
 
-    deliver(table, table, columns=lambda: table, figure=status, json=json, out=out, plot=plot)
+    deliver(table, table, exo=exo, figure=status, json=json, out=out, plot=plot)

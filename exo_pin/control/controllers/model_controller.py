@@ -17,6 +17,9 @@ A 3/2-way valve that fills for the share d of the time passes d ṁ_in - (1 - d)
 the wanted pressure. The share that holds a pressure makes that zero. Ahead of a movement it is the flow that the muscle
 is going to need: the change of its air m = p V/(R T) along the reference, over the next period of the pulses.
 
+A torn limb lets its drive run away from where the arm holds the limb's end. Where that is asked for
+(``FeedbackGains.lost_beyond``), such a limb gets no force any more, and the program shares its load among the others.
+
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
 integral alone.
 
@@ -42,7 +45,7 @@ from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
 from ..plant.equations.drive_kernels import air_volume, tension
 from ..plant.plant import Plant
-from .motor_loop import MotorLoop, length_motion
+from .motor_loop import MotorLoop, length_motion, measured_drives
 from .tension_program import Tensions, tensions_for_motion
 
 
@@ -145,6 +148,9 @@ class FeedbackGains:
         Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
     air_ahead : bool
         Whether valves also pass the air that the reference is going to need.
+    lost_beyond : float
+        How far a motor drive may be from where its limb is, m, before the limb counts as torn for the rest of the run
+        and the others take its load; infinite for never.
 
     Examples
     --------
@@ -161,11 +167,13 @@ class FeedbackGains:
     bandwidth: float = 35.0
     axial_share: float = 1.0
     air_ahead: bool = False
+    lost_beyond: float = np.inf
 
     def __post_init__(self) -> None:
         set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", zero=True)
-        if self.integral_time != np.inf:
-            set_positive(self, "integral_time")
+        for name in ("integral_time", "lost_beyond"):
+            if getattr(self, name) != np.inf:
+                set_positive(self, name)
         if not isinstance(self.air_ahead, bool | np.bool_):
             raise InvalidInput(f"expected air_ahead as True or False, got {echo(self.air_ahead)}")
 
@@ -216,6 +224,8 @@ class ModelController:
     ----------
     planned : Tensions or None
         Of the last sample.
+    lost : ndarray
+        Limbs that count as torn, shape (n,), boolean.
 
     Examples
     --------
@@ -257,6 +267,7 @@ class ModelController:
         """
         self._integral = np.zeros(3)
         self.planned: Tensions | None = None
+        self.lost = np.zeros(self.plant.mechanism.limb_count, dtype=bool)
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
@@ -268,6 +279,8 @@ class ModelController:
             error = (wanted.orientation * pose.inv()).as_rotvec()
         g, tables = self.gains, self.plant.tables
         lengths = self.plant.contractions.lengths(pose)
+        if not getattr(measurement, "lost", False):
+            self._notice(lengths, measurement)
         turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
         feedback = self._shared(turned, pose) + self._integral
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
@@ -287,8 +300,17 @@ class ModelController:
         axis = pose.as_matrix()[:, 2]
         return np.asarray(vector - (1.0 - self.gains.axial_share) * (axis @ vector) * axis)
 
+    def _notice(self, lengths: FloatArray, measurement: Any) -> None:
+        """Count limbs as torn whose drives have run away from where the arm holds the limb."""
+        if self.planned is None or self.gains.lost_beyond == np.inf or not self._motors.motors:
+            return
+        chosen = self._motors.motors
+        positions = measured_drives(measurement)[0][chosen]
+        off = positions - (lengths[chosen] - self.planned.tensions[chosen] / self._motors.stiffness)
+        self.lost[chosen] |= np.abs(off) > self.gains.lost_beyond
+
     def _tensions(self, pose: Rotation, motion: Motion, lengths: FloatArray, load: Load | None) -> Tensions:
-        least, greatest = self.plant.force_limits(lengths)
+        least, greatest = (np.where(self.lost, 0.0, each) for each in self.plant.force_limits(lengths))
         return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
 
     def _needed_flows(self, t: float) -> FloatArray | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.errors.checked import checked
-from ...core.files import write_text
-from ...core.files.csv_tables import csv_text
-from ...core.results import Known, Result, drawn
+from ...core.files import write_columns
+from ...core.results import Known, Result, drawn, taken_as_known
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.tension_program import missing_moments
@@ -202,15 +202,15 @@ class Tracking(Result, ReadOnly):
 
     @property
     def verdict(self) -> str:
-        """One plain sentence, and another on limbs that pass through the wearer."""
-        return verdict_of(self)
+        """What was taken as known, how the arm followed, and which limbs pass through the wearer."""
+        return " ".join(part for part in (taken_as_known(self.known), verdict_of(self)) if part)
 
     @property
     def findings(self) -> tuple[str, ...]:
         """Why the arm did not follow, one sentence a reason."""
         return findings(self)
 
-    @property
+    @cached_property
     def known(self) -> tuple[Known, ...]:
         """What the controller took as known, the mounting of the pose's sensor; effects at rest in the last pose."""
         return known_of(self)
@@ -228,8 +228,7 @@ class Tracking(Result, ReadOnly):
         rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
-        known = [f"Taken as known: {each}." for each in self.known]
-        return "\n".join([self.verdict, *cautions, *known, *(f"- {text}" for text in self.findings), "", *lines])
+        return "\n".join([self.verdict, *cautions, *(f"- {text}" for text in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
         """Everything over time, by name with its unit.
@@ -253,7 +252,7 @@ class Tracking(Result, ReadOnly):
         return columns_of(self)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass are comments before the header.
+        """Write :meth:`columns` as CSV; verdict, cautions, findings and the moving mass stand in a JSON file beside it.
 
         Parameters
         ----------
@@ -264,15 +263,24 @@ class Tracking(Result, ReadOnly):
         --------
         >>> from pathlib import Path
         >>> ep.experiment("flexion").replace(duration=0.05).run().to_csv("run.csv")
-        >>> rows = [line for line in Path("run.csv").read_text().splitlines() if not line.startswith("#")]
-        >>> len(rows) - 1  # samples at 100 Hz, under the names of the columns
+        >>> len(Path("run.csv").read_text().splitlines()) - 1  # samples at 100 Hz, under the names of the columns
         6
         """
-        table, tables = self.columns(), self.run.plant.tables
-        centre = ", ".join(f"{1e3 * value:.6g}" for value in tables.centre)
-        moved = f"moving mass {tables.mass:.6g} kg, centre of mass ({centre}) mm in the arm frame"
-        rows = ([format(value, ".9g") for value in row] for row in zip(*table.values(), strict=True))
-        write_text(path, csv_text(table, rows, [self.verdict, *self.cautions, *self.findings, moved]))
+        write_columns(path, self.columns(), self.notes)
+
+    @property
+    def notes(self) -> dict[str, Any]:
+        """What is to be known about the table: status, verdict, cautions, findings, and what moves."""
+        tables = self.run.plant.tables
+        return {
+            "experiment": self.experiment.name,
+            "status": self.run.status,
+            "verdict": self.verdict,
+            "cautions": list(self.cautions),
+            "findings": list(self.findings),
+            "moving_mass_kg": float(tables.mass),
+            "centre_of_mass_mm": [1e3 * float(value) for value in tables.centre],
+        }
 
     def plot(self) -> Any:
         """A page of plots: angles, contractions, pressures or motor forces, tensions, shoulder force.

@@ -7,4 +7,5 @@ from .atomic import write_bytes as write_bytes
 from .atomic import write_figure as write_figure
 from .atomic import write_files as write_files
 from .atomic import write_text as write_text
-from .csv_tables import write_columns as write_columns
+from .written_tables import require_notes as require_notes
+from .written_tables import write_columns as write_columns

@@ -2,20 +2,16 @@
 
 Lines that start with ``#`` are comments, blank lines are left out. Cells are separated by commas and may be quoted as
 :mod:`csv` does it, within their line; numbers have a decimal point. Every row has as many cells as the header.
-
-Columns of numbers are written as such a table, or as arrays for NumPy.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any
 
 import numpy as np
 
@@ -23,14 +19,14 @@ from ..errors import FileFormatError
 from ..errors.base import echo
 from ..records import Record
 from ..validation import FloatArray, frozen
-from .atomic import is_stream, read_text, write_bytes, write_text
+from .atomic import read_text
 
 # A number: float() alone would read 1_000, digits of other scripts, inf and nan.
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 #: A text that would be a spreadsheet's formula without the apostrophe before it.
 _FORMULA = re.compile(r"^'('*[=+@-])")
 #: Ends of lines, tabs and what a terminal would obey.
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 #: Cells without a number, in small letters, where these are allowed.
 NO_NUMBER = ("", "nan", "na", "n/a", "null")
 
@@ -158,41 +154,9 @@ def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: It
     return out.getvalue()
 
 
-def write_columns(path: str | PathLike[str], columns: Mapping[str, Any]) -> None:
-    """Write columns by name; the file appears whole or not at all.
-
-    Parameters
-    ----------
-    path : path-like
-        ``.npz``: the arrays as they are, for :func:`numpy.load`. Anything else: a table, one line a row, with an empty
-        cell for NaN.
-    columns : mapping of str to array_like
-        All of one shape; in a table one row an element.
-    """
-    arrays = {name: np.asarray(values) for name, values in columns.items()}
-    if os.fspath(path).lower().endswith(".npz") and not is_stream(path):
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, **{name: _plain(array) for name, array in arrays.items()})
-        write_bytes(path, buffer.getvalue())
-    else:
-        rows = zip(*(array.ravel().tolist() for array in arrays.values()), strict=True)
-        write_text(path, csv_text(arrays, ([_cell(value) for value in row] for row in rows)))
-
-
-def _plain(array: np.ndarray) -> np.ndarray:
-    """Texts as such, because NumPy's files hold no Python objects without pickling."""
-    return array.astype(str) if array.dtype == object else array
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return "" if np.isnan(value) else repr(value)
-    return str(value)
-
-
 def _as_text(cell: str) -> str:
     """A cell of one line that no spreadsheet takes for a formula; numbers stay as they are."""
-    cell = _CONTROL.sub(lambda sign: repr(sign[0])[1:-1], cell)
+    cell = CONTROL.sub(lambda sign: repr(sign[0])[1:-1], cell)
     if cell.lstrip("'")[:1] not in tuple("=+-@") or NUMBER.fullmatch(cell) or cell in ("-inf", "+inf"):
         return cell
     return f"'{cell}"

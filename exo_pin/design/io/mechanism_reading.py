@@ -120,6 +120,8 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
         _Key("sex", "text", choices=("male", "female")),
         _Key("elbow_flexion", "angle", required=False),
         _Key("payload", "mass", required=False),
+        _Key("arm_girth", "length", required=False),
+        _Key("clothing", "length", required=False),
     ),
     Tackle: (
         _Key("ratio", "number"),

@@ -27,6 +27,7 @@ from ...wrist.singularities.measures import centre_shift
 from ..device_singularity import placed_readings
 from ..equilibrium import device_equilibrium
 from ..protocol import Device
+from .hand_stiffness import hand_stiffness
 from .twins import SPACING, TWIN_ANGLE, WIDE_SPACING, Twins, find_twins
 
 #: Of drives that state neither play nor resolution: of all that slide together, m, and of a hinge, rad.
@@ -36,6 +37,8 @@ LENGTHS, HINGE = 2e-3, float(np.radians(0.5))
 WEAK, _EASY = 0.3, 3.0
 #: Turn over an error of the drives, °/mm or °/°, above which they leave the arm free.
 _ANY_TURN = 180.0
+#: How far the hand moves at most for a small turn, mm.
+_FAR = 100.0
 #: Tolerance of drives whose play and resolution are stated as zero, m or rad: what is below it is rounding.
 _ROUNDING = 1e-6
 
@@ -70,6 +73,10 @@ class PoseAccuracy(Result, ReadOnly):
     free_turn : ndarray
         Largest turn that play and resolution of the drives leave to the arm, to either side, shape (...), rad; NaN
         where they are not stated.
+    hand_stiffness : ndarray
+        Shape (...), N/m: force at the hand over what it gives way, drives locked, in the direction in which it gives
+        way most, for the soft cuff of the design or one as measured (:mod:`.hand_stiffness`); NaN where nobody wears
+        the device, and of devices without limbs between two joint centres.
     side : {"left", "right"}
         Side of the body, for the angles.
 
@@ -90,9 +97,11 @@ class PoseAccuracy(Result, ReadOnly):
     barrier: FloatArray
     differences: FloatArray
     free_turn: FloatArray
+    hand_stiffness: FloatArray
     side: str
 
     _per_row = "rate"
+    _derived = ("mm_per_degree", "degrees_per_mm")
 
     @property
     def has_twin(self) -> NDArray[np.bool_]:
@@ -109,9 +118,6 @@ class PoseAccuracy(Result, ReadOnly):
         """Turn of the arm about its worst axis over an error of the drives, shape (...), °/mm, or °/°."""
         with np.errstate(divide="ignore"):
             return np.asarray(1.0 / self.mm_per_degree)
-
-    def _fields(self) -> dict[str, Any]:
-        return super()._fields() | {"mm_per_degree": self.mm_per_degree, "degrees_per_mm": self.degrees_per_mm}
 
     @property
     def is_doubtful(self) -> NDArray[np.bool_]:
@@ -156,7 +162,13 @@ class PoseAccuracy(Result, ReadOnly):
         text = f"The weakest rate of the drives is {float(self.mm_per_degree):.2g} {self.unit}: {self.sensitivity()}."
         if np.isfinite(self.free_turn):
             text += f" Play and resolution leave the arm {np.degrees(self.free_turn):.2g}° to either side."
-        return f"{text} A sensor of the arm's orientation tells them apart." if self.has_twin else text
+        if self.has_twin:
+            text += " A sensor of the arm's orientation tells them apart."
+        if np.isfinite(self.hand_stiffness):
+            gives = 1e3 / float(self.hand_stiffness)
+            much = f"by {gives:.2g} mm" if gives < _FAR else f"by more than {_FAR:.0f} mm"
+            text += f" While the drives stand, a soft cuff lets 1 N at the hand move it {much}."
+        return text
 
     @property
     def unit(self) -> str:
@@ -282,5 +294,6 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
         stacked(barrier),
         stacked(differences),
         stacked(_free_turn(device, rates)),
+        stacked(np.full(count, np.nan) if record is None else hand_stiffness(device, record, matrices, rates)),
         device.side,
     )

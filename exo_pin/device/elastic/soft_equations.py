@@ -29,7 +29,7 @@ from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from ..balance.device_loads import DeviceLoads, device_loads
-from ..balance.device_state import NONE, least_efforts
+from ..balance.device_state import least_efforts
 from ..parts.lacking_data import LackingData
 from ..postures import following
 from .soft_tree import SoftModel
@@ -170,12 +170,12 @@ class SoftEquations:
             Motions that turn the arm, shape (nv, 3).
         """
         _, s, Vt = np.linalg.svd(idle[self._loaded])
-        of_free = self._of_free(idle @ Vt[int((s > NONE).sum()) :].T)
+        of_free = self._of_free(idle @ Vt[int((s > self.model.none).sum()) :].T)
         if not of_free.shape[1]:
             return of_free, of_free
         U, s, _ = np.linalg.svd(of_free.T @ efforts)
         scale = max(float(np.abs(turns.T @ efforts).max(initial=0.0)), float(s.max(initial=0.0)))
-        count = int((s > NONE * scale).sum())
+        count = int((s > self.model.none * scale).sum())
         return of_free @ U[:, :count], of_free @ U[:, count:]
 
     def _of_free(self, motions: FloatArray) -> FloatArray:
@@ -194,7 +194,7 @@ class SoftEquations:
     def _idle_here(self) -> FloatArray:
         """The same where the held tree was linearised last."""
         _, s, Vt = np.linalg.svd(self._jacobian())
-        return np.asarray(Vt[int((s > NONE * s.max(initial=0.0)).sum()) :].T)
+        return np.asarray(Vt[int((s > self.model.none * s.max(initial=0.0)).sum()) :].T)
 
     def _jacobian(self) -> FloatArray:
         """Rows of the loops over the moving coordinates where the held tree was linearised last, scaled."""
@@ -208,7 +208,7 @@ class SoftEquations:
         model = self.model
         idle = self._idle(q)
         _, s, Vt = np.linalg.svd(idle[self._loaded], full_matrices=False)
-        out = np.zeros((model.held.nv, int((s > NONE).sum())))
+        out = np.zeros((model.held.nv, int((s > self.model.none).sum())))
         out[model.moving] = idle @ Vt[: out.shape[1]].T
         return out
 
@@ -407,11 +407,11 @@ class SoftEquations:
         of_rows, B = loads.equations.jacobian[0].T * top.row_scale, loads.driven.B[0]
         size = np.linalg.norm(B * top.column[:, None], axis=0)
         of_all = np.column_stack([of_rows, -B / np.where(size > 0.0, size, 1.0)])
-        open_ = null_space(np.column_stack(motions).T @ (top.column[:, None] * of_all), rcond=NONE)
+        open_ = null_space(np.column_stack(motions).T @ (top.column[:, None] * of_all), rcond=model.none)
         out = np.zeros((len(pose.f) + 3, open_.shape[1]))
         out[: len(size)], out[len(pose.f) :] = open_[of_rows.shape[1] :], of_all[model.linear] @ open_
         U, s, _ = np.linalg.svd(out, full_matrices=False)
-        return np.asarray(U[:, s > NONE])
+        return np.asarray(U[:, s > model.none])
 
     def displaced(self, q: FloatArray) -> dict[str, FloatArray]:
         """Displacement of every spring, by the name of its joint."""

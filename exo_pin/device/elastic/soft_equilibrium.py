@@ -30,7 +30,7 @@ from ...load_case.pose_stacks import Query, arm_loads
 from ...numerics.vectors import NEAR_MARGIN
 from ..balance.balanced_forces import fill_forces
 from ..balance.device_loads import device_loads
-from ..balance.device_state import NONE, DeviceState
+from ..balance.device_state import DeviceState
 from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
@@ -69,7 +69,8 @@ class LockedEquations(SoftEquations):
         start = super().at(np.zeros(own), 1.0)
         # Turns of the arm, and what moves drives besides while it rests.
         values = np.linalg.svd(start.drive_effect, compute_uv=False)
-        most = 3 + int((values > NONE * max(values.max(initial=0.0), np.abs(start.moment_of_f[:3]).max())).sum())
+        least = self.model.none * max(values.max(initial=0.0), np.abs(start.moment_of_f[:3]).max())
+        most = 3 + int((values > least).sum())
         if drives > most:
             raise InvalidInput(
                 f"expected at most {most} drives and brakes with locked actuators, got {drives}: a device with "
@@ -87,7 +88,7 @@ class LockedEquations(SoftEquations):
         of_free[model.v_of] = (out * model.held.topology.column[:, None])[model.v_from]
         felt = np.concatenate([idle[np.isin(model.moving, model.soft)], efforts.T @ of_free])
         _, s, Vt = np.linalg.svd(felt)
-        return out @ Vt[: int((s > NONE * s.max(initial=0.0)).sum())].T
+        return out @ Vt[: int((s > model.none * s.max(initial=0.0)).sum())].T
 
     def at(self, x: FloatArray, share: float) -> SoftPose:
         """The device at v, x and f."""
@@ -226,7 +227,8 @@ def soft_equilibrium(
         _put(moved, k, equations.displaced(pose.q), device)
         moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
         effects = equations.undetermined(pose)
-        moved.undetermined[k], moved.determined[k] = effects.shape[1], np.abs(effects).max(axis=1, initial=0.0) <= NONE
+        moved.undetermined[k] = effects.shape[1]
+        moved.determined[k] = np.abs(effects).max(axis=1, initial=0.0) <= model.model.none
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]

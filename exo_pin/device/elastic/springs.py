@@ -78,6 +78,8 @@ def guided_limbs(device: ChainDevice) -> dict[int, GuidedLimb]:
     """
     state, found = device.chain._state, dict[int, GuidedLimb]()
     model, springs = state.model, soft_bodies(device)
+    # Half a unit of the file's last digit in the places of both joints, and in the slide's direction.
+    digits = device.chain.description.tolerance or device.chain.description.rounding
     for part in device.guided_slides:
         joint, own = state.joint_index(part.slide), f"expected {part.slide!r} to be a slide of a limb"
         if model.joints[joint].nv != 1 or not state.topology.metres[model.joints[joint].idx_v]:
@@ -92,7 +94,8 @@ def guided_limbs(device: ChainDevice) -> dict[int, GuidedLimb]:
         far = np.array(model.jointPlacements[carried[0]].translation)
         span = far - near
         length = float(np.linalg.norm(span))
-        if not np.linalg.norm(np.cross(span, axis)) <= _ALONG * length or span @ axis < 0.0:
+        across = max(_ALONG * length, 4.0 * digits)
+        if not np.linalg.norm(np.cross(span, axis)) <= across or span @ axis < 0.0:
             raise InvalidInput(f"{own} that is longer at larger coordinates, along the line of its two joints")
         if joint in found:
             raise InvalidInput(f"expected one guide of {part.slide!r}")

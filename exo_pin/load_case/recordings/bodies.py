@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from ...core.errors import FileFormatError
 from ...core.records import Record
 from ...core.validation import FloatArray
+from .plausibility import Reading
 from .sources import Source, open_source
 
 #: Words in the names of bodies.
@@ -57,26 +58,23 @@ class Bodies(Record):
         """Rows in which arm and trunk are known, shape (N,)."""
         return np.asarray(np.isfinite(self.arm).all(axis=1) & np.isfinite(self.trunk).all(axis=1))
 
-    def poses(
-        self, times: FloatArray, rows: np.ndarray, side: str, forward: str | None, still: float
-    ) -> tuple[Rotation, FloatArray | None]:
-        """Poses of the arm, {O_B} to {O_A}, and flexion of the elbow, rad, in some rows."""
+    def poses(self, times: FloatArray, rows: np.ndarray, side: str, forward: str | None, still: float) -> Reading:
+        """The arm, and what trunk and forearm show, in some rows."""
         parts = [self._rotations(each, rows) for each in (self.trunk, self.arm)]
         forearm = None if self.forearm is None else self._rotations(self.forearm, rows)
         if self.segments:
             turn = Rotation.from_euler("x", -90.0 if side == "right" else 90.0, degrees=True)
             trunk, arm = parts[0], parts[1] * turn
             forearm = None if forearm is None else forearm * turn
+            leaning = float(np.arccos(np.clip(trunk[0].as_matrix()[2, 2], -1.0, 1.0)))
         else:
             first = times[rows] - times[rows][0] <= still
             zero = [self._at_rest(each, first) for each in (*parts, *([] if forearm is None else [forearm]))]
-            facing = self._facing(zero[0], forward)
+            facing, leaning = self._facing(zero[0], forward)
             trunk, arm = (part * rest.inv() * facing for part, rest in zip(parts, zero, strict=False))
             forearm = None if forearm is None else forearm * zero[2].inv() * facing
-        if forearm is None:
-            return trunk.inv() * arm, None
-        cosine = (arm.as_matrix()[:, :, 2] * forearm.as_matrix()[:, :, 2]).sum(axis=1)
-        return trunk.inv() * arm, np.arccos(cosine.clip(-1.0, 1.0))
+        along = None if forearm is None else (arm.inv() * forearm).apply([0.0, 0.0, -1.0])
+        return Reading(trunk.inv() * arm, times[rows], leaning, along)
 
     def _rotations(self, quaternions: FloatArray, rows: np.ndarray) -> Rotation:
         own = quaternions[rows]
@@ -98,8 +96,8 @@ class Bodies(Record):
             )
         return mean
 
-    def _facing(self, trunk: Rotation, forward: str | None) -> Rotation:
-        """From {O_A} to the ground while the arm hangs."""
+    def _facing(self, trunk: Rotation, forward: str | None) -> tuple[Rotation, float]:
+        """From {O_A} to the ground while the arm hangs, and how far the axis is from the horizontal, rad."""
         match = re.fullmatch(r"([+-]?)([xyz])", forward or "")
         if match is None:
             raise FileFormatError(
@@ -116,7 +114,8 @@ class Bodies(Record):
                 self.path,
             )
         up = np.array([0.0, 0.0, 1.0])
-        return Rotation.from_matrix(np.stack([flat / size, np.cross(up, flat / size), up], axis=1))
+        facing = Rotation.from_matrix(np.stack([flat / size, np.cross(up, flat / size), up], axis=1))
+        return facing, float(np.arctan2(abs(axis[2]), size))
 
 
 def bodies_of(source: Source, times: FloatArray, side: str, sensors: Mapping[str, str]) -> Bodies | None:

@@ -33,6 +33,10 @@ _HANGING, _RAISED = np.radians(45.0), np.radians(10.0)
 _TINY, _MOVED = np.radians(3.3), np.radians(15.0)
 #: Distance from a stated start, rad, of another one, and of the same.
 _ELSEWHERE, _THERE = np.radians(30.0), np.radians(20.0)
+#: Turn of the trunk at the start, rad, from which on it is not upright, in place of what the record needs.
+_LEANING = np.radians(45.0)
+#: Least flexion of an elbow whose plane shows, and how far that plane may be from the front of the arm, rad.
+_BENT, _ASIDE = np.radians([30.0, 75.0])
 #: Largest noise, rad, of a reading: radians that are really degrees multiply it.
 _NOISE = np.radians(2.0)
 #: Most samples that are looked at.
@@ -71,6 +75,37 @@ def of_orientations(poses: Rotation, side: str) -> dict[str, Callable[[], Rotati
     }
 
 
+class Reading(NamedTuple):
+    """A record in one reading.
+
+    Attributes
+    ----------
+    poses : Rotation
+        Of the arm, shape (N,), {O_B} to {O_A}.
+    times : ndarray or None
+        Shape (N,), s; None for poses that are no movement.
+    leaning : float
+        How far the trunk, or the axis of its sensor that points forward, is from where it is in a person who stands
+        upright, at the start, rad; 0 where only the arm is known.
+    forearm : ndarray or None
+        Direction of the forearm in axes of the arm, shape (N, 3).
+    """
+
+    poses: Rotation
+    times: FloatArray | None = None
+    leaning: float = 0.0
+    forearm: FloatArray | None = None
+
+    @property
+    def aside(self) -> float:
+        """Of the samples with a bent elbow, the share that bends sideways or backward; 0 if it is seldom bent."""
+        if self.forearm is None:
+            return 0.0
+        x, y, z = self.forearm.T
+        bent = -z < np.cos(_BENT)
+        return float((np.abs(np.arctan2(y, x)) > _ASIDE)[bent].mean()) if bent.mean() > _DOUBTFUL else 0.0
+
+
 class Evidence(NamedTuple):
     """What a reading of a record says about the arm.
 
@@ -90,6 +125,10 @@ class Evidence(NamedTuple):
         How far on average the arm is turned from the middle of its range, 0 to 1: less is likelier.
     from_start : float
         Turn from the stated start, rad; 0 without one.
+    leaning : float
+        As in :class:`Reading`.
+    aside : float
+        As in :class:`Reading`.
     """
 
     outside: float
@@ -100,11 +139,14 @@ class Evidence(NamedTuple):
     noise: float
     effort: float
     from_start: float
+    leaning: float
+    aside: float
 
     @property
     def is_possible(self) -> bool:
         """Whether an arm can have moved like this."""
-        return self.outside <= _FINE and self.speed <= _FASTEST and self.noise <= _NOISE and self.from_start <= _THERE
+        moves = self.speed <= _FASTEST and self.noise <= _NOISE and self.from_start <= _THERE
+        return moves and max(self.outside, self.aside) <= _FINE and self.leaning <= _LEANING
 
 
 def turned_about_own_axis(matrices: FloatArray, side: str) -> FloatArray:
@@ -128,8 +170,9 @@ def unreachable(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
     return np.asarray(turned | (forward < -_BACKWARD) | ((outward < -_ACROSS) & (forward < _IN_FRONT)))
 
 
-def evidence(poses: Rotation, times: FloatArray | None, side: str, start: Rotation | None = None) -> Evidence:
-    """What poses of a record, shape (N,), say; ``times`` in s where they are one movement."""
+def evidence(reading: Reading, side: str, start: Rotation | None = None) -> Evidence:
+    """What a reading says of the arm."""
+    poses, times = reading.poses, reading.times
     few = poses[:: max(1, len(poses) // _MOST)]
     matrices = few.as_matrix()
     inward = turned_about_own_axis(matrices, side)
@@ -151,7 +194,8 @@ def evidence(poses: Rotation, times: FloatArray | None, side: str, start: Rotati
     hanging = float(np.arccos(np.clip(0.5 * (np.trace(first) - 1.0), -1.0, 1.0))) < _HANGING
     away = 0.0 if start is None else float((poses[0] * start.inv()).magnitude())
     raised = -first[2, 2] > np.sin(_RAISED)
-    return Evidence(float(outside.mean()), hanging, bool(raised), speed, moved, noise, effort, away)
+    share = float(outside.mean())
+    return Evidence(share, hanging, bool(raised), speed, moved, noise, effort, away, reading.leaning, reading.aside)
 
 
 class Doubt(NamedTuple):
@@ -173,29 +217,26 @@ class Doubt(NamedTuple):
 
 
 def doubt(
-    stated: Rotation,
-    times: FloatArray | None,
+    stated: Reading,
     side: str,
-    others: Mapping[str, Callable[[], tuple[Rotation, FloatArray | None]]],
+    others: Mapping[str, Callable[[], Reading | None]],
     start: Rotation | None = None,
 ) -> Doubt | None:
     """Why a record cannot be what it says, and what it can be; None where nothing speaks against it.
 
     Parameters
     ----------
-    stated : Rotation
-        Poses as the record names them, shape (N,).
-    times : ndarray or None
-        Shape (N,), s; None for poses that are no movement.
+    stated : Reading
+        The record as it names itself.
     side : {"left", "right"}
         Side of the body.
     others : mapping of str to callable
-        Other readings by name, of :data:`READINGS`: each makes poses and times.
+        Other readings by name, of :data:`READINGS`; one that the record cannot have makes None.
     start : Rotation, optional
         Pose in which the movement is known to begin.
     """
-    own = evidence(stated, times, side, start)
-    is_movement = times is not None
+    own = evidence(stated, side, start)
+    is_movement = stated.times is not None
     reasons = []
     if own.outside > _DOUBTFUL:
         reasons.append(
@@ -205,18 +246,22 @@ def doubt(
         reasons.append(f"the arm turns at up to {own.speed:.3g} rad/s, above the {_FASTEST:g} of a person's")
     if own.from_start > _ELSEWHERE:
         reasons.append(f"the record begins {np.degrees(own.from_start):.0f}° from the stated start")
+    if own.aside > _DOUBTFUL:
+        reasons.append(f"in {100.0 * own.aside:.0f} % of the samples with a bent elbow it bends sideways or backward")
     is_tiny = own.moved < _TINY and is_movement
-    if not reasons and not is_tiny and not (own.raised and is_movement):
+    leans = own.leaning > _LEANING
+    if not reasons and not is_tiny and not leans and not (own.raised and is_movement):
         return None
-    found = {}
-    for name, make in others.items():
-        poses, clock = make()
-        found[name] = evidence(poses, clock if is_movement else None, side, start)
+    read = {name: make() for name, make in others.items()}
+    found = {name: evidence(each, side, start) for name, each in read.items() if each is not None}
     if not reasons and is_tiny:
         reasons.append(f"the arm turns by no more than {np.degrees(own.moved):.2g}° in all")
         found = {name: each for name, each in found.items() if name == "radians" and each.moved > _MOVED}
     elif not reasons:
-        reasons.append("the record begins with the arm above the horizontal")
+        if leans:
+            reasons.append(f"the trunk is {np.degrees(own.leaning):.0f}° from upright at the start")
+        if own.raised and is_movement:
+            reasons.append("the record begins with the arm above the horizontal")
         found = {name: each for name, each in found.items() if each.hanging}
         if not any(each.is_possible for each in found.values()):
             return None
@@ -241,7 +286,7 @@ def _said(reasons: list[str], own: Evidence, found: Mapping[str, Evidence], is_m
     more = f" It also fits {_listed(fits[1:3])}." if len(fits) > 1 else ""
     advice = f'It fits an arm where {READINGS[best]}: reading="{best}" (--reading {best}).{more}'
     begins = own.raised and found[best].hanging and own.outside > _DOUBTFUL
-    impossible = own.outside > _IMPOSSIBLE or own.speed > _FASTEST or (is_movement and begins)
+    impossible = max(own.outside, own.aside) > _IMPOSSIBLE or own.speed > _FASTEST or (is_movement and begins)
     return Doubt(
         f'{said} {advice} If the record is right as it is: reading="{AS_NAMED}" (--reading {AS_NAMED}).',
         tuple(fits),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from os import PathLike, fspath
 
 import numpy as np
@@ -19,7 +20,7 @@ from ...core.validation import FloatArray, as_choice, as_finite, as_mapping, as_
 from ..trajectories import Movement
 from .angles import CONVENTIONS, Angles, angles_of, known_columns
 from .bodies import ROLES, Bodies, bodies_of
-from .plausibility import AS_NAMED, READINGS, doubt, of_orientations
+from .plausibility import AS_NAMED, READINGS, Reading, doubt, evidence, of_orientations
 from .sources import Source, open_source
 
 #: Readings that change the clock: s in a unit of the record.
@@ -148,22 +149,23 @@ class _Record:
         name = next(name for name in self.source.names if name.startswith(("time", "t")))
         return np.asarray(self.source.numbers((name,))[:, 0] * unit)
 
-    def poses(self, *names: str) -> Rotation:
-        """Poses of the rows that are there, in readings by name."""
+    def read(self, *names: str) -> Reading:
+        """The rows that are there, in readings by name."""
         own = [name for name in names if name in self.alternatives()]
-        poses = self._plain(own)
+        read = self._plain(own)
         for name in own:
-            if name in (turned := of_orientations(poses, self.side)):
-                poses = turned[name]()
+            if name in (turned := of_orientations(read.poses, self.side)):
+                read = read._replace(poses=turned[name]())
             elif name == "turned-trunk":
-                poses = _HALF_TURN * poses * _HALF_TURN
-        return poses
+                forearm = None if read.forearm is None else read.forearm * [-1.0, -1.0, 1.0]
+                read = read._replace(poses=_HALF_TURN * read.poses * _HALF_TURN, forearm=forearm)
+        return read
 
-    def _plain(self, names: list[str]) -> Rotation:
+    def _plain(self, names: list[str]) -> Reading:
         if self.bodies is not None:
             assert self.times is not None
             bodies = self.bodies.w_last() if "w-last" in names else self.bodies
-            return bodies.poses(self.times, self.there, self.side, self.options.forward, self.options.still)[0]
+            return bodies.poses(self.times, self.there, self.side, self.options.forward, self.options.still)
         angles = self.angles
         assert angles is not None
         values, scale = angles.values, angles.scale
@@ -175,15 +177,15 @@ class _Record:
         if "other-order" in names:
             angles = replace(angles, convention=_OTHER_ORDER[angles.convention.name])
         scale = 1.0 if "radians" in names else np.pi / 180.0 if "degrees" in names else scale
-        return replace(angles, values=values).poses(self.there, self.side, scale)
+        times = None if self.times is None else self.times[self.there]
+        return Reading(replace(angles, values=values).poses(self.there, self.side, scale), times)
 
-    def elbow(self) -> FloatArray | None:
+    def elbow(self, read: Reading) -> FloatArray | None:
         """Flexion of the elbow in the rows that are there, rad."""
-        if self.bodies is not None:
-            assert self.times is not None
-            return self.bodies.poses(self.times, self.there, self.side, self.options.forward, self.options.still)[1]
-        assert self.angles is not None
-        return None if self.angles.elbow is None else np.asarray(self.angles.elbow[self.there])
+        if read.forearm is not None:
+            return np.asarray(np.arccos((-read.forearm[:, 2]).clip(-1.0, 1.0)))
+        known = None if self.angles is None else self.angles.elbow
+        return None if known is None else np.asarray(known[self.there])
 
     def alternatives(self) -> list[str]:
         """Readings that this file may have."""
@@ -199,19 +201,35 @@ class _Record:
         # Clinical angles and those of the ISB have the same signs on both sides.
         return [*names, "inverse", "t-pose", *(["other-side", "y-up"] if kind.name == CONVENTIONS[1].name else [])]
 
-    def readings(self) -> dict[str, Callable[[], tuple[Rotation, FloatArray | None]]]:
-        """The other readings, each with its times."""
-        times = None if self.times is None else self.times[self.there]
+    def readings(self, is_movement: bool = True) -> dict[str, Callable[[], Reading | None]]:
+        """The other readings; None for one that the file cannot have."""
         own = self.options.names
 
-        def read(name: str) -> Callable[[], tuple[Rotation, FloatArray | None]]:
-            return lambda: (self.poses(*own, name), times)
+        def read(name: str, unit: float = 1.0) -> Reading | None:
+            try:
+                found = self.read(*own, name)
+            except FileFormatError:
+                return None
+            return found._replace(times=found.times * unit if is_movement and found.times is not None else None)
 
-        found = {name: read(name) for name in self.alternatives() if name not in own}
-        if times is not None:
-            slow, quick = 1e3 * times, 1e-3 * times
-            found |= {"seconds": lambda: (self.poses(*own), slow), "milliseconds": lambda: (self.poses(*own), quick)}
+        found: dict[str, Callable[[], Reading | None]] = {
+            name: partial(read, name) for name in self.alternatives() if name not in own
+        }
+        if self.times is not None:
+            found |= {"seconds": partial(read, "seconds", 1e3), "milliseconds": partial(read, "milliseconds", 1e-3)}
         return found
+
+    def stated(self) -> Reading:
+        """As the file names it; where that cannot be, the error names a reading in which an arm hangs first."""
+        try:
+            return self.read(*self.options.names)
+        except FileFormatError as error:
+            for name, make in self.readings().items():
+                read = make()
+                if read is not None and (own := evidence(read, self.side)).is_possible and own.hanging:
+                    said = f"{str(error).removeprefix(f'{error.path}: ')}; or {READINGS[name]}"
+                    raise FileFormatError(f'{said}: reading="{name}" (--reading {name})', error.path) from None
+            raise
 
 
 def _column_map(path: str | PathLike[str]) -> dict[str, str]:
@@ -269,20 +287,21 @@ def read_poses(
     wanted = options if isinstance(options, RecordingOptions) else RecordingOptions("" if options is None else options)
     record = _Record(path, as_side(side), wanted, movement or _needs_times(wanted))
     with naming_file(path):
-        poses = record.poses(*wanted.names)
-        times = None if record.times is None else record.times[record.there]
+        read = record.stated()
+        poses, times = read.poses, read.times
         cautions = []
         lost = int((~record.there).sum())
         if lost:
             cautions.append(f"{lost} of {len(record.there)} rows have no orientation or no time and count as gaps.")
         if AS_NAMED not in wanted.names and len(poses) > 1:
             start = None if wanted.start is None else _clinical_pose(wanted.start, side)
-            found = doubt(poses, times if movement else None, side, record.readings(), start)
+            stated = read if movement else read._replace(times=None)
+            found = doubt(stated, side, record.readings(movement), start)
             if found is not None and found.is_refused and movement:
                 raise FileFormatError(found.text, path)
             cautions += [] if found is None else [found.text]
         return RecordedPoses(
-            poses, times, record.elbow(), record.source.format, record.convention, tuple(cautions), record.source,
+            poses, times, record.elbow(read), record.source.format, record.convention, tuple(cautions), record.source,
             record.there,
         )  # fmt: skip
 
@@ -306,11 +325,8 @@ def movement_cautions(movement: Movement, side: str) -> tuple[str, ...]:
     """
     if movement.judged_for == side:
         return movement.pose_cautions
-    others = {
-        name: (lambda make=make: (make(), movement.times))
-        for name, make in of_orientations(movement.poses, side).items()
-    }
-    found = doubt(movement.poses, None, side, others)
+    others = {name: (lambda make=make: Reading(make())) for name, make in of_orientations(movement.poses, side).items()}
+    found = doubt(Reading(movement.poses), side, others)
     if found is None or not found.readings:
         return movement.pose_cautions
     return (

@@ -15,12 +15,14 @@ from ...core.errors import InvalidInput, NotIdentifiable, SolverFailed
 from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.records import Record
+from ...core.results import Known
 from ...core.validation import FloatArray, as_finite, as_positive, as_rising, frozen, set_fields
 from ..laws.dynamic import DynamicModel, G
 from ..laws.friction import Damping, LoadDependentFriction
 from ..laws.static import BAR, StaticModel
 from ..simulation.response import PressureInput, PressureTrace
 from ..simulation.step_response import QUICK, simulate
+from .known_inputs import known_inputs
 from .plausibility import require_possible
 from .regimes import resolution_of
 from .region import collinear, confidence_interval
@@ -135,6 +137,8 @@ class DynamicIdentification(Record):
     doubts : tuple of str
         Recordings that contradict the static law, states where the fitted friction or damping would drive, a search
         that the time limit ended.
+    known : tuple of Known
+        What the fit took as known, and by how many per cent an error of it changes friction and damping.
 
     Examples
     --------
@@ -155,6 +159,7 @@ class DynamicIdentification(Record):
     indistinct: tuple[str, ...]
     inside: float
     doubts: tuple[str, ...] = ()
+    known: tuple[Known, ...] = ()
 
     @property
     def cautions(self) -> tuple[str, ...]:
@@ -366,6 +371,7 @@ def identify_dynamic(
         indistinct=tuple(compress(_NAMES, collinear(sensitivity))),
         inside=_share_inside(model, recordings),
         doubts=tuple(doubts),
+        known=known_inputs(build, values, recordings, sensitivity / _SCALE, float(np.sqrt(variance))),
     )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...core.conventions import MIRROR, WRENCH_MIRROR
 from ...core.results import Result
-from ...core.tables import aligned, filled
+from ...core.tables import aligned, effort_column, filled
 from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
 
@@ -394,28 +394,12 @@ class JointContact(Result, ReadOnly):
             numbers[f"mean_{name}_N"] = float(known.mean()) if known.size else float("nan")
         return numbers
 
+    _derived = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
+
     @property
     def cautions(self) -> tuple[str, ...]:
         """What to mind about the device's part, and about the record of a movement."""
         return (*((self.caution,) if self.caution else ()), *self.record_cautions)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as arrays and plain values, and what follows from them, in one flat dict.
-
-        Returns
-        -------
-        dict
-            By name of the field or property.
-
-        Examples
-        --------
-        >>> man = ep.Person(1.75, 75, "male")
-        >>> fields = man.joint_contact(ep.shoulder_rotation(30, 0, 0, degrees=True)).as_dict()
-        >>> round(float(fields["body_weight"]), 2)  # N; 75 × 9.81
-        735.75
-        """
-        names = ("magnitude", "percent_body_weight", "compression", "shear", "muscles", "relief_percent")
-        return super().as_dict() | {name: getattr(self, name) for name in names}
 
     def columns(self) -> dict[str, Any]:
         """Contact force, muscles by name, efforts of the device and reason, with units in the names.
@@ -441,7 +425,7 @@ class JointContact(Result, ReadOnly):
         count = self.device_forces.shape[-1]
         units = self.drive_units or tuple((f"limb {i + 1}", "N") for i in range(count))
         for k, (name, unit) in enumerate(units[:count]):
-            found[f"{name.replace('limb ', 'f_')}_{unit.replace(' ', '_')}"] = self.device_forces[..., k]
+            found[effort_column(name, unit)] = self.device_forces[..., k]
         reasons = np.array([NO_RESULT.get(str(name), "") for name in self.status.ravel()], dtype=object)
         return found | {"status": self.status.astype(object), "reason": reasons.reshape(self.status.shape)}
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from ...core.conventions import pose_columns
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.progress import track
-from ...core.results import Result, frame_of
+from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count
 from ...design import Mechanism
 from ...device.wrist_device import as_device
@@ -25,6 +27,7 @@ from ..assumptions import Assumptions
 from ..columns import force_columns, peak_of
 from ..constraints.actuator_limits import limits_motion
 from ..constraints.given_limits import SideForceBounds, are_actuators
+from ..holding.verdict import UNSOLVED
 from ..result import Reaction
 from ..solve_case import solve
 from ..splits.split import Minimal, Spherical, Standalone
@@ -74,6 +77,10 @@ class ReactionMap(Result, ReadOnly):
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
     drive_units : tuple of (str, str)
         Name and unit of each f_i, as :attr:`exo_pin.Reaction.drive_units`.
+    poses : Rotation or None
+        Of shape (...), as they were asked for.
+    side : str
+        Side of the body that clinical angles are of.
 
     Examples
     --------
@@ -93,6 +100,8 @@ class ReactionMap(Result, ReadOnly):
     split: str
     trivial: bool = False
     drive_units: tuple[tuple[str, str], ...] = ()
+    poses: Rotation | None = None
+    side: str = "left"
 
     @property
     def status(self) -> NDArray[np.str_]:
@@ -132,29 +141,27 @@ class ReactionMap(Result, ReadOnly):
         """
         return peak_of(self._magnitude[self.held])
 
-    def to_dataframe(self) -> Any:
-        """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`.
+    def columns(self) -> dict[str, Any]:
+        """Pose, verdict, status and the selected quantities of every pose, with units in the names.
 
         Returns
         -------
-        pandas.DataFrame
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
+        dict of str to ndarray
+            Each of the stack's shape; the verdict is "held", "not held" or "not known".
 
         Examples
         --------
         >>> exo = ep.load("four-cables")
-        >>> frame = exo.reaction_map(exo.pose([0, 30]), keep=["magnitude"]).to_dataframe()
-        >>> frame.shape[0], [name for name in frame if "F_s" in name]
-        (2, ['F_s_N'])
+        >>> found = exo.reaction_map(exo.pose([0, 30]), keep=["magnitude"])
+        >>> list(found.columns())
+        ['flexion_deg', 'abduction_deg', 'internal_rotation_deg', 'F_s_N']
         """
-        columns: dict[str, NDArray[Any]] = {**force_columns(self)}
+        columns = {} if self.poses is None else dict(pose_columns(self.poses, self.side))
         if self.status_codes is not None:
-            columns["status"] = self.status.astype(object)
-        return frame_of(columns)
+            open_ = np.asarray(self.unknown) | np.isin(self.status, UNSOLVED)
+            words = np.where(self.can_hold, "held", np.where(open_, "not known", "not held"))
+            columns |= {"verdict": words.astype(object), "status": self.status.astype(object)}
+        return columns | force_columns(self)
 
     @property
     def _magnitude(self) -> FloatArray:
@@ -272,6 +279,7 @@ def reaction_map(
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
     more = {"split": law.name, "trivial": bool(trivial), "drive_units": mechanism.drive_units}
+    more |= {"poses": case.poses, "side": mechanism.side}
     return ReactionMap(status_codes=filled.pop("status"), **filled, **more)
 
 
@@ -294,6 +302,7 @@ def _map_of(answer: Reaction, selected: set[str]) -> ReactionMap:
         codes = np.vectorize(_CODES.__getitem__, otypes=[np.int8])(answer.status)
         unknown = answer.unknown
     more = {"split": answer.split, "trivial": answer.trivial, "drive_units": answer.drive_units}
+    more |= {"poses": answer.case.poses, "side": answer.source.poses.mechanism.side}
     return ReactionMap(**kept, status_codes=codes, unknown=unknown, **more)
 
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import SolverFailed
 from ...core.results import Result
+from ...core.tables import three_digits
 from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
@@ -69,18 +70,18 @@ class ForceRange(Result, ReadOnly):
         if self.least.ndim:
             shown = np.isfinite(self.greatest)
             wide = f"; unbounded in {int(np.isinf(self.greatest).sum())}" if np.isinf(self.greatest).any() else ""
-            top = f"{self.greatest[shown].max():.1f} N" if shown.any() else "-"
+            top = f"{three_digits(self.greatest[shown].max())} N" if shown.any() else "-"
             return f"{self.least.size} poses, largest |F_s| of the allowed forces {top}{wide}"
         if np.isnan(self.least):
             return "no set of forces is allowed"
         if np.isinf(self.greatest):
-            return f"{self.least:.1f} N to unbounded"
+            return f"{three_digits(self.least)} N to unbounded"
         if self.is_single:
-            return f"{self.least:.1f} N, the only value"
-        top = f"{self.greatest:.1f} N"
+            return f"{three_digits(self.least)} N, the only value"
+        top = f"{three_digits(self.greatest)} N"
         if self.greatest - self.found > 1e-6 * self.greatest:
-            top = f"at most {top} (at least {self.found:.1f} N)"
-        return f"{self.least:.1f} to {top}"
+            top = f"at most {top} (at least {three_digits(self.found)} N)"
+        return f"{three_digits(self.least)} to {top}"
 
 
 def force_range(source: AnswerSource, magnitude: FloatArray) -> ForceRange:

@@ -18,10 +18,13 @@ from ...core.results import Result
 from ...core.tables import drive_list, enumerated, limb_list
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
-from ...device.device_singularity import in_doubt
+from ...device.device_singularity import in_doubt, is_rounded
 from ..constraints.actuator_limits import LimbLimits
 from ..evidence import AnswerSource
 from ..splits.pose_stack import UNFELT
+
+#: Change of F_s with a unit of the last digit, over |F_s|, from which on it is a caution.
+_NOTED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +228,8 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
     if placed is not None and (doubt := in_doubt(device.chain, placed.q)).any():  # type: ignore[attr-defined]
         where = f" in {doubt.sum()} of {len(doubt)} poses" if len(doubt) > 1 else ""
         yield f"Undetermined{where}: the digits of the robot's file may make or hide a singular pose."
+    if placed is not None and is_rounded(device.chain):  # type: ignore[attr-defined]
+        yield from _of_digits(source)
     if sharing is not None and sharing.unknown and source.poses.tensions.self_stress.shape[2]:
         yield (
             f"Efforts in N and in N m are shared by their numbers: no limit is known of {enumerated(sharing.unknown)}, "
@@ -243,6 +248,29 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
         yield f"Posture: {source.poses.posture}."
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]
         yield "Not known: where the cuff is ([roles] cuff); couples are least at the single attachments instead."
+
+
+def _of_digits(source: AnswerSource) -> Iterator[str]:
+    """What a unit of the last digit of a robot's file can do to F_s.
+
+    A unit moves the lines of all forces on the arm by as much, and so changes the moments that the efforts balance.
+    """
+    described, state = source.poses.mechanism.chain.description, source.poses.state  # type: ignore[attr-defined]
+    unit, count = 2.0 * (described.tolerance or described.rounding), state.moment_of_f.shape[2]
+    known = np.flatnonzero(~np.isnan(source.values).any(axis=1))
+    f, g, F_s = np.split(source.values[known], [count, 2 * count], axis=1)
+    state = type(state)(*(part[known] for part in state))
+    per_moment = np.linalg.norm(state.shoulder_of_f @ np.linalg.pinv(state.moment_of_f), 2, axis=(1, 2))
+    on_arm = np.linalg.norm(state.wrenches(f, g)[0][..., :3], axis=2).sum(axis=1)
+    change = unit * per_moment * np.maximum(on_arm, np.abs(f).sum(axis=1))
+    if not (change > _NOTED * np.linalg.norm(F_s, axis=1)).any():
+        return
+    worst = int(change.argmax())
+    where = f" in pose {known[worst]}" if len(source.values) > 1 else ""
+    yield (
+        f"Rounded: one unit of the last digit of the robot's file, {unit:.2g} m, changes F_s by up to about "
+        f"{change[worst]:.2g} N{where}."
+    )
 
 
 def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:

@@ -28,7 +28,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.progress import track
 from ...core.results import Result
-from ...core.tables import enumerated
+from ...core.tables import enumerated, three_digits
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.chain_device import ChainDevice
@@ -331,7 +331,7 @@ class PostureRange(Result, ReadOnly):
 
     def __str__(self) -> str:
         several = f" in {self.least.size} poses" if self.least.ndim else ""
-        return f"{self.least.min():.1f} to {self.greatest.max():.1f} N{several} over {self.rule}"
+        return f"{three_digits(self.least.min())} to {three_digits(self.greatest.max())} N{several} over {self.rule}"
 
 
 @checked

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -314,6 +315,21 @@ def verdict_of(answer: Reaction) -> str:
     words = verdict(answer.limits, answer.status, axis, _unheld(answer), along, _lacking(answer))
     texts = (words, poses.gaps.words, _end_of_way(answer))
     return " ".join(text for text in texts if text)
+
+
+def row_verdicts(answer: Reaction) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+    """Shape (...) each: "held", "not held" or "not known", and why where it is not held, with parts and sizes."""
+    check, status, why = answer.limits, answer.status, answer.reasons.astype(object)
+    no_result = np.isin(status, UNSOLVED)
+    open_ = no_result | (check.unknown & ~check.violated & answer.has_answer)
+    words = np.where(check.can_hold, "held", np.where(open_, "not known", "not held")).astype(object)
+    arrays = {name: value for name, value in vars(check).items() if isinstance(value, np.ndarray)}
+    for row in map(tuple, np.argwhere(~check.can_hold & ~no_result)):
+        own = replace(check, **{name: value[row] for name, value in arrays.items()})
+        said = _of_pose(own, str(status[row]), None, "", None)
+        why[row] = said.partition(": ")[2].rstrip(".") or said.partition(" (")[2].rstrip(").")
+    why[status == "not_solved"] = "its equilibrium could not be solved"
+    return words, why
 
 
 def _unheld(answer: Reaction) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...control.experiments.tracking_report import verdict_of
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_mapping, require_type
@@ -164,7 +165,7 @@ def plot_loop(columns: Mapping[str, FloatArray]) -> Figure:
     axes[0].plot(t, columns["contraction_mm"], color=BLUE, linewidth=1.8, label="reached")
     axes[1].plot(t, columns["pressure_bar"], color=_INK, linewidth=1.4)
     axes[2].plot(t, 100.0 * columns["duty"], color=_INK, linewidth=1.4)
-    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "fills, %"), strict=True):
+    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "valve fills,\n% of time"), strict=True):
         axis.spines[["top", "right"]].set_visible(False)
         axis.set(ylabel=label, ylim=(0.0, None))
     axes[0].legend(frameon=False, loc="lower right")
@@ -214,7 +215,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         if curves := len(ax.get_legend_handles_labels()[0]):
             legend_below(ax, min(curves, 4))
     axes[0, 0].set_xlim(t[0], t[-1])
-    figure_title(figure, tracking.verdict)
+    figure_title(figure, verdict_of(tracking))
     notes = "thin: reference; thick: reached"
     for fault in faults:
         notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"

@@ -35,7 +35,10 @@ def ranking_figure(table: StudyTable) -> Figure:
         np.asarray(table[name], dtype=float)[rows] for name in ("can_hold", "holdable", "common_peak_F_s_N")
     )
     at = np.arange(float(len(rows)))
-    figure, (held, force) = new_figure(WIDEST, 1.9 + 0.42 * len(rows), ncols=2, sharey=True)
+    joint = "contact_N" in table
+    figure, (*first, held, force) = new_figure(WIDEST, 1.9 + 0.42 * len(rows), ncols=2 + joint, sharey=True)
+    for ax in first:
+        _joint(ax, at, *(np.asarray(table[name], dtype=float)[rows] for name in ("contact_N", "contact_without_N")))
     held.barh(at, 100.0 * known, 0.62, color=BLUE, label="known to be held")
     if (far > known).any():
         held.barh(at, 100.0 * (far - known), 0.62, left=100.0 * known, color=SKY, label="if unknown limits allow it")
@@ -43,7 +46,11 @@ def ranking_figure(table: StudyTable) -> Figure:
     for row, share in enumerate(far):
         words = f"{100.0 * share:.1f} %" if share > 0.0 else "none"
         _at_end(held, 100.0 * share, row, words)
-    held.set(title="first: poses that are held", xlabel="% of the poses (more is better)", xlim=(0.0, 100.0 * _ROOM))
+    held.set(
+        title="poses that are held" if joint else "first: poses that are held",
+        xlabel="% of the poses (more is better)",
+        xlim=(0.0, 100.0 * _ROOM),
+    )
     held.set_xticks(np.arange(0, 101, 25))
     alone = far > 0.0
     force.barh(at, np.where(alone, np.nan_to_num(peak), 0.0), 0.62, color=BLUE)
@@ -54,16 +61,32 @@ def ranking_figure(table: StudyTable) -> Figure:
             words = f"{value:.1f} N" if alone[row] else f"{value:.1f} N, its wearer makes the rest"
         _at_end(force, float(np.nan_to_num(value)), row, words)
     top = np.nanmax(peak) if np.isfinite(peak).any() else 1.0
-    force.set(title="between equals: force on the shoulder", xlim=(0.0, _ROOM * float(top)))
-    force.set_xlabel("common peak |F_s|, N (less is better)")
-    for ax in (held, force):
+    force.set(
+        title="force without muscles" if joint else "between equals: force on the shoulder",
+        xlim=(0.0, _ROOM * float(top)),
+    )
+    force.set_xlabel("common peak |F_s|, N" if joint else "common peak |F_s|, N (less is better)")
+    for ax in (*first, held, force):
         tidy(ax)
         ax.title.set_fontsize(10.5)
         ax.grid(False, axis="y")
-    held.set_yticks(at, names)
-    held.invert_yaxis()
+    left = (*first, held)[0]
+    left.set_yticks(at, names)
+    left.invert_yaxis()
     figure_title(figure, *table.heading)
     return figure
+
+
+def _joint(ax: Any, at: FloatArray, force: FloatArray, bare: FloatArray) -> None:
+    """The force in the joint with the device and without it, which leads where it is known."""
+    ax.barh(at, np.nan_to_num(force), 0.62, color=BLUE)
+    ax.plot(bare, at, "D", ms=5, markerfacecolor="none", color=BLACK, label="without the device")
+    for row, value in enumerate(force):
+        _at_end(ax, float(np.nan_to_num(value)), row, f"{value:.0f} N" if np.isfinite(value) else "not known")
+    top = max((value for value in (*force, *bare) if np.isfinite(value)), default=1.0)
+    ax.set(title="in the joint, with muscles", xlabel="median, N (less is better)", xlim=(0.0, _ROOM * float(top)))
+    if np.isfinite(bare).any():
+        legend_below(ax)
 
 
 def in_rank_order(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
@@ -177,6 +200,9 @@ def _say(ax: Any, rows: FloatArray, words: str) -> None:
 
 #: Figures of a study in words.
 _WORDS = {
+    "contact_N": "force in the joint with muscles, median, N",
+    "peak_contact_N": "largest force in the joint with muscles, N",
+    "contact_without_N": "force in the joint without the device, median, N",
     "common_peak_F_s_N": "peak of |F_s| over the poses that all hold, N",
     "peak_F_s_N": "peak of the shoulder force |F_s|, N",
     "p95_F_s_N": "95th percentile of the shoulder force |F_s|, N",
@@ -193,7 +219,9 @@ _UNITS = {"mm": "mm", "m": "m", "deg": "°", "N": "N", "kg": "kg"}
 
 #: Which way a figure of a comparison is better.
 _BETTER = {
-    **dict.fromkeys(("common_peak_F_s_N", "peak_F_s_N", "p95_F_s_N", "median_F_s_N"), "less"),
+    **dict.fromkeys(
+        ("contact_N", "peak_contact_N", "common_peak_F_s_N", "peak_F_s_N", "p95_F_s_N", "median_F_s_N"), "less"
+    ),
     **dict.fromkeys(("can_hold", "holdable", "least_margin", "one_side", "reach"), "more"),
 }
 
@@ -267,11 +295,12 @@ def column_words(name: str) -> str:
 
 def _varied(table: StudyTable) -> list[str]:
     """Columns of numbers before the figures that are not the same in every row."""
+    from ...study.detailed_figures import JOINT_FIGURES
     from ...study.evaluation import FIGURES
 
     found = []
     for name in table:
-        if name in FIGURES:
+        if name in (*JOINT_FIGURES, *FIGURES):
             break
         column = np.asarray(table[name])
         if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:

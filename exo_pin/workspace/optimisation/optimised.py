@@ -164,6 +164,8 @@ class Optimised(Result):
     start: Candidate | None = None
     stopped: bool = False
 
+    _hidden = frozenset({"front", "start"})
+
     @property
     def best(self) -> ShoulderExo:
         """The design with the largest Φ on the full grid; with several offsets the largest least one."""

@@ -201,7 +201,10 @@ def recheck(
     checked, difference = 0, float("nan")
     if record is not None and "forces" in full.margins:
         # Pinocchio is asked about the design's own arm, whoever wears the design in the check.
-        own, answered = criteria.replace(wearers=(), elbow_range=None, body=criteria.body_of(record)), (full, lines)
+        own, answered = (
+            criteria.replace(wearers=(), elbow_range=None, obstacles=(), body=criteria.body_of(record)),
+            (full, lines),
+        )
         if any(arm is not record.arm for arm in criteria.arms(record)):
             rows = own.off_grid()
             answered = (

@@ -14,11 +14,12 @@ limbs from one point, at an angle θ, are 2 ρ_0 sin(θ/2) - R apart beyond the 
 A wearer's torso, head and arm as capsules about the shoulder.
 
 The lengths of upper arm, forearm and fist are those of the arm's mass (:class:`exo_pin.Wearer`, de Leva 1996), between
-the centres of the joints. Breadths and heights of the trunk are the shares of stature of Drillis and Contini, as Winter
-(Biomechanics and Motor Control of Human Movement) prints them: half shoulder breadth 0.129, chest breadth 0.174,
-shoulder height 0.818, chin 0.870. That figure has no depths and girths. Those used here are **estimates**: depth of
-the chest 0.137, radius of the upper arm 0.030 and of the forearm 0.025, of the neck 0.035 and of the head 0.050 of
-stature, and 0.031 for the soft tissue above the collar bone.
+the centres of the joints. Half the breadth of the shoulders is 0.129 of stature and the shoulder's height 0.818
+(Drillis and Contini, as Winter, Biomechanics and Motor Control of Human Movement, prints them). Girths of arm, neck and
+head, breadths and depths of chest and waist follow from sex, stature and mass, or are measured
+(:mod:`exo_pin.design.body_dimensions`, ANSUR II). The chest reaches to 0.16 of stature below the shoulder, where the
+belly begins, and the trunk to 0.28; each is two upright capsules side by side. Clothing thickens all of them.
+**Estimates**: 0.031 of stature for the soft tissue above the collar bone, the heights of waist and neck.
 
 Assumptions: the trunk is upright and stays where it is. Where the shoulder's centre moves against the trunk, the
 capsule from neck to shoulder follows it with its outer end.
@@ -39,22 +40,15 @@ from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, require_type
 from ...design import Mechanism
+from ...design.obstacles import obstacle
 from ...design.wearer import Wearer
 from ...numerics.vectors import add, dot, matrix, root, turn, vector
 
-#: Torso of a left shoulder of unit stature: two ends and the radius, about the shoulder centre, x forward, y left.
-_TORSO = np.array(
-    [
-        # The chest: three upright capsules side by side, 0.174 broad and 0.137 deep, to 0.28 below the shoulder.
-        [0.0, -0.1105, -0.040, 0.0, -0.1105, -0.280, 0.0685],
-        [0.0, -0.1290, -0.040, 0.0, -0.1290, -0.280, 0.0685],
-        [0.0, -0.1475, -0.040, 0.0, -0.1475, -0.280, 0.0685],
-        [0.0, -0.1290, 0.015, 0.0, 0.0, 0.0, 0.031],  # from neck to shoulder
-        [0.0, -0.1290, 0.000, 0.0, -0.1290, 0.100, 0.035],  # neck
-        [0.0, -0.1290, 0.090, 0.0, -0.1290, 0.130, 0.050],  # head
-    ]
-)
-_UPPER_ARM_RADIUS, _FOREARM_RADIUS = 0.030, 0.025
+#: Shares of stature: from the shoulder to the body's middle and to the top of the head; heights above the shoulder of
+#: the upper end of the chest, its lower end, that of the trunk, the neck's foot at the collar bone, and its top.
+_MIDDLE, _TO_TOP, _CHEST, _WAIST, _TRUNK, _COLLAR, _NECK = 0.129, 0.182, -0.040, -0.160, -0.280, 0.015, 0.100
+#: Radius of the soft tissue above the collar bone, and lower end of the head's capsule, shares of stature.
+_SOFT, _HEAD = 0.031, 0.090
 #: Largest step between two postures of an elbow that bends, rad: the fist moves by less than the forearm's radius on
 #: either side of its own place.
 _ELBOW_STEP = np.radians(10.0)
@@ -107,7 +101,11 @@ class BodyShape(Record):
 
     @classmethod
     def of(
-        cls, wearers: Wearer | Iterable[Wearer], side: str = "left", elbow_range: tuple[float, float] | None = None
+        cls,
+        wearers: Wearer | Iterable[Wearer],
+        side: str = "left",
+        elbow_range: tuple[float, float] | None = None,
+        obstacles: tuple[str, ...] = (),
     ) -> BodyShape:
         """The body of a person, or of all of several at once, so that what is clear of it is clear of each.
 
@@ -119,6 +117,8 @@ class BodyShape(Record):
             Which shoulder is at O.
         elbow_range : tuple of float, optional
             From which to which angle all of them bend the elbow, rad; the forearm is then in all places between.
+        obstacles : tuple of str
+            What stands about them, by names of :func:`exo_pin.design.obstacles.obstacle`; counts as torso.
 
         Returns
         -------
@@ -128,20 +128,22 @@ class BodyShape(Record):
         ------
         InvalidInput
             If there is no wearer.
+        UnknownName
+            If an obstacle is none.
 
         Examples
         --------
         >>> body = ep.BodyShape.of(ep.Wearer(1.75, 75, "male"))
         >>> upper_arm = body.arm[0]
-        >>> (1e3 * upper_arm[[6, 5]]).round(1)  # mm: radius, 3 % of stature; place of the elbow
-        array([  52.5, -283.2])
+        >>> (1e3 * upper_arm[[6, 5]]).round(1)  # mm: radius, from the girth; place of the elbow
+        array([  53.4, -283.2])
         """
         listed = (wearers,) if isinstance(wearers, Wearer) else tuple(wearers)
         if not listed or not all(isinstance(each, Wearer) for each in listed):
             raise InvalidInput("expected a Wearer, or several")
         torsos, arms = [], []
         for each in listed:
-            torsos.append(each.height * _TORSO)
+            torsos += [_torso(each), *(obstacle(name, each) for name in obstacles)]
             low, high = (each.elbow_flexion,) * 2 if elbow_range is None else elbow_range
             arms.append(_arm(each, np.linspace(low, high, 1 + int(np.ceil((high - low) / _ELBOW_STEP)))))
         torso = np.concatenate(torsos)
@@ -182,13 +184,32 @@ class BodyShape(Record):
                 )
 
 
+def _torso(wearer: Wearer) -> FloatArray:
+    """Chest, belly, shoulder, neck and head of a left shoulder about its centre, shape (7, 7); x forward, y left."""
+    height, sizes = wearer.height, wearer.dimensions()
+    middle = -_MIDDLE * height
+    rows = []
+    for part, top, bottom in (("chest", _CHEST, _WAIST), ("waist", _WAIST, _TRUNK)):
+        radius = 0.5 * sizes[f"{part} depth"]
+        aside = max(0.5 * sizes[f"{part} breadth"] - radius, 0.0)
+        rows += [[0.0, y, top * height, 0.0, y, bottom * height, radius] for y in (middle + aside, middle - aside)]
+    rows.append([0.0, middle, _COLLAR * height, 0.0, 0.0, 0.0, _SOFT * height])
+    neck, head = (sizes[f"{part} girth"] / (2.0 * np.pi) for part in ("neck", "head"))
+    rows.append([0.0, middle, 0.0, 0.0, middle, _NECK * height, neck])
+    rows.append([0.0, middle, _HEAD * height, 0.0, middle, _TO_TOP * height - head, head])
+    return _dressed(rows, wearer)
+
+
+def _dressed(rows: list[list[float]], wearer: Wearer) -> FloatArray:
+    return np.array(rows) + wearer.clothing * np.eye(7)[6]
+
+
 def _arm(wearer: Wearer, bends: FloatArray) -> FloatArray:
     """Capsules of the upper arm and of the forearm at each angle of the elbow, shape (1 + angles, 7)."""
     elbow = np.array([0.0, 0.0, -wearer.upper_arm_length])
     hands = elbow + wearer.forearm_length * np.stack([np.sin(bends), 0.0 * bends, -np.cos(bends)], axis=1)
-    radius = _FOREARM_RADIUS * wearer.height
-    rows = [[0.0, 0.0, 0.0, *elbow, _UPPER_ARM_RADIUS * wearer.height], *([*elbow, *hand, radius] for hand in hands)]
-    return np.array(rows)
+    upper, fore = (wearer.dimensions()[f"{part} girth"] / (2.0 * np.pi) for part in ("upper arm", "forearm"))
+    return _dressed([[0.0, 0.0, 0.0, *elbow, upper], *([*elbow, *hand, fore] for hand in hands)], wearer)
 
 
 @kernel(inline=True)

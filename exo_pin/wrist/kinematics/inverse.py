@@ -57,7 +57,7 @@ class LimbState(Result):
         Angles of the universal joint at A_i, shape (..., n), rad: in {A_i} the direction s_i is
         (cos θx sin θy, -sin θx, cos θx cos θy), (4-25).
     platform_theta_x, platform_theta_y : ndarray
-        The same for the joint at B_i: the direction -s_i in {B_i}.
+        The same for the joint at B_i, rad: the direction -s_i in {B_i}.
 
     Examples
     --------

@@ -54,18 +54,18 @@ class Singularity(Result):
     reach : ndarray
         h_i, distance from O to the limb's line, shape (..., n), m.
     smallest_singular_value : ndarray
-        Of the matrix of rows b_i × s_i, shape (...), m: N m of moment per N of limb force in the worst direction.
+        Of the matrix of rows b_i × s_i, shape (...), m: moment per limb force in the worst direction.
     margin : ndarray
         Shape (...), 0 in a singular pose to 1 where limbs make all moments with the same ease: the root of the harmonic
         over the arithmetic mean of the squared singular values of these rows, :func:`.margin_of_values`.
     amplification : ndarray
-        Its inverse, shape (...), 1/m: limb force (root of sum of squares) per N m in the worst direction.
+        Its inverse, shape (...), 1/m: limb force (root of sum of squares) per moment in the worst direction.
     condition : ndarray
         Largest over smallest singular value of the rows b_i × s_i, shape (...); inf in a singular pose.
     constraint_condition : ndarray
         The same of the rows X_i of the UPU limbs, shape (...); inf where they do not hold O.
     centre_shift : ndarray
-        Shape (...), m per m (mm per mm): largest displacement of O without the ball joint, per unit of play of every
+        Shape (...), dimensionless: largest displacement of O without the ball joint, per unit of play of every
         UPU limb to either side along X_i, :func:`centre_shift`.
     lost_direction : ndarray
         Shape (..., 3), unit vector, base frame: the axis about which the limbs resist least.

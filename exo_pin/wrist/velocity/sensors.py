@@ -26,19 +26,18 @@ class SensorSensitivity(Result):
     Attributes
     ----------
     sensitivity : ndarray
-        Shape (...): largest turn of the arm per unit of sensor error (root of sum of squares over all sensors), rad
-        per rad (degrees per degree), or rad per m if lengths alone are measured; inf where they do not
-        determine the pose.
+        Shape (...), in its own unit: largest turn of the arm per unit of sensor error (root of sum of squares over all
+        sensors), rad per rad, or rad per m if lengths alone are measured; inf where they do not determine the pose.
     worst_axis : ndarray
         Shape (..., 3), unit vector, base frame: the axis about which the sensors give least information.
     error_gain : ndarray
-        Shape (..., 3, m): rotation vector of the arm per error of each of the m sensors, base frame; least squares for
-        more than three. NaN where they do not determine the pose.
+        Shape (..., 3, m), in its own unit as ``sensitivity``: rotation vector of the arm per error of each of the m
+        sensors, base frame; least squares for more than three. NaN where they do not determine the pose.
     along : ndarray
         b_i·s_i/|b_i|, shape (..., n): a sensor of θ_xA gives no information where its limb's is zero.
     determinant : ndarray
-        Of three sensors' rows, shape (...); NaN for more than three. For θ_xA it is Π (b_i·s_i)/l_i det X, for θ_yA
-        det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
+        Of three sensors' rows, shape (...), in its own unit; NaN for more than three. For θ_xA it is
+        Π (b_i·s_i)/l_i det X, for θ_yA det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
     kind : ndarray of str
         Shape (...): "regular", "near" (margin of the rows below 1e-3, as of a pose in :class:`.Singularity`),
         "singular" or "folded" (a limb has no plane, so its angles have no rate).

@@ -1,5 +1,6 @@
 """The controller that knows the plant: plan, pressures and valves at one sample."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,18 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput
-from exo_pin.control import FeedbackGains, ModelController, ReferenceState, hung_outward, tensions_for_motion
+from exo_pin.control import (
+    Experiment,
+    FeedbackGains,
+    ModelController,
+    ReferenceState,
+    Turn,
+    hung_outward,
+    options_for,
+    reference_of,
+    tensions_for_motion,
+)
+from exo_pin.control.controllers.model_controller import gains_for
 from exo_pin.muscle import muscle_model
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 
@@ -149,6 +161,37 @@ def test_air_ahead_is_that_of_the_tensions_under_the_load():
             assert np.abs(controller._needed_flows(at) - flows[0]).max() > 0.1 * np.abs(flows[0]).max()
 
 
+def held_while_a_limb_tears(beyond, faults=True):
+    """The opening design in a pose that its others hold without limb 1, which tears after 0.3 s."""
+    exo = ep.load("four-linear-actuators-worn")
+    hold = Turn(exo.pose(60, 20, 10), np.array([0.0, 0.0, 1e-9]), 0.3)
+    gains = replace(gains_for(exo.mechanism), lost_beyond=beyond)
+    torn = (ep.Fault("torn", limb=0, start=0.3),) if faults else ()
+    return Experiment(
+        "torn", "torn", exo.mechanism, hold, "model", options_for(exo.mechanism), 3.0, feedback=gains, faults=torn
+    ).run()
+
+
+def test_others_take_the_load_of_a_torn_limb():
+    alone, shared = (np.degrees(held_while_a_limb_tears(beyond).error) for beyond in (np.inf, 0.01))
+    assert alone[-1] > 15.0
+    assert shared[-1] < 4.0
+    assert shared.max() < 0.5 * alone.max()
+
+
+@pytest.mark.full
+def test_a_limb_that_is_whole_does_not_count_as_torn():
+    plain, asked = (held_while_a_limb_tears(beyond, faults=False) for beyond in (np.inf, 0.01))
+    np.testing.assert_array_equal(asked.error, plain.error)
+    exo = ep.load("four-linear-actuators-worn")
+    gains, moves = replace(gains_for(exo.mechanism), lost_beyond=0.01), reference_of("flexion", "left")
+    runs = [
+        Experiment("lift", "lift", exo.mechanism, moves, "model", options_for(exo.mechanism), feedback=each).run()
+        for each in (gains, None)
+    ]
+    np.testing.assert_array_equal(runs[0].error, runs[1].error)
+
+
 def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():
     lost, there = (ModelController(PLANT, constant(POSE)) for _ in range(2))
     away = ep.shoulder_rotation(10.0, 20.0, 20.0, degrees=True)
@@ -156,7 +199,9 @@ def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():
     np.testing.assert_allclose(commands, there(0.0, seen(POSE, np.full(3, 1e5))), atol=1e-12)
 
 
-@pytest.mark.parametrize("gains", [{"stiffness": -1.0}, {"damping": np.nan}, {"integral_time": 0.0}])
+@pytest.mark.parametrize(
+    "gains", [{"stiffness": -1.0}, {"damping": np.nan}, {"integral_time": 0.0}, {"lost_beyond": 0.0}]
+)
 def test_bad_input_is_refused(gains):
     with pytest.raises(InvalidInput):
         FeedbackGains(**gains)

@@ -1,5 +1,7 @@
 """What a run of the plant warns of: extrapolated muscle laws, unsafe pressures, forces after a fault."""
 
+import json
+
 import numpy as np
 
 import exo_pin as ep
@@ -32,7 +34,7 @@ def test_pressures_above_the_safe_one_are_named(tmp_path):
     ]
     assert named
     tracking.to_csv(tmp_path / "run.csv")
-    assert f"# {named[0]}" in (tmp_path / "run.csv").read_text()
+    assert named[0] in json.loads((tmp_path / "run.json").read_text())["cautions"]
 
 
 def test_a_force_after_a_fault_depends_on_estimates():

@@ -25,12 +25,13 @@ from exo_pin.chain import (
 )
 from exo_pin.control import MeasuredRun, read_run, write_run
 from exo_pin.design import Limb, LimbBody, LimbGuide, Shoulder, Tackle, WristGeometry, read_mechanism, write_mechanism
-from exo_pin.device import ConstantForce, LinearSpring, Spring, TableLaw
+from exo_pin.device import Brake, ConstantForce, Drive, GuidedSlide, LinearSpring, Route, Spring, TableLaw
 from exo_pin.muscle import (
     ChouHannaford,
     ConstantFriction,
     Damping,
     DynamicModel,
+    FestoLaw,
     LoadDependentFriction,
     PolynomialModel,
     Validity,
@@ -105,11 +106,12 @@ def interfaces(draw):
     return draw.record(ep.Interfaces, {"harness": spring, "cuff": spring, "cuff_area": lambda: 0.01})
 
 
-def limb(draw):
-    def guide():
-        names = ("joint_stiffness", "joint_twist_stiffness", "largest_bending_moment", "largest_torque")
-        return draw.record(LimbGuide, dict.fromkeys(names, draw.number), 40.0, 30.0)
+def guide(draw):
+    names = ("joint_stiffness", "joint_twist_stiffness", "largest_bending_moment", "largest_torque")
+    return draw.record(LimbGuide, dict.fromkeys(names, draw.number), 40.0, 30.0)
 
+
+def limb(draw):
     def body():
         return LimbBody.rod(draw.number(), draw.number(), 0.01 * draw.number())
 
@@ -120,7 +122,7 @@ def limb(draw):
         "stroke": lambda: draw.record(ep.Stroke, {"end_fitting": draw.number}, draw.number(), 0.75, 1.05),
         "joint_limit": draw.number,
         "joint_straight": lambda: tuple(draw.rng.normal(size=3).tolist()),
-        "guide": guide,
+        "guide": lambda: guide(draw),
         "actuator": lambda: actuator(draw),
     }
     return draw.record(Limb, parts)
@@ -144,6 +146,7 @@ def actuator(draw):
 
 def arm(draw):
     kind, sized = int(draw.rng.integers(4)), {"elbow_flexion": draw.number, "payload": draw.number}
+    sized |= {"arm_girth": lambda: 0.2 + 0.1 * draw.rng.random(), "clothing": lambda: 0.05 * draw.rng.random()}
     person = ep.Arm.of_wearer(draw.record(ep.Wearer, sized, 1.75, 75.0, "male"))
     if kind == 0:
         return person
@@ -268,14 +271,17 @@ def test_closures_come_back(tmp_path):
 
 
 def muscle(draw):
-    """A static model of either form."""
+    """A static model of any form that is written."""
     capability = {"capability": lambda: (draw.number(), -3.0), "basis": draw.text}
     validity = draw.record(Validity, capability, strain=(0.0, draw.number()), pressure=(1e5, 4e5))
     common = {"name": draw.text(), "reference_length": 0.3, "validity": validity}
     texts = {"source": draw.text, "notes": lambda: (draw.text(), "b")}
-    if draw.rng.random() < 0.5:
+    form = draw.rng.integers(3)
+    if form == 0:
         powers = {(int(i), int(j)): draw.number() for i, j in draw.rng.integers(0, 3, (4, 2))}
         return draw.record(PolynomialModel, texts, coefficients=powers, **common)
+    if form == 1:
+        return draw.record(FestoLaw, texts, largest_strain=0.1667, **common)
     return draw.record(ChouHannaford, texts, braid_length=0.4, turns=2.0, **common)
 
 
@@ -346,6 +352,55 @@ def test_devices_come_back(seed, tmp_path):
         assert same(one, other)
     assert len(again.soft_links) == len(exo.device.soft_links)
     assert owners(again.arm) == owners(exo.device.arm)
+
+
+def drive(draw, name, turns=False, way=None):
+    """A drive in a hinge, along a route, or in a slide that is a limb."""
+    low, high = sorted(draw.rng.normal(size=2).tolist())
+    parts = {"lower": lambda: low - 2.0, "upper": lambda: high + 2.0, "least": lambda: low, "greatest": lambda: high}
+    parts |= dict.fromkeys(("speed_limit", "power_limit", "play", "resolution"), draw.number)
+    if turns:
+        return draw.record(Drive, parts, name, joint=name)
+    parts |= {
+        "actuator": lambda: actuator(draw),
+        "stroke": lambda: draw.record(ep.Stroke, {"end_fitting": draw.number}, draw.number(), 0.75, 1.05),
+    }
+    if way is not None:
+        return draw.record(Drive, parts, name, route=way)
+    return draw.record(Drive, parts | {"zero_length": draw.number}, name, joint=name, pulls=True)
+
+
+@pytest.mark.full
+def test_drives_and_soft_parts_of_devices_come_back(tmp_path):
+    draw, exo = Drawn(5), ep.load(URDF / "3rps-passive-ball.urdf")
+    names = [each.joint for each in exo.device.drives]
+    hinges = [name for name in map(str, exo.chain.model.names) if name.endswith("hinge")]
+    arm = exo.chain.roles.arm
+    for _ in range(COUNT // 6):
+        way = Route.over(("universe", 0.1 * draw.rng.normal(size=3)), (arm, [0.0, 0.05, -0.2]))
+        driven = [drive(draw, name) for name in names]
+        driven += [drive(draw, name, turns=True) for name in hinges] + [drive(draw, "cable", way=way)]
+        brakes = [draw.record(Brake, {"limit": draw.number}, f"brake of {name}", name) for name in (names[0], *hinges)]
+        parts = {
+            "cuff_area": lambda: 0.01,
+            "cuff": lambda: ep.Interface(draw.stiffness(6), 0.1 * draw.rng.normal(size=3)),
+        }
+        changed = exo.device.replace(
+            drives=tuple(driven),
+            brakes=tuple(brakes),
+            guided_slides=tuple(draw.record(GuidedSlide, {"guide": lambda: guide(draw)}, name) for name in names),
+            interfaces=draw.record(ep.Interfaces, parts),
+            shoulder=shoulder(draw),
+        )
+        ep.ShoulderExo.from_device(changed).save(tmp_path / "mine.toml")
+        again = ep.load(tmp_path / "mine.toml").device
+        for name in ("drives", "brakes", "guided_slides"):
+            assert getattr(again, name) == getattr(changed, name), name
+        for one, other in ((again.interfaces, changed.interfaces), (again.shoulder, changed.shoulder)):
+            assert same(one, other)
+    assert {name for kind, name in draw.given if kind in (Drive, Brake, GuidedSlide)} >= {
+        name for kind in (Drive, Brake, GuidedSlide) for name in signature(kind).parameters
+    } - {"name", "slide"}
 
 
 @pytest.mark.full

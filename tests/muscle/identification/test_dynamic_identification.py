@@ -1,5 +1,7 @@
 """Friction and damping from recorded responses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,24 @@ def test_noisy_responses_give_the_coefficients_back():
     x = np.linspace(0.03, 0.08, 6)
     friction = found.model.friction.printed(x, 3.6e5, 1.3)
     np.testing.assert_allclose(friction, dynamic_model("tang-3-31").friction.printed(x, 3.6e5, 1.3), rtol=0.08)
+
+
+@pytest.mark.full
+def test_effects_of_what_was_taken_as_known_are_those_of_fits_with_errors():
+    law = dynamic_model("tang-3-31").static
+    clean = recordings(0.0, seed=1, samples=41)
+    found = identify_dynamic(clean, law, start=TRUTH)
+
+    def friction(fit):
+        law = fit.model.friction
+        return np.concatenate([law.printed(r.contraction, r.pressure.sample(r.time), r.mass) for r in clean])
+
+    off = identify_dynamic([replace(each, mass=1.0005 * each.mass) for each in clean], law, start=TRUTH)
+    share = np.linalg.norm(friction(off) - friction(found)) / np.linalg.norm(friction(found))
+    weight = next(each for each in found.known if each.name == "hung weight")
+    assert [each.name for each in found.known] == ["force law", "gauge's zero", "contraction's zero", "hung weight"]
+    assert abs(weight.effects["friction_percent"] * 0.05 - 100.0 * share) < 0.03 * 100.0 * share
+    assert weight.shows  # a wrong weight leaves residuals
 
 
 @pytest.mark.full

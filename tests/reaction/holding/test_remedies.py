@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case.case import beyond_motion
@@ -61,6 +62,26 @@ def test_what_is_suggested_holds_as_it_is_printed(name):
         assert not beyond_motion(again.as_matrix()[None], exo.side)[0]
         assert round(np.degrees((again * pose.inv()).magnitude())) == away
         assert ("looks the same" in str(found)) == bool(exo.accuracy(again).has_twin)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-cables"])
+def test_what_is_called_nearest_has_none_nearer(name):
+    """Of 400 turns that are shorter by a tenth none leads to a pose that is held, clear and within the motion."""
+    exo, rng, asked = ep.load(name), np.random.default_rng(8), 0
+    while asked < 3:
+        pose = ep.shoulder_rotation(*rng.uniform([-40, -30, -60], [160, 120, 110]), degrees=True)
+        found = None if exo.reaction(pose).held else exo.remedy(pose)
+        if found is None or found.nearest is None:
+            continue
+        asked += 1
+        axes = rng.normal(size=(400, 3))
+        sizes = 0.9 * found.nearest.distance * rng.uniform(0.0, 1.0, 400) ** (1.0 / 3.0)
+        turns = Rotation.from_rotvec(axes / np.linalg.norm(axes, axis=1, keepdims=True) * sizes[:, None])
+        nearer = turns * pose
+        answer = exo.reaction(nearer)
+        beyond = beyond_motion(nearer.as_matrix(), exo.side)
+        assert not (answer.held & ~(answer.clearance < 0.0) & ~beyond).any()
 
 
 def test_stacks_are_refused():

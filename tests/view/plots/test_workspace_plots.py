@@ -10,6 +10,7 @@ import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
 from exo_pin.view.plots import (
     design_drawing,
+    rate_slices,
     rotation_ball,
     workspace_slices,
 )
@@ -92,3 +93,20 @@ def test_slices_need_a_grid():
 def test_what_is_no_workspace_is_refused(draw):
     with pytest.raises(InvalidInput, match="found to be a Workspace"):
         draw(3)
+
+
+def test_slices_of_rates_are_those_of_the_poses_and_hatch_what_is_outside():
+    exo = ep.load("four-linear-actuators-worn")
+    found = exo.workspace(24.0, ["stroke", "forces"])
+    figure = rate_slices(exo, found)
+    drawn = [mesh for mesh in images(figure) if mesh.get_array().ndim == 2 and mesh.axes.get_title()]
+    rates = exo.accuracy(found.poses, twins=False).mm_per_degree
+    layers = np.unique(np.linspace(0, found.inside.shape[2] - 1, 6).round().astype(int))
+    for mesh, layer in zip(drawn, layers, strict=True):
+        np.testing.assert_allclose(mesh.get_array(), rates[..., layer].T)
+    hatched = [each for ax in figure.axes for each in ax.collections if getattr(each, "hatches", None)]
+    assert bool(hatched) == (not found.inside.all())
+    title = figure.get_suptitle()
+    assert f"inside at least {rates[found.inside].min():.2g} mm/°" in " ".join(title.split())
+    with pytest.raises(InvalidInput, match="grid of three angles"):
+        rate_slices(exo, exo.workspace(exo.pose([0.0, 10.0]), ["stroke"]))

@@ -11,7 +11,7 @@ from exo_pin.wrist.clearance.gaps import LimbGaps, depth
 pytestmark = pytest.mark.usefixtures("plain")
 
 WEARER = ep.Wearer(1.75, 75, "male")
-DEEP = 0.030 * 1.75 + 0.003
+DEEP = WEARER.dimensions()["upper arm girth"] / (2.0 * np.pi) + 0.003
 
 
 def clash(*given):

@@ -109,23 +109,25 @@ def test_joints_beyond_the_elbow_are_counted_for_the_shortest_wearer():
             assert told.endswith(f"by up to {'25' if max(below) > 0.01 else '2'} mm")
 
 
-def test_a_body_is_made_of_shares_of_stature():
+def test_a_body_is_made_of_shares_of_stature_and_of_girths():
     """Half shoulder breadth, chin and shoulder height of Drillis and Contini place the neck and the head."""
-    body = ep.BodyShape.of(WEARER)
-    torso, arm = body.torso / 1.75, body.arm
-    assert torso.shape == (6, 7)
-    np.testing.assert_allclose(torso[:3, 1].mean(), -0.129, rtol=1e-12)  # the middle of the chest
-    np.testing.assert_allclose(np.ptp(torso[:3, 1]) + 2 * torso[0, 6], 0.174, rtol=1e-12)  # its breadth
-    np.testing.assert_allclose(2 * torso[:3, 6], 0.137, rtol=1e-12)  # its depth
-    np.testing.assert_allclose(torso[3:, 1], -0.129, rtol=1e-12)
-    np.testing.assert_allclose(torso[4:, 4], -0.129, rtol=1e-12)
-    np.testing.assert_allclose(torso[3:, 6], [0.031, 0.035, 0.050], rtol=1e-12)
-    assert (torso[:, 2] >= torso[:, 5]).sum() == 4  # chest and shoulder point down, neck and head up
-    np.testing.assert_allclose(torso[:3, 5], -0.28, rtol=1e-12)
+    body, sizes = ep.BodyShape.of(WEARER), WEARER.dimensions()
+    torso, arm = body.torso, body.arm
+    assert torso.shape == (7, 7)
+    for rows, part in ((torso[:2], "chest"), (torso[2:4], "waist")):
+        np.testing.assert_allclose(rows[:, 1].mean(), -0.129 * 1.75, rtol=1e-12)
+        np.testing.assert_allclose(np.ptp(rows[:, 1]) + 2 * rows[0, 6], sizes[f"{part} breadth"], rtol=1e-12)
+        np.testing.assert_allclose(2 * rows[:, 6], sizes[f"{part} depth"], rtol=1e-12)
+    np.testing.assert_allclose(torso[4:, 1], -0.129 * 1.75, rtol=1e-12)
+    np.testing.assert_allclose(torso[5:, 4], -0.129 * 1.75, rtol=1e-12)
+    np.testing.assert_allclose(2 * np.pi * torso[5:, 6], [sizes["neck girth"], sizes["head girth"]], rtol=1e-12)
+    np.testing.assert_allclose(torso[4, 6], 0.031 * 1.75, rtol=1e-12)
+    np.testing.assert_array_equal(torso[0, 5], torso[2, 2])  # the belly begins where the chest ends
+    np.testing.assert_allclose(torso[2:4, 5], -0.28 * 1.75, rtol=1e-12)
     # From the shoulder to the chin and to the top of the head.
-    assert torso[5, 2] - torso[5, 6] < 0.870 - 0.818 < torso[5, 5]
-    assert torso[5, 5] + torso[5, 6] == pytest.approx(1.0 - 0.818, abs=0.005)
-    np.testing.assert_allclose(arm[:, 6], [0.030 * 1.75, 0.025 * 1.75], rtol=1e-12)
+    assert torso[6, 2] - torso[6, 6] < (0.870 - 0.818) * 1.75 < torso[6, 5]
+    assert torso[6, 5] + torso[6, 6] == pytest.approx((1.0 - 0.818) * 1.75, rel=1e-12)
+    np.testing.assert_allclose(2 * np.pi * arm[:, 6], [sizes["upper arm girth"], sizes["forearm girth"]], rtol=1e-12)
     np.testing.assert_allclose(arm[0, :6], [0, 0, 0, 0, 0, -WEARER.upper_arm_length], atol=1e-15)
     np.testing.assert_allclose(arm[1, 3:6], [0, 0, -WEARER.upper_arm_length - WEARER.forearm_length], atol=1e-15)
     right = ep.BodyShape.of(WEARER, "right")
@@ -133,12 +135,61 @@ def test_a_body_is_made_of_shares_of_stature():
     np.testing.assert_array_equal(right.arm, arm)
 
 
+def test_girth_and_clothing_thicken_a_body():
+    thick = replace(WEARER, arm_girth=1.1 * WEARER.dimensions()["upper arm girth"])
+    plain, thicker = ep.BodyShape.of(WEARER), ep.BodyShape.of(thick)
+    np.testing.assert_array_equal(thicker.torso, plain.torso)
+    np.testing.assert_allclose(thicker.arm[:, 6], 1.1 * plain.arm[:, 6], rtol=1e-12)
+    dressed = ep.BodyShape.of(replace(WEARER, clothing=0.005))
+    for own, other in ((dressed.torso, plain.torso), (dressed.arm, plain.arm)):
+        np.testing.assert_allclose(own - other, 0.005 * np.eye(7)[[6] * len(own)], atol=1e-15)
+    for wrong in ({"clothing": 5.0}, {"clothing": -0.001}, {"arm_girth": 41.8}, {"arm_girth": 0.0}):
+        with pytest.raises(ep.InvalidInput, match=next(iter(wrong))):
+            replace(WEARER, **wrong)
+
+
+@pytest.mark.parametrize("sex", ["male", "female"])
+def test_girths_of_persons_are_those_of_ansur(sex):
+    """Medians of 4,082 men and 1,986 women, and 5th and 95th percentiles by the spread of persons of one size."""
+    biceps = {"male": (0.303, 0.357, 0.418), "female": (0.259, 0.304, 0.360)}[sex]
+    spread = {"male": 0.051, "female": 0.045}[sex]
+    persons = [each for each in ep.Wearer.drawn(4000, seed=1) if each.sex == sex]
+    mean = np.array([each.dimensions()["upper arm girth"] for each in persons])
+    girths = mean * (1 + spread * np.random.default_rng(0).standard_normal(len(mean)))
+    np.testing.assert_allclose(np.percentile(girths, [5, 50, 95]), biceps, rtol=0.02)
+
+
+def test_obstacles_stand_about_the_person():
+    man = ep.Wearer(1.755, 85, "male")
+    exo = ep.load("four-linear-actuators-worn")
+    plain = ep.Criteria(wearers=(man,))
+    rest = exo.pose([0])
+    own, base = exo.workspace(rest, criteria=plain).gaps[0, 1], exo.geometry.base_points
+    depth = 0.5 * man.dimensions()["chest depth"]
+    # The frame's joints that are farthest behind the back and above the head, and the radius of a limb.
+    back, top = -depth - base[:, 0].min() + 0.016, base[:, 2].max() + 0.016 - 0.182 * man.height
+    for name, into in (("bed", back), ("wall:100", back - 0.1), ("ceiling:20", top - 0.02), ("wall:900", -own)):
+        gap = exo.workspace(rest, criteria=replace(plain, obstacles=(name,))).gaps[0, 1]
+        assert gap == pytest.approx(-into, abs=1e-3)
+    for wrong in ("car", "wall:far", "wall:-3"):
+        with pytest.raises(ep.InvalidInput):
+            ep.Criteria(obstacles=(wrong,))
+    with pytest.raises(ep.InvalidInput, match="body of your own"):
+        ep.Criteria(obstacles=("bed",), body=ep.BodyShape.of(man))
+    with pytest.raises(ep.MissingData, match="obstacles"):
+        exo.replace(arm=None).workspace(rest, criteria=ep.Criteria(obstacles=("bed",)))
+    chair = ep.BodyShape.of(man, obstacles=("chair",)).torso[7:]
+    seat = 0.182 * 1.755 - man.dimensions()["sitting height"]
+    assert chair[:, [2, 5]].max() + chair[0, 6] == pytest.approx(seat + 0.42)
+    assert np.ptp(chair[:-2, 1]) + 2 * chair[0, 6] == pytest.approx(0.455)
+
+
 @pytest.mark.parametrize(
     ("low", "high", "count"), [(0.0, 0.0, 1), (0.0, np.radians(10.0), 2), (0.0, 0.2, 3), (0.3, 1.9, 11)]
 )
 def test_an_elbow_that_bends_is_in_all_places_between(low, high, count):
     body = ep.BodyShape.of([WEARER, replace(WEARER, height=1.6)], elbow_range=(low, high))
-    assert body.torso.shape == (12, 7)
+    assert body.torso.shape == (14, 7)
     fore = body.arm[1 : 1 + count]
     assert body.arm.shape == (2 * (1 + count), 7)
     for row, bend in zip(fore, np.linspace(low, high, count), strict=True):

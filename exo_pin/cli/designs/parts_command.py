@@ -1,0 +1,83 @@
+"""``exo-pin parts``: drives, frame and cuff of a design, for a workshop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...core.schema import document
+from ...design import DEFAULT_PRESET
+from ...workspace.parts import parts_list, parts_sheet
+from .. import options
+from ..command import deliver, writes
+from ..options.criteria_options import Judged
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Drives, frame and cuff of a design, a row each.
+
+    Attributes
+    ----------
+    poses_inside : int
+        Poses that the drives are chosen for, dimensionless.
+    rate_deg_s : float
+        How fast the arm turns, °/s.
+    known_mass_kg : float
+        Mass of the parts whose mass is known, kg.
+    columns : dict of str to list
+        By name, which ends in the unit.
+    """
+
+    poses_inside: int
+    rate_deg_s: float
+    known_mass_kg: float
+    columns: dict[str, list[Any]]
+
+
+def parts(
+    design: options.Design = DEFAULT_PRESET,
+    /,
+    *,
+    side: options.Side = None,
+    worn: options.Worn = options.Worn(),
+    offset: options.Offset = None,
+    moving_centre: options.MovingCentre = False,
+    judged: Judged = Judged(),
+    step: options.Degrees = 8.0,
+    rate: Annotated[float, options.called("DEG/S")] = 30.0,
+    json: options.Json = False,
+    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json", picture=False)] = None,
+) -> None:
+    """List drives, frame and cuff of a design, with lengths, forces, speeds, power, mass, and products that fit.
+
+    Drives do what the poses inside the workspace ask. Products are chosen by force and travel from a short table.
+
+    Parameters
+    ----------
+    step : float
+        Step of the grid of poses, degrees.
+    rate : float
+        How fast the arm turns, about any axis, degrees a second.
+
+    Examples
+    --------
+    exo-pin parts four-linear-actuators-worn --step 20 --out parts.csv
+    """
+    exo = worn.load(design, side)
+    found = exo.workspace(step, judged.of(exo), centre_offset=options.centre_of(offset, moving_centre, exo))
+    table = parts_list(exo.device, found, np.radians(rate))
+    asked = {"poses_inside": int(found.inside.sum()), "rate_deg_s": rate, "known_mass_kg": np.nansum(table["mass_kg"])}
+    text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
+    deliver(
+        f"{parts_sheet(exo.device, table)}\n{text}",
+        data=lambda: document(Parts, asked | {"columns": dict(table)}),
+        columns=lambda: table,
+        notes=lambda: asked,
+        exo=exo,
+        json=json,
+        out=out,
+    )

@@ -1,0 +1,1 @@
+"""Documents of commands: their records, their schemas, and questions in JSON lines."""

@@ -25,7 +25,7 @@ _CRITERIA = {
 }
 
 
-class Section(NamedTuple):
+class PagePart(NamedTuple):
     """A part of a page: a title, sentences, a table whose first columns are words, and where its numbers are from.
 
     ``widths`` are those of the columns, relative to one another.
@@ -69,7 +69,7 @@ def foot_words(report: DesignReport) -> str:
     return f"{text}   file {report.file} {report.file_hash[:16]}" if report.file else text
 
 
-def sections_of(report: DesignReport) -> list[Section]:
+def sections_of(report: DesignReport) -> list[PagePart]:
     """All sections in their order."""
     return [
         _postures(report),
@@ -78,12 +78,12 @@ def sections_of(report: DesignReport) -> list[Section]:
         _drives(report),
         _fit(report),
         _hazards(report),
-        Section("What was assumed", report.assumed),
-        Section("What was not checked", report.not_checked),
+        PagePart("What was assumed", report.assumed),
+        PagePart("What was not checked", report.not_checked),
     ]
 
 
-def _postures(report: DesignReport) -> Section:
+def _postures(report: DesignReport) -> PagePart:
     head = ["posture", "holds", "in the joint, N", "without device, N", "without muscles, N", "of it out, N", "up, N",
             "forward, N"]  # fmt: skip
     rows = [
@@ -100,12 +100,12 @@ def _postures(report: DesignReport) -> Section:
         "device alone press on the head, and its parts along the socket: out of it (distraction) or, if negative, into "
         "it. Computed at rest."
     )
-    return Section(
+    return PagePart(
         "Force on the shoulder in three postures", texts, head, rows, source, (2.6, *[1.2] * (len(head) - 1)), 2
     )
 
 
-def _tasks(report: DesignReport) -> Section:
+def _tasks(report: DesignReport) -> PagePart:
     head = ["daily tasks", "poses", "held, %", "in the joint, N", "peak, N", "without device, N", "relief at most, %",
             "without muscles, N"]  # fmt: skip
     rows = [
@@ -114,22 +114,22 @@ def _tasks(report: DesignReport) -> Section:
         for each in report.tasks
     ]  # fmt: skip
     source = "Medians over the held poses on a grid. Ranges: " + "; ".join(each.source for each in report.tasks) + "."
-    return Section("Force in the joint over daily tasks", (), head, rows, source, (3.2, 0.7, *[1.0] * 6))
+    return PagePart("Force in the joint over daily tasks", (), head, rows, source, (3.2, 0.7, *[1.0] * 6))
 
 
-def _workspace(report: DesignReport) -> Section:
+def _workspace(report: DesignReport) -> PagePart:
     rows = [
         [_CRITERIA.get(name, CRITERIA[name].words), shown(share)] for name, share in report.criteria_percent.items()
     ]
     rows.append(["all together", shown(report.inside_percent)])
-    return Section(
+    return PagePart(
         "Range of motion", (), (f"share of {report.poses} poses that are", "%"), rows, report.daily_range, (3.0, 1.0)
     )
 
 
-def _drives(report: DesignReport) -> Section:
+def _drives(report: DesignReport) -> PagePart:
     if not report.drives:
-        return Section("What to buy", ["No drives: springs or the frame carry what they carry."])
+        return PagePart("What to buy", ["No drives: springs or the frame carry what they carry."])
     head = ["drive", "most pull", "most push", "limits pull / push", "share of limit, %", "speed", "power, W",
             "moves over", "travel of design", "mass, kg", "held without it, %"]  # fmt: skip
     rows = []
@@ -158,7 +158,7 @@ def _drives(report: DesignReport) -> Section:
         f"design. Device on the arm {shown(report.device_on_arm_kg)} kg, other moving links "
         f"{shown(report.device_links_kg)} kg (– is not in the design)."
     )
-    return Section(
+    return PagePart(
         "What to buy, and what if a drive fails",
         (),
         head,
@@ -176,7 +176,7 @@ def _limits(each: DriveNeed) -> str:
     return f"{shown(each.limit_pull)} / {shown(each.limit_push)}"
 
 
-def _fit(report: DesignReport) -> Section:
+def _fit(report: DesignReport) -> PagePart:
     unit = report.weakest_rate_unit
     rows = [
         ["accuracy: travel of the drives per degree of the arm, worst axis", _with_unit(report.weakest_rate, unit)],
@@ -197,7 +197,7 @@ def _fit(report: DesignReport) -> Section:
         "Over the poses of the table of drives; – is not known. Persons: 5th percentile of women and 95th of "
         "men, ANSUR II; same device, not adjusted. Negative distance: parts pass into one another."
     )
-    return Section("Accuracy, body and sizes", (), ("what", "value"), rows, source, (3.0, 1.0))
+    return PagePart("Accuracy, body and sizes", (), ("what", "value"), rows, source, (3.0, 1.0))
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -210,9 +210,9 @@ def _off(report: DesignReport) -> str:
     return f"cannot follow; on a soft cuff {shown(report.off_on_cuff_N)} N"
 
 
-def _hazards(report: DesignReport) -> Section:
+def _hazards(report: DesignReport) -> PagePart:
     rows = [[each.name, each.computed, each.not_computed] for each in report.hazards]
-    return Section(
+    return PagePart(
         "Hazards", (), ("hazard", "computed", "not computed"), rows, report.hazard_source, (2.0, 4.0, 2.6), 3
     )
 
@@ -227,7 +227,7 @@ def as_text(report: DesignReport) -> str:
     return "\n\n".join([*parts, foot_words(report)])
 
 
-def _printed(section: Section) -> list[str]:
+def _printed(section: PagePart) -> list[str]:
     """A table for a terminal: in blocks where it is wide, as sentences where all of its columns are words."""
     if not section.rows:
         return []

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..core.files import require_ending, write_bytes, write_text
 from ..core.optional_packages import optional
-from .content import Section, foot_words, head_words, sections_of
+from .content import PagePart, foot_words, head_words, sections_of
 from .record import DesignReport
 
 __all__: list[str] = []
@@ -58,7 +58,7 @@ def html_page(report: DesignReport) -> str:
     return f"<!DOCTYPE html>\n<html lang='en'><head>{head}</head><body>\n" + "\n".join(parts) + "\n</body></html>\n"
 
 
-def _html_section(section: Section) -> str:
+def _html_section(section: PagePart) -> str:
     parts = [f"<h2>{escape(section.title)}</h2>", *(f"<p>{escape(text)}</p>" for text in section.texts)]
     if section.rows:
         head, *rows = (_html_row(section, row, tag) for row, tag in _tagged(section))
@@ -67,11 +67,11 @@ def _html_section(section: Section) -> str:
     return "".join(parts)
 
 
-def _tagged(section: Section) -> list[tuple[Sequence[str], str]]:
+def _tagged(section: PagePart) -> list[tuple[Sequence[str], str]]:
     return [(section.head, "th"), *((row, "td") for row in section.rows)]
 
 
-def _html_row(section: Section, row: Sequence[str], tag: str) -> str:
+def _html_row(section: PagePart, row: Sequence[str], tag: str) -> str:
     looks = ["" if k >= section.words else " class='words'" for k in range(len(row))]
     return f"<tr>{''.join(f'<{tag}{look}>{escape(cell)}</{tag}>' for cell, look in zip(row, looks, strict=True))}</tr>"
 
@@ -129,7 +129,7 @@ class _Print:
         self._pdf.cell(_WIDE / 2.0, 3.0, text)
         self._pdf.cell(_WIDE / 2.0, 3.0, f"page {self._pdf.page} of {_PAGES}", align="R")
 
-    def _whole(self, section: Section) -> None:
+    def _whole(self, section: PagePart) -> None:
         """A section on one page, on the next where it does not fit."""
         with self._pdf.offset_rendering() as tried:
             self._section(section, tried)
@@ -137,7 +137,7 @@ class _Print:
             self._pdf.add_page()
         self._section(section, self._pdf)
 
-    def _section(self, section: Section, pdf: Any) -> None:
+    def _section(self, section: PagePart, pdf: Any) -> None:
         kept, self._pdf = self._pdf, pdf
         pdf.ln(1.6 * self._smaller)
         self._text(section.title, _TEXT, bold=True)
@@ -149,7 +149,7 @@ class _Print:
             self._text(section.source, _SMALL)
         self._pdf = kept
 
-    def _table(self, section: Section) -> None:
+    def _table(self, section: PagePart) -> None:
         height, sides = self._font(_TABLE), ["LEFT"] * section.words
         with self._pdf.table(
             width=_WIDE,

@@ -7,7 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from places import SCRIPTS
+from places import SCRIPTS, URDF
 from scenes import has_human
 
 import exo_pin as ep
@@ -55,6 +55,8 @@ def test_an_example_prints_what_it_shows(path, text, monkeypatch, tmp_path):
         pytest.skip("example-robot-data is not installed")
     if "import crocoddyl" in text:
         pytest.importorskip("crocoddyl", reason="crocoddyl is not installed")
+    if '"urdf/' in text:
+        (tmp_path / "urdf").symlink_to(URDF)
     monkeypatch.chdir(tmp_path)
     assert run(path, text) == ""
 

@@ -212,7 +212,9 @@ class _Record:
                 return None
             return found._replace(times=found.times * unit if is_movement and found.times is not None else None)
 
-        found = {name: partial(read, name) for name in self.alternatives() if name not in own}
+        found: dict[str, Callable[[], Reading | None]] = {
+            name: partial(read, name) for name in self.alternatives() if name not in own
+        }
         if self.times is not None:
             found |= {"seconds": partial(read, "seconds", 1e3), "milliseconds": partial(read, "milliseconds", 1e-3)}
         return found

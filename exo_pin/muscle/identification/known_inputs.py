@@ -45,7 +45,8 @@ class _Off(StaticModel):
 
     def _powers(self, pressure: float) -> FloatArray:
         powers = np.polynomial.Polynomial(self.law._powers(pressure - self.pressure))
-        return self.share * powers(np.polynomial.Polynomial([-self.contraction, 1.0])).coef
+        moved = powers(np.polynomial.Polynomial([-self.contraction, 1.0]))
+        return self.share * np.asarray(moved.coef, dtype=np.float64)
 
 
 def known_inputs(
@@ -76,7 +77,7 @@ def known_inputs(
     law = model.static
     shared = {each.name: getattr(law, each.name) for each in fields(StaticModel)}
 
-    def residuals(weight: float = 1.0, **off: float) -> FloatArray:
+    def residuals(weight: float = 1.0, **off: Any) -> FloatArray:
         moved = replace(model, static=_Off(**shared, law=law, **off))
         return np.concatenate([replace(each, mass=weight * each.mass).residual(moved) for each in recordings])
 

@@ -165,7 +165,7 @@ def plot_loop(columns: Mapping[str, FloatArray]) -> Figure:
     axes[0].plot(t, columns["contraction_mm"], color=BLUE, linewidth=1.8, label="reached")
     axes[1].plot(t, columns["pressure_bar"], color=_INK, linewidth=1.4)
     axes[2].plot(t, 100.0 * columns["duty"], color=_INK, linewidth=1.4)
-    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "fills, %"), strict=True):
+    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "valve fills,\n% of time"), strict=True):
         axis.spines[["top", "right"]].set_visible(False)
         axis.set(ylabel=label, ylim=(0.0, None))
     axes[0].legend(frameon=False, loc="lower right")

@@ -68,7 +68,8 @@ def task_status_figure(inside: Mapping[str, ArrayLike], times: Mapping[str, Arra
         [place + level for place in places for level in (0, 1)],
         [f"{name} {level}" for name in rows for level in ("0", "1")],
     )
-    axis.set(xlabel="time, % of the task", xlim=(0.0, 100.0), title="1 inside the workspace, 0 outside")
+    axis.set(xlabel="time, % of the task", xlim=(0.0, 100.0), ylim=(places[-1] - 0.15, 1.15))
+    axis.set_title("1 inside the workspace, 0 outside")
     tidy(axis)
     return figure
 
@@ -116,10 +117,11 @@ def elbow_paths_figure(movements: Mapping[str, Movement]) -> Figure:
         axis.scatter(*path[0], s=22, color=line(k)["color"])
     axis.scatter(0.0, 0.0, 0.0, s=40, color="0.2")
     axis.text(0.0, 0.0, 0.06, "shoulder", fontsize=9)
-    ends, ticks = (-1.0, 1.0), (-1.0, -0.5, 0.0, 0.5, 1.0)
+    # Numbers at the ends of two axes would lie on each other in the corner.
+    ends, ticks = (-1.0, 1.0), (-0.5, 0.0, 0.5)
     axis.set(xlabel="forward", ylabel="left", zlabel="up", xlim=ends, ylim=ends, zlim=ends)
     axis.set(xticks=ticks, yticks=ticks, zticks=ticks, title="Elbow, in lengths of the upper arm; dots: start")
     axis.set_box_aspect((1, 1, 1))
     axis.view_init(22, -60)
-    axis.legend(loc="upper left", frameon=False)
+    axis.legend(loc="upper left", bbox_to_anchor=(-0.12, 1.0), frameon=False)
     return figure

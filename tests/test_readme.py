@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 import pytest
+import ten_questions
 from places import PAGES, REPOSITORY, SCRIPTS
 from places import page as site_page
 
@@ -127,6 +128,22 @@ def test_the_page_on_reports_shows_what_is_printed(monkeypatch, capsys, tmp_path
     run_code_of("report", monkeypatch, tmp_path)
     assert_same(re.search(OUTPUT, site_page("report"), re.DOTALL)[1], capsys.readouterr().out.rstrip())
     assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.parametrize(
+    "each",
+    [
+        pytest.param(each, marks=pytest.mark.full if " reaction " in each.command else pytest.mark.long)
+        for each in ten_questions.QUESTIONS
+    ],
+    ids=lambda each: each.question,
+)
+def test_ten_questions_are_answered_as_their_page_says(each):
+    page = site_page("clinicians")
+    part = page[page.index(f"## {each.question}\n") :].partition("\n## ")[0]
+    assert f"```bash\n{each.command}\n```" in part
+    assert_same(re.search(OUTPUT, part, re.DOTALL)[1], ten_questions.answer_of(each))
+    assert " ".join(each.reading.split()) in " ".join(part.split())
 
 
 def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):

@@ -15,11 +15,11 @@ from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
 from ..core.optional_packages import require_extra
 from ..core.schema import document
-from ..core.tables import filled, under_verdict
-from ..core.validation import as_choice
+from ..core.tables import aligned, filled, under_verdict
+from ..core.validation import FloatArray, as_choice
 from ..design import DEFAULT_PRESET, LimbGuide, Shoulder
 from ..design.parameters.names import assigned
-from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, way_table, with_muscles
+from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
 from ..person.contact.result import JointContact
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
@@ -73,6 +73,7 @@ def reaction(
     way: options.Way = options.Way(),
     worn: options.Worn = options.Worn(),
     offset: options.Offset = None,
+    hand_force: options.HandForce = None,
     limits: options.LimitsText = "design",
     recording: Recording = Recording(),
     posture: options.Posture = (),
@@ -125,6 +126,7 @@ def reaction(
     --------
     exo-pin reaction four-cables --flexion 60 --abduction 30 --plot forces.png
     exo-pin reaction --person 1.75,75,male --payload 2 --flexion 45
+    exo-pin reaction --person 1.75,75,male --flexion 60 --hand-force 0,0,-20
     exo-pin reaction prototype --flexion 45 --explain
     exo-pin reaction examples/device.toml --flexion 60 --compare
     exo-pin reaction four-cables --to 90,0,0 --out forces.csv
@@ -151,6 +153,7 @@ def reaction(
         "split": split or Assumptions.split,
         "constraint_bounds": _bounds(side_force_limit),
         "centre_offset": options.metres(offset),
+        "load": options.load_on_hand(hand_force, exo),
         "limits": options.limits_of(limits),
         "posture": options.posture_of(posture),
     }
@@ -232,7 +235,7 @@ def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, 
     """Forces in poses on the way from one pose to another."""
     answer = exo.reaction(exo.pose(*angles.T), **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.device)}"
-    parts = [head, under_verdict(answer.verdict, answer.cautions), way_table(angles, answer)]
+    parts = [head, under_verdict(answer.verdict, answer.cautions), _way_table(angles, answer)]
     if (answer.has_answer & ~answer.can_hold).any():
         parts.append("In a pose that is not held, the forces are those that the limbs would have to supply.")
     parts += [filled(cuff)] if (cuff := answer.cuff_text()) else []
@@ -248,6 +251,22 @@ def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, 
         **files,
     )
     return answer
+
+
+def _way_table(angles: FloatArray, answer: Reaction) -> str:
+    """Forces in k poses whose clinical angles, degrees, have shape (k, 3)."""
+    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
+    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
+    columns["|F_s|, N"] = answer.magnitude
+    if answer.percent_body_weight is not None:
+        columns["% of weight"] = answer.percent_body_weight
+    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
+    columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
+    # + 0.0, so that no minus stands before zero.
+    cells = [
+        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
+    ]
+    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
 def _overview(exo: ShoulderExo, answer: Reaction) -> Any:

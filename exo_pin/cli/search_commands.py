@@ -156,7 +156,7 @@ def workspace(
     if limb_loss:
         options.refuse("--limb-loss prints a table", json=json)
         left = loss_of_limbs(exo.device, found)
-        parts += [str(left), limb_loss_words(left)]
+        parts += [str(left), filled(limb_loss_words(left))]
 
     def figure() -> Any:
         from ..view.plots import rate_slices, rotation_ball, workspace_slices

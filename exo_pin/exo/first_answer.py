@@ -106,7 +106,8 @@ class _Lines:
         """The verdict in a word or two, and the reason."""
         answer, limits = self.answer, self.answer.limits
         reason = _HEADS.sub("", answer.verdict)
-        reason = f"{reason[:1].upper()}{reason[1:]}"
+        if not reason.startswith(tuple(name for name, _ in self.device.drive_units if "_" in name)):
+            reason = f"{reason[:1].upper()}{reason[1:]}"
         if str(answer.status) in UNSOLVED:
             return "NOT KNOWN.", reason
         if not answer.has_answer:
@@ -219,7 +220,7 @@ class _Lines:
         if self.contact is not None or np.isnan(low):
             return []
         share = f"{low:.0f} to {high:.0f} %" if round(low) != round(high) else f"about {high:.0f} %"
-        text = f"a bare arm's carries {share} of body weight here, by its muscles; --person counts the wearer's"
+        text = f"{share} of body weight without a device, by the wearer's own muscles; --person counts them"
         return self._labelled("In the joint", text)
 
     def _limbs(self) -> list[str]:

@@ -411,7 +411,7 @@ def _of_limbs(mechanism: Mechanism, device: ChainDevice) -> Mechanism | None:
 def report(
     self: ShoulderExo,
     person: Person | Wearer | None = None,
-    arm_speed: float = 60.0,
+    arm_speed: float = 30.0,
     file: str | PathLike[str] | None = None,
 ) -> DesignReport:
     """What the device does for a person over the range of daily life, in one record that can be written as two pages.

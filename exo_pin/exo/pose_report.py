@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import current_mode, mode
 from ..core.conventions import shoulder_angles
 from ..core.results import Result
-from ..core.tables import NOTES, aligned, filled, indented, three_digits, under_verdict
+from ..core.tables import NOTES, aligned, filled, indented, newtons, three_digits, under_verdict
 from ..core.validation import FloatArray
 from ..design import Wearer
 from ..design.shoulder import PRESSURE_LIMITS
@@ -85,13 +85,12 @@ class PoseReport(Result):
         return self.answer.cautions
 
     def _fields(self) -> dict[str, Any]:
-        # Beside the answer, which has its own.
-        poses = self.answer.source.poses
-        seen = self.accuracy
+        poses, seen = self.answer.source.poses, self.accuracy  # beside the answer, which has its own
         own = super()._fields() | {
             "weakest_rate": float(seen.mm_per_degree),
             "weakest_rate_unit": seen.unit,
             "twin_degrees": float(np.degrees(seen.twin_angle)) if seen.has_twin else None,
+            "twin_difference": float(np.linalg.norm(seen.differences)),
             "bare_arm_share": self.bare_arm_share,
             "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
             "percent_of_limits": self.percent_of_limits,
@@ -343,35 +342,43 @@ def report_on_pose(
         quick = current_mode() == "auto" and not answer.source.split.moves
         with mode("plain") if quick else nullcontext():
             remedy = exo.remedy(pose, **nearby_query(answer))
-    contact = None
+    contact, kept = None, {}
     if person is not None:
-        contact = exo.joint_contact(pose, person, answer, outside="mark")
+        contact = exo.joint_contact(pose, person, answer, outside="mark", **_loaded(answer, person))
         if not must_have_muscles and str(contact.status) == "outside":
             contact = None
-    kept = {}
     if contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
         assert person is not None
         kept = _kept(exo, answer, person)
     words = "" if angles is None else words_of_angles(angles)
     if words and offset is not None:
         words += f", device off by ({', '.join(f'{value:g}' for value in offset)}) mm"
+    if words and answer.case.load is not None:
+        words += f", pushed with {newtons(float(np.linalg.norm(answer.case.load.force)))} N"
     return PoseReport(answer, remedy, contact, words, kept)
 
 
 def _kept(exo: ShoulderExo, answer: Reaction, person: Person) -> dict[float, JointContact]:
     """What the joint carries where muscles keep some of their activation and the device carries the rest."""
-    from ..person import ContactOptions  # here: few answers need it
-    from ..person.contact.device import load_of_share
+    from ..person.contact.device import load_of_share  # here: few answers need it
 
-    case, found = answer.case, {}
+    case, found = answer.case, dict[float, Any]()
     if exo.device.driven_moments < 3 or not exo.device.holds_alone:
-        return {}
+        return found
     for share in KEPT:
         load = load_of_share(1.0 - share, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
         less = solve(exo.device, replace(case, load=load), answer.assumptions)
-        options = ContactOptions(kept_activation=share)
-        found[share] = exo.joint_contact(case.poses, person, less, options=options, outside="mark")
+        found[share] = exo.joint_contact(case.poses, person, less, outside="mark", **_loaded(answer, person, share))
     return found
+
+
+def _loaded(answer: Reaction, person: Person, kept: float = 0.0) -> dict[str, Any]:
+    """The load and options of a joint force: what acts beyond the elbow, the elbow has to carry."""
+    from ..person import ContactOptions  # here: few answers need it
+
+    load = answer.case.load
+    beyond = load is not None and float(np.max(np.asarray(load.at)[..., 2])) < person.elbow_centre[2] + 1e-3
+    return {"load": load, "options": ContactOptions(kept_activation=kept, load_on="forearm" if beyond else "upper arm")}
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:
@@ -382,8 +389,9 @@ def nearby_query(answer: Reaction) -> dict[str, Any]:
     """
     split = next(iter(SPLITS)) if answer.source.split.chooses_sides else answer.assumptions.split
     case = answer.case
-    question = {"split": split, "centre_offset": case.centre_offset, "limits": answer.assumptions.limits}
-    return question | {"posture": case.posture}
+    question: dict[str, Any] = {"split": split, "centre_offset": case.centre_offset, "posture": case.posture}
+    question |= {"load": case.load} if case.load is not None else {}
+    return question | {"limits": answer.assumptions.limits}
 
 
 def with_muscles(contact: JointContact) -> str:
@@ -417,22 +425,6 @@ def moving_mass(device: Device) -> str:
         return f"{words}, without a person's arm"
     # A share of an arm that is rounding is no mass.
     return f"arm {own:.3g} kg, {words if moving > 1e-9 * own else 'massless device'}"
-
-
-def way_table(angles: FloatArray, answer: Reaction) -> str:
-    """Forces in k poses whose clinical angles, degrees, have shape (k, 3)."""
-    held = np.where(answer.can_hold, "yes", np.where(answer.unknown, "not known", "no"))
-    columns = dict(zip(("flexion, °", "abduction, °", "internal, °"), angles.T, strict=True))
-    columns["|F_s|, N"] = answer.magnitude
-    if answer.percent_body_weight is not None:
-        columns["% of weight"] = answer.percent_body_weight
-    names = (f"{name}, {unit}" for name, unit in answer.drive_units)
-    columns |= dict(zip(names, answer.actuator_forces.T, strict=True))
-    # + 0.0, so that no minus stands before zero.
-    cells = [
-        [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
-    ]
-    return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
 def _felt(newtons: float) -> str:

@@ -23,10 +23,6 @@ _CRITERIA = {
     "evaluated": "within the data of the springs",
     "shoulder_range": "within the range of the shoulder",
 }
-_ISO = (
-    "After the public headings of ISO 13482:2014, which excludes medical devices; no assessment after ISO 14971. Where "
-    "the middle column is empty, nothing was computed."
-)
 
 
 class Section(NamedTuple):
@@ -126,11 +122,9 @@ def _workspace(report: DesignReport) -> Section:
         [_CRITERIA.get(name, CRITERIA[name].words), shown(share)] for name, share in report.criteria_percent.items()
     ]
     rows.append(["all together", shown(report.inside_percent)])
-    source = (
-        "Grid over the daily range: flexion 0 to 110°, abduction -4 to 96°, internal rotation -20 to 85° (Table 2-1 of "
-        "Tang's thesis)."
+    return Section(
+        "Range of motion", (), (f"share of {report.poses} poses that are", "%"), rows, report.daily_range, (3.0, 1.0)
     )
-    return Section("Range of motion", (), (f"share of {report.poses} poses that are", "%"), rows, source, (3.0, 1.0))
 
 
 def _drives(report: DesignReport) -> Section:
@@ -218,7 +212,9 @@ def _off(report: DesignReport) -> str:
 
 def _hazards(report: DesignReport) -> Section:
     rows = [[each.name, each.computed, each.not_computed] for each in report.hazards]
-    return Section("Hazards", (), ("hazard", "computed", "not computed"), rows, _ISO, (2.0, 4.0, 2.6), 3)
+    return Section(
+        "Hazards", (), ("hazard", "computed", "not computed"), rows, report.hazard_source, (2.0, 4.0, 2.6), 3
+    )
 
 
 def as_text(report: DesignReport) -> str:

@@ -25,7 +25,7 @@ from ..reaction import Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study.detailed_figures import change_of_rigid, change_on_cuff
 from ..workspace import Workspace, limb_loss
-from .hazards import hazards_of
+from .hazards import SOURCE, hazards_of
 from .record import DesignReport, DriveNeed, PersonFit, Posture, Task
 
 if TYPE_CHECKING:
@@ -42,13 +42,17 @@ _WORST = 0.01
 #: A small and a large person: 5th and 95th percentiles of ANSUR II, women and men.
 _SIZES = (("small woman", 1.525, 51.0, "female"), ("large man", 1.87, 111.0, "male"))
 _UNKNOWN = float("nan")
+_ENDS = [f"{low:.0f} to {high:.0f}°" for low, high in ADL_BOX.intervals]
+_DAILY = (
+    f"Grid over flexion {_ENDS[0]}, abduction {_ENDS[1]}, internal rotation {_ENDS[2]}: Table 2-1 of Tang's thesis."
+)
 
 
 @checked
 def design_report(
     exo: ShoulderExo,
     person: Person | Wearer | None = None,
-    arm_speed: float = 60.0,
+    arm_speed: float = 30.0,
     file: str | PathLike[str] | None = None,
 ) -> DesignReport:
     """Report on a device: what it does for a person over the range of daily life, and what was not checked.
@@ -113,6 +117,7 @@ def design_report(
         postures=postures,
         tasks=tuple(_task(asked, each) for each in DAILY_RANGES),
         poses=len(box),
+        daily_range=_DAILY,
         held_percent=_UNKNOWN if asked.supports else 100.0 * float(answer.held.mean()),
         inside_percent=100.0 * found.index,
         criteria_percent={name: 100.0 * share for name, share in found.fractions.items()},
@@ -132,6 +137,7 @@ def design_report(
         assumed=_assumed(worn, answer, asked),
         not_checked=_not_checked(answer, found, asked),
         hazards=(),
+        hazard_source=SOURCE,
         picture=_picture(worn),
     )
     return replace(report, hazards=hazards_of(report))

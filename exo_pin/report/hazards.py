@@ -14,6 +14,10 @@ from .record import DesignReport, Hazard
 
 __all__: list[str] = []
 
+SOURCE = (
+    "After the public headings of ISO 13482:2014, which excludes medical devices; no assessment after ISO 14971. Where "
+    "the middle column is empty, nothing was computed."
+)
 #: Headings for which nothing is computed, and what a file of hazards needs instead.
 _NOTHING = (
     ("Start-up, stopping, wrong decisions", "software, stop function, sensors"),

@@ -191,6 +191,8 @@ class DesignReport(Result):
         Published ranges of daily tasks.
     poses : int
         Of the grid over the daily range of motion.
+    daily_range : str
+        That range with its source, in words.
     held_percent : float
         Share of them that is held; NaN of a support without drives.
     inside_percent : float
@@ -221,6 +223,8 @@ class DesignReport(Result):
         In sentences.
     hazards : tuple of Hazard
         After the public headings of ISO 13482:2014.
+    hazard_source : str
+        Where their headings are from, and what the list is not.
     picture : bytes
         PNG of the three postures.
     """
@@ -242,6 +246,7 @@ class DesignReport(Result):
     postures: tuple[Posture, ...]
     tasks: tuple[Task, ...]
     poses: int
+    daily_range: str
     held_percent: float
     inside_percent: float
     criteria_percent: Mapping[str, float]
@@ -261,6 +266,7 @@ class DesignReport(Result):
     assumed: tuple[str, ...]
     not_checked: tuple[str, ...]
     hazards: tuple[Hazard, ...]
+    hazard_source: str
     picture: bytes
 
     @property

@@ -293,9 +293,11 @@ def limb_loss(mechanism: Device | Mechanism, found: Workspace) -> StudyTable:
 
 
 def limb_loss_words(table: StudyTable) -> str:
-    """How the arm goes where the other limbs do not hold it, in a sentence, of a table of :func:`limb_loss`."""
-    share = float(np.max(table["missing_share"]))
+    """Which limb matters most, and how the arm goes where the others fail, of a table of :func:`limb_loss`."""
+    worst, share = int(np.argmin(table["held"])), float(np.max(table["missing_share"]))
     if not share > 0.0:
         return "Whichever limb fails, the others hold every pose inside."
     how = f"sinks, with at most {share:.0%} of its free acceleration" if share < 1.0 else "drops"
-    return f"Where the others do not hold the arm, it {how}."
+    held = 100.0 * table["held"][worst]
+    lost = f"Drive {table['limb'][worst]} matters most: without it {held:.3g} % of the poses are held."
+    return f"{lost} Where the others do not hold the arm, it {how}."

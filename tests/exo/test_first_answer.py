@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run
 
 import exo_pin as ep
 from exo_pin.exo.first_answer import along
@@ -117,3 +118,18 @@ def test_a_pose_beyond_the_singular_surface_is_no_yes():
     (crossed,) = prototype.reaction(path, limits="none").crossings()[:, 0]
     told = report(prototype, 0.0, float(crossed + 5), person=None)
     assert str(told).startswith("NO WAY TO IT.")
+
+
+def test_a_force_on_the_hand_is_a_weight_in_it(capsys):
+    """A pull of so many newtons down is a payload of that weight; a push up takes it away."""
+    base = ["reaction", "--person", "1.75,75,male", "--flexion", "60", "--elbow-flexion", "40"]
+    _, pulled, _ = run(capsys, *base, "--hand-force", "0,0,-19.62")
+    _, held, _ = run(capsys, *base, "--payload", "2")
+    _, lifted, _ = run(capsys, *base, "--payload", "2", "--hand-force", "0,0,19.62")
+    _, bare, _ = run(capsys, *base)
+    assert "pushed with 20 N" in pulled
+    assert pulled.splitlines()[1:] == held.splitlines()[1:]
+    assert lifted.splitlines()[1:3] == bare.splitlines()[1:3]
+    status, _, err = run(capsys, "reaction", "prototype", "--hand-force", "0,0,-20")
+    assert status == 2
+    assert "give --person too" in err

@@ -22,7 +22,7 @@ from ...design import Wearer
 from ...design.parameters.names import assigned
 from ...exo.loading import load
 from ...exo.shoulder_exo import ShoulderExo
-from ...load_case import CentreOffset, CentrePath
+from ...load_case import CentreOffset, CentrePath, Load
 from ...person.bare_arm import BARE_ARM_PERSON
 from ...reaction import SPLITS, Limits
 
@@ -111,6 +111,14 @@ MovingCentre = Annotated[
     Parameter(
         help="The shoulder's centre moves with the arm of the wearer, and the device's stays with the torso (needs the "
         "extra 'person')."
+    ),
+]
+HandForce = Annotated[
+    str | None,
+    called(
+        "X,Y,Z",
+        help="Force of a therapist or an object on the wearer's hand: forward, left and up, N, such as 0,0,-20 "
+        "(default: none).",
     ),
 ]
 Muscled = Annotated[bool | None, Parameter(negative="--no-muscles"), needs("person")]
@@ -350,6 +358,19 @@ def metres(offset: tuple[float, float, float] | None) -> list[float] | None:
     if 0.0 < max(map(abs, offset)) < _SMALL:
         caution(f"an offset of {max(offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
     return [1e-3 * value for value in offset]
+
+
+def load_on_hand(text: str | None, exo: ShoulderExo) -> Load | None:
+    """The load of ``--hand-force``, where the hand segment ends."""
+    if text is None:
+        return None
+    own = own_wearer(exo)
+    if own is None:
+        raise InvalidInput("--hand-force needs to know where the hand is: give --person too")
+    force = np.array(numbers(text, "--hand-force X,Y,Z in N, forward, left and up", 3))
+    bend, forearm = own.elbow_flexion, own.forearm_length
+    hand = [forearm * math.sin(bend), 0.0, -own.upper_arm_length - forearm * math.cos(bend)]
+    return Load(force, at=hand)
 
 
 def posture_of(texts: Texts) -> dict[str, float] | None:

@@ -18,7 +18,7 @@ def report(
     *,
     side: options.Side = None,
     worn: options.Worn = options.Worn(),
-    arm_speed: Annotated[float, options.called("DEG_S")] = 60.0,
+    arm_speed: Annotated[float, options.called("DEG/S")] = 30.0,
     json: options.Json = False,
     out: Annotated[Path | None, writes(*ENDINGS, ".json", picture=False)] = None,
 ) -> None:

@@ -92,12 +92,17 @@ class SoftPose(NamedTuple):
 
 
 class _Start(NamedTuple):
-    """Where a path begins: x, shape (k,) or (1,), at equilibrium with a part of the load and offsets, shape (3,), m."""
+    """Where a path begins: x, shape (k,) or (1,), at equilibrium with a part of the load and offsets, shape (3,), m.
+
+    x counts motions from a configuration without offsets.
+    """
 
     x: FloatArray
     load: float
     base: FloatArray
     cuff: FloatArray
+    configuration: FloatArray
+    motions: FloatArray
 
 
 class SoftEquations:
@@ -147,9 +152,8 @@ class SoftEquations:
         self._first: FloatArray | None = None
         self._loaded = np.isin(self.model.moving, self.model.soft)
         self.columns = self._soft_motions(self.start)
-        self._origin = self.start, self.columns
         self.size = self.columns.shape[1]
-        self._unloaded = self._begin = _Start(np.zeros(1), 0.0, np.zeros(3), np.zeros(3))
+        self._unloaded = self._begin = _Start(np.zeros(1), 0.0, np.zeros(3), np.zeros(3), self.start, self.columns)
         #: The equilibrium of the first offset that was solved.
         self._settled: _Start | None = None
 
@@ -210,7 +214,7 @@ class SoftEquations:
 
     def _offsets(self, share: float) -> tuple[FloatArray, FloatArray]:
         """Offsets of base and cuff at a share of the path."""
-        base, cuff = self._begin[2:]
+        base, cuff = self._begin.base, self._begin.cuff
         return base + share * (self.base - base), cuff + share * (self.cuff - cuff)
 
     def configuration(self, x: FloatArray, share: float) -> FloatArray:
@@ -314,12 +318,12 @@ class SoftEquations:
     def move(self, base: FloatArray, cuff: FloatArray) -> None:
         """Ask for other offsets of the same pose, shape (3,), m."""
         self.base, self.cuff = base.copy(), cuff.copy()
-        self.start, self.columns = self._origin
         self._begin_at(self._settled or self._unloaded)
 
     def _begin_at(self, begin: _Start) -> None:
-        self._first, self._kept = self._first if begin is self._begin else None, None
-        self._begin = begin
+        counted = self.columns is begin.motions and begin is self._begin
+        self._first, self._kept = self._first if counted else None, None
+        self._begin, self.start, self.columns = begin, begin.configuration, begin.motions
 
     def solved(self) -> tuple[SoftPose, FloatArray, float]:
         """The pose in equilibrium, its x, and the share of load and offset that was reached.
@@ -355,8 +359,7 @@ class SoftEquations:
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
             x = x - np.linalg.solve(J[0], r[0])
-        if self._settled is None and self.columns is self._origin[1]:
-            self._settled = _Start(x, 1.0, self.base, self.cuff)
+        self._settled = self._settled or _Start(x, 1.0, self.base, self.cuff, self.start, self.columns)
         return self.at(x, 1.0), x, reached
 
     def _path(self, start: float) -> tuple[FloatArray, float]:

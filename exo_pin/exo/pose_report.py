@@ -221,9 +221,9 @@ class PoseReport(Result):
 
     def _shoulder(self) -> list[str]:
         answer = self.answer
-        head = f"Force of the shoulder on the arm: {three_digits(answer.magnitude)} N"
+        head = f"Force of the shoulder on the arm: {three_digits(float(answer.magnitude))} N"
         if answer.percent_body_weight is not None:
-            head += f", {three_digits(answer.percent_body_weight)} % of body weight"
+            head += f", {three_digits(float(answer.percent_body_weight))} % of body weight"
         if not answer.held:
             head += self._unheld_words
         parts = zip(answer.shoulder_force, _DIRECTIONS, strict=True)

@@ -33,6 +33,7 @@ QUESTIONS = {
     "workspace": [*MAN, "--step", "30", "--json"],
     "tasks": [*MAN, "--step", "30", "--json"],
     "parts": [*MAN, "--step", "30", "--json"],
+    "report": [*MAN, "--json"],
 }
 #: Answered by wrists alone.
 OF_WRISTS = {
@@ -40,7 +41,7 @@ OF_WRISTS = {
     "track": ["--experiment", "abduction", "--no-progress", "--json"],
 }
 #: What has its own value for each design, and what random numbers of a fixed seed estimate.
-APART = ("sha256", "force_noise", "versions")
+APART = ("sha256", "design_hash", "force_noise", "twins_percent", "versions")
 
 
 #: Lists by fixed directions of the base frame, which the mirror exchanges.
@@ -78,9 +79,13 @@ def differences(one, two, path=""):
 
 
 #: Questions that take seconds of a robot.
-SLOW = {"reaction", "reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks", "parts"}
+SLOW = {"reaction", "reaction on a way", "reaction of a movement", "uncertainty", "compare", "tasks", "parts", "report"}
 ASKED = [
-    pytest.param(design, question, marks=pytest.mark.full if design == "robot" and question in SLOW else ())
+    pytest.param(
+        design,
+        question,
+        marks=pytest.mark.full if question in SLOW and (design == "robot" or question == "report") else (),
+    )
     for design, question in itertools.product(DESIGNS, QUESTIONS)
 ]
 

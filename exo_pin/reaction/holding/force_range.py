@@ -70,18 +70,18 @@ class ForceRange(Result, ReadOnly):
         if self.least.ndim:
             shown = np.isfinite(self.greatest)
             wide = f"; unbounded in {int(np.isinf(self.greatest).sum())}" if np.isinf(self.greatest).any() else ""
-            top = f"{three_digits(self.greatest[shown].max())} N" if shown.any() else "-"
+            top = f"{three_digits(float(self.greatest[shown].max()))} N" if shown.any() else "-"
             return f"{self.least.size} poses, largest |F_s| of the allowed forces {top}{wide}"
         if np.isnan(self.least):
             return "no set of forces is allowed"
         if np.isinf(self.greatest):
-            return f"{three_digits(self.least)} N to unbounded"
+            return f"{three_digits(float(self.least))} N to unbounded"
         if self.is_single:
-            return f"{three_digits(self.least)} N, the only value"
-        top = f"{three_digits(self.greatest)} N"
+            return f"{three_digits(float(self.least))} N, the only value"
+        top = f"{three_digits(float(self.greatest))} N"
         if self.greatest - self.found > 1e-6 * self.greatest:
-            top = f"at most {top} (at least {three_digits(self.found)} N)"
-        return f"{three_digits(self.least)} to {top}"
+            top = f"at most {top} (at least {three_digits(float(self.found))} N)"
+        return f"{three_digits(float(self.least))} to {top}"
 
 
 def force_range(source: AnswerSource, magnitude: FloatArray) -> ForceRange:

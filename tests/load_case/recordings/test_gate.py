@@ -4,6 +4,7 @@ import foreign_records as foreign
 import numpy as np
 import planted_records as planted
 import pytest
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.control import read_run
@@ -48,6 +49,26 @@ def test_every_door_names_planted_mistakes(tmp_path, case):
     for name, door in planted.doors(path, planted.side_of(case[1]), options).items():
         text = planted.answer(door)
         assert planted.is_named(text, word), (name, text)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("heading", "said"), [(90.0, "points up or down, not forward"), (130.0, "from upright")])
+def test_a_trunk_that_would_not_stand_upright_names_the_other_order(tmp_path, monkeypatch, heading, said):
+    """A sensor with z forward and x to the side, whose numbers in another order let z point up."""
+    monkeypatch.setattr(foreign, "ON_TRUNK", foreign.ON_TRUNK * Rotation.from_euler("z", 90.0, degrees=True))
+    standing = Rotation.from_euler("z", heading, degrees=True)
+    monkeypatch.setattr(foreign, "trunk", lambda truth: Rotation.concatenate([standing] * len(truth.t)))
+    truth = foreign.movement(0, "left")
+    truth = truth._replace(elbow=0.0 * truth.t)
+
+    def text():
+        path, options = foreign.opensense(tmp_path, truth)
+        return planted.answer(lambda: ep.read_movement(path, reading=ep.RecordingOptions(**options)).cautions)
+
+    assert not text()
+    monkeypatch.setattr(foreign, "wxyz", Rotation.as_quat)
+    assert said in text()
+    assert planted.is_named(text(), 'reading="w-last"')
 
 
 @pytest.mark.full

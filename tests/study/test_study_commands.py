@@ -33,7 +33,7 @@ def test_sweep_on_the_command_line(capsys, tmp_path, prototype):
     rows = [line.split(",") for line in path.read_text().splitlines()]
     column = rows[0].index("median_F_s_N")
     np.testing.assert_allclose([float(row[column]) for row in rows[1:]], table["median_F_s_N"], rtol=1e-12)
-    assert out.splitlines()[-1] == str(path)
+    assert str(path) in out.splitlines()[-2:]
     status, out, _ = run(
         capsys,
         "sweep",
@@ -72,7 +72,7 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     answer = prototype.worn_by(PERSON).follow(ep.read_movement(path))
     assert np.isnan(answer.peak)  # the prototype holds none of it
     assert re.search(r"peak N +-\n", out)
-    assert out.splitlines()[-1] == str(out_path)
+    assert str(out_path) in out.splitlines()[-2:]
     assert len([line for line in out_path.read_text().splitlines() if not line.startswith("#")]) == 31
     status, out, _ = run(
         capsys, *arguments, "--limits", "pull", "--split", "minimal", "--side-force-limit", "30", "--static"

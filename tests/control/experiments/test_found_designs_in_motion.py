@@ -110,9 +110,9 @@ def test_a_movement_of_the_thesis_on_another_design(capsys):
     status, out, _ = run(capsys, "track", *arguments)
     assert status == 0
     data = json.loads(out)
-    assert data["verdict"].startswith("abduction, four-linear-actuators")
-    assert data["peak_push_N"] > 5.0
-    assert data["electric_energy_J"] > 10.0
+    assert "abduction, four-linear-actuators: abduction ends at 90° of 90°" in data["verdict"]
+    assert data["numbers"]["peak_push_N"] > 5.0
+    assert data["numbers"]["electric_energy_J"] > 10.0
 
 
 @pytest.mark.full

@@ -38,7 +38,7 @@ def test_the_command_of_the_readme_passes_few_files(capsys):
     passed = files_passed(lambda: import_module("exo_pin.cli").main(ASK))
     assert "YES, it holds." in capsys.readouterr().out
     assert {"cli/reaction_command.py", "wrist_chain/equilibrium.py", "numerics/vectors.py"} <= passed
-    assert len(passed) <= 50, sorted(passed)
+    assert len(passed) <= 53, sorted(passed)
 
 
 @pytest.mark.parametrize(("name", "most"), [("prototype", 14), ("four-cables", 14)])

@@ -199,12 +199,14 @@ def deliver(
         Make the picture, and the page.
     """
     data, figure = data or getattr(answer, "document", None), figure or getattr(answer, "plot", None)
-    about = {} if exo is None or not exo.has_arm else {"device": described(exo.device)}
     columns = columns or (None if save else getattr(answer, "columns", None))
     written: tuple[Path | None, ...] = (out, plot)
 
+    def about() -> dict[str, Any]:
+        return {} if exo is None or not exo.has_arm else {"device": described(exo.device)}
+
     def as_json() -> str:
-        return dumps(plain({**(data() if data else {}), **about}), indent=2, ensure_ascii=False)
+        return dumps(plain({**(data() if data else {}), **about()}), indent=2, ensure_ascii=False)
 
     try:
         print(as_json() if json and data is not None else text, flush=True)
@@ -215,7 +217,7 @@ def deliver(
                 write_text(out, as_json() + "\n")
             elif columns is not None:
                 said = notes() if notes else getattr(answer, "notes", None)
-                written = (*write_columns(out, columns(), said and plain({**said, **about})), plot)
+                written = (*write_columns(out, columns(), said and plain({**said, **about()})), plot)
             elif save is not None:
                 save(out)
         if plot is not None and page is not None and plot.suffix.lower() == ".html":

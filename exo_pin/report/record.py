@@ -32,6 +32,13 @@ class Posture(Record):
         forward along the socket.
     left_to_wearer_Nm : float
         Moment that a support leaves to the wearer; 0 of a device that holds the arm.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> forward = report.postures[1]
+    >>> forward.name, forward.holds, f"{forward.left_to_wearer_Nm:.1f} N m"
+    ('arm forward, 60°', 'supports', '5.0 N m')
     """
 
     name: str
@@ -68,6 +75,12 @@ class Task(Record):
         Median of what the device takes from the joint, pose by pose; the most that it can.
     push_N : float
         Median of what arm and device press on the head without muscles.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> [(task.name, f"at most {task.relief_percent:.0f} %") for task in report.tasks[1:2]]
+    [('daily tasks (Buckley et al.)', 'at most 60 %')]
     """
 
     name: str
@@ -108,6 +121,12 @@ class DriveNeed(Record):
         Share of the poses that are held with this drive without effort, of those that are held with it.
     missing_without_Nm : float
         Largest moment that is then missing.
+
+    Examples
+    --------
+    >>> report = ep.preset("four-cables").report(ep.Person(1.75, 75, "male"))
+    >>> need = report.drives[0]
+    >>> need.name, need.pull <= need.limit_pull
     """
 
     name: str
@@ -141,6 +160,12 @@ class PersonFit(Record):
         Of the person.
     held_percent, inside_percent : float
         Share of the daily range that is held, and that meets all criteria of the workspace, clearance among them.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> [(fit.height_m, fit.mass_kg) for fit in report.fits]
+    [(1.525, 51), (1.87, 111)]
     """
 
     name: str
@@ -158,6 +183,12 @@ class Hazard(Record):
     ----------
     name, computed, not_computed : str
         In words; ``computed`` is empty where nothing was.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> report.hazards[1].name, report.hazards[1].not_computed
+    ('Stress of the joint', 'injured, subluxed or spastic shoulders; repetition')
     """
 
     name: str
@@ -227,6 +258,12 @@ class DesignReport(Result):
         Where their headings are from, and what the list is not.
     picture : bytes
         PNG of the three postures.
+
+    Examples
+    --------
+    >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
+    >>> report.poses, report.side, report.drives
+    (125, 'left', ())
     """
 
     _hidden: ClassVar[frozenset[str]] = frozenset({"picture"})

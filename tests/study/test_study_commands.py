@@ -86,7 +86,7 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
     assert "With the best forces within the limits" in " ".join(out.split())
     for bad, message in (
         (["--trajectory", str(path), "--flexion", "3"], "poses of its own"),
-        (["--trajectory", str(path), "--out", "x.txt"], ".csv or .npz"),
+        (["--trajectory", str(path), "--out", "x.txt"], ".json, .csv, .xlsx or .npz"),
         (["--trajectory", str(tmp_path / "none.csv")], "cannot be read"),
         (["--limits", "5"], "MIN,MAX"),
     ):

@@ -32,6 +32,8 @@ SLOW = {
     "exo_pin.ShoulderExo.contact_range", "exo_pin.ShoulderExo.joint_contact_of_run",
     "exo_pin.Tracking.plot", "exo_pin.thesis.ledger", "exo_pin.view.Scene.save_png",
     "exo_pin.muscle.DynamicIdentification", "exo_pin.muscle.identify_dynamic", "exo_pin.muscle.Recording.residual",
+    *(f"exo_pin.report.{name}" for name in ("Posture", "Task", "PersonFit", "Hazard", "DesignReport", "DriveNeed")),
+    "exo_pin.ShoulderExo.report", "exo_pin.report.DesignReport.save",
     "exo_pin.muscle.settling_against_lag", "exo_pin.muscle.StepResponse", "exo_pin.muscle.StepResponse.settling_time",
 }  # fmt: skip
 

@@ -124,9 +124,10 @@ class DriveNeed(Record):
 
     Examples
     --------
-    >>> report = ep.preset("four-cables").report(ep.Person(1.75, 75, "male"))
+    >>> report = ep.load("four-cables").report(ep.Person(1.75, 75, "male"))
     >>> need = report.drives[0]
-    >>> need.name, need.pull <= need.limit_pull
+    >>> need.name, f"{need.pull:.0f} N of {need.limit_pull:.0f}", f"{need.speed:.2f} m/s"
+    ('limb 1', '89 N of 400', '0.13 m/s')
     """
 
     name: str
@@ -165,7 +166,7 @@ class PersonFit(Record):
     --------
     >>> report = ep.load("urdf/spring-support.urdf").report(ep.Person(1.75, 75, "male"))
     >>> [(fit.height_m, fit.mass_kg) for fit in report.fits]
-    [(1.525, 51), (1.87, 111)]
+    [(1.525, 51.0), (1.87, 111.0)]
     """
 
     name: str

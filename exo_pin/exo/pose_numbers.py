@@ -21,6 +21,8 @@ class PoseNumbers:
         That unit.
     twin_degrees : float or None
         Angle to another pose that looks the same to the drives, degrees.
+    twin_difference_rss : float or None
+        Root of the sum of squares of what the drives' positions differ by in that pose, m or rad.
     bare_arm_share : tuple of float or None
         Least and greatest joint force of bare arms in this pose, measured by implants, % of body weight.
     wearer : dict of str to float or None
@@ -50,6 +52,7 @@ class PoseNumbers:
     weakest_rate: float
     weakest_rate_unit: str
     twin_degrees: float | None
+    twin_difference_rss: float | None
     bare_arm_share: tuple[float, float] | None
     wearer: dict[str, float] | None
     percent_of_limits: FloatArray

@@ -90,7 +90,7 @@ class PoseReport(Result):
             "weakest_rate": float(seen.mm_per_degree),
             "weakest_rate_unit": seen.unit,
             "twin_degrees": float(np.degrees(seen.twin_angle)) if seen.has_twin else None,
-            "twin_difference": float(np.linalg.norm(seen.differences)),
+            "twin_difference_rss": float(np.linalg.norm(seen.differences)) if seen.has_twin else None,
             "bare_arm_share": self.bare_arm_share,
             "wearer": None if self.wearer is None else {"height": self.wearer.height, "mass": self.wearer.mass},
             "percent_of_limits": self.percent_of_limits,

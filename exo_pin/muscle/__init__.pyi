@@ -26,6 +26,7 @@ from .io.model_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
 from .laws.force_laws import ChouHannaford as ChouHannaford
 from .laws.force_laws import PolynomialModel as PolynomialModel
+from .laws.force_table import ForceTable as ForceTable
 from .laws.friction import ConstantFriction as ConstantFriction
 from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw

@@ -17,6 +17,7 @@ from ...core.validation import as_mapping, require_type
 from ..identification.static_identification import coefficient_name
 from ..laws.dynamic import DynamicModel
 from ..laws.force_laws import ChouHannaford, PolynomialModel
+from ..laws.force_table import ForceTable
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ..laws.published_laws import FestoLaw
 from ..laws.static import BAR, StaticModel
@@ -27,6 +28,7 @@ _CONSTANTS: dict[type[StaticModel], tuple[str, dict[str, str]]] = {
     ChouHannaford: ("chou-hannaford", {"braid_length": "braid_length_m", "turns": "turns"}),
     FestoLaw: ("aarl-festo", {"largest_strain": "largest_strain"}),
 }
+_TABLE = "force-table"
 #: Read only: it is written as the polynomial that it is.
 _TONDU_LOPEZ = ("tondu-lopez", {"diameter": "diameter_m", "braid_angle": "braid_angle_deg", "k": "k"})
 
@@ -96,19 +98,29 @@ def parameter_content(model: StaticModel) -> dict[str, Any]:
     require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    if type(model) not in (PolynomialModel, *_CONSTANTS):
+    if type(model) not in (PolynomialModel, ForceTable, *_CONSTANTS):
         raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
     content = {
         "name": model.name,
         "source": model.source,
         "notes": list(model.notes),
         "reference_length_m": model.reference_length,
-        "form": "polynomial" if isinstance(model, PolynomialModel) else _CONSTANTS[type(model)][0],
+        "form": _form(model),
         "validity": _validity_table(model.validity),
     }
     if isinstance(model, PolynomialModel):
         return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
+    if isinstance(model, ForceTable):
+        bars = [p / BAR for p in model.pressures]
+        rows = [list(row) for row in model.forces]
+        return content | {"table": {"strain": list(model.strains), "pressure_bar": bars, "force_N": rows}}
     return content | {"constants": {key: getattr(model, name) for name, key in _CONSTANTS[type(model)][1].items()}}
+
+
+def _form(model: StaticModel) -> str:
+    if isinstance(model, PolynomialModel):
+        return "polynomial"
+    return _TABLE if isinstance(model, ForceTable) else _CONSTANTS[type(model)][0]
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -141,7 +153,7 @@ def parse_parameters(top: TomlTable) -> StaticModel:
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
     laws = {form: (law, keys) for law, (form, keys) in _CONSTANTS.items()}
-    form = str(top.text("form", choices=("polynomial", _TONDU_LOPEZ[0], *laws)))
+    form = str(top.text("form", choices=("polynomial", _TABLE, _TONDU_LOPEZ[0], *laws)))
     common: dict[str, Any] = {
         "name": top.text("name"),
         "source": top.text("source", required=False) or "",
@@ -153,6 +165,8 @@ def parse_parameters(top: TomlTable) -> StaticModel:
         build: Callable[..., StaticModel]
         if form == "polynomial":
             build = partial(PolynomialModel.from_bar, _parse_terms(top))
+        elif form == _TABLE:
+            build = partial(ForceTable, **_parse_table(top.required_table("table")))
         else:
             constants = top.required_table("constants")
             build, keys = laws[form] if form in laws else (PolynomialModel.tondu_lopez, _TONDU_LOPEZ[1])
@@ -163,6 +177,14 @@ def parse_parameters(top: TomlTable) -> StaticModel:
         top.skip("identification")
         top.finish()
         return build(**common)
+
+
+def _parse_table(table: TomlTable) -> dict[str, Any]:
+    """Strains, pressures and forces of a :class:`ForceTable`."""
+    strains, bars = table.quantity("number", "strain", (None,)), table.quantity("number", "pressure_bar", (None,))
+    forces = table.quantity("number", "force_N", (len(strains), len(bars)))
+    table.finish()
+    return {"strains": strains.tolist(), "pressures": (BAR * bars).tolist(), "forces": forces.tolist()}
 
 
 def _parse_validity(table: TomlTable) -> Validity:

@@ -87,7 +87,4 @@ class FestoLaw(StaticModel):
         return 1.0 / self._slopes(x, pressure)[0]
 
     def _powers(self, pressure: float) -> FloatArray:
-        raise InvalidInput(
-            f"expected a force law that is a polynomial in contraction, got {self.name!r}, which is not; fit one to "
-            "its forces with exo_pin.muscle.identify_static"
-        )
+        raise self._no_polynomial()

@@ -16,6 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.errors.inputs import OutsideValidity
 from ...core.validation import FloatArray, as_positive, as_texts, broadcast, require_type, set_fields, set_positive
@@ -129,6 +130,13 @@ class StaticModel(ABC):
     @abstractmethod
     def _powers(self, pressure: float) -> FloatArray:
         """Those of :meth:`contraction_powers`."""
+
+    def _no_polynomial(self) -> InvalidInput:
+        """Say that the law has none."""
+        return InvalidInput(
+            f"expected a force law that is a polynomial in contraction, got {self.name!r}, which is not; fit one to "
+            "its forces with exo_pin.muscle.identify_static"
+        )
 
     @property
     def length(self) -> float:

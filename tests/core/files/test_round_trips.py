@@ -32,6 +32,7 @@ from exo_pin.muscle import (
     Damping,
     DynamicModel,
     FestoLaw,
+    ForceTable,
     LoadDependentFriction,
     PolynomialModel,
     Validity,
@@ -276,12 +277,15 @@ def muscle(draw):
     validity = draw.record(Validity, capability, strain=(0.0, draw.number()), pressure=(1e5, 4e5))
     common = {"name": draw.text(), "reference_length": 0.3, "validity": validity}
     texts = {"source": draw.text, "notes": lambda: (draw.text(), "b")}
-    form = draw.rng.integers(3)
+    form = draw.rng.integers(4)
     if form == 0:
         powers = {(int(i), int(j)): draw.number() for i, j in draw.rng.integers(0, 3, (4, 2))}
         return draw.record(PolynomialModel, texts, coefficients=powers, **common)
     if form == 1:
         return draw.record(FestoLaw, texts, largest_strain=0.1667, **common)
+    if form == 2:
+        table = {"strains": (-0.1, 2.0), "pressures": (0.0, 1e6), "forces": draw.rng.uniform(-9.0, 99.0, (2, 2))}
+        return draw.record(ForceTable, texts, **table, **common)
     return draw.record(ChouHannaford, texts, braid_length=0.4, turns=2.0, **common)
 
 

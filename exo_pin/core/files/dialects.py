@@ -159,9 +159,16 @@ def _entries(lines: Iterable[str]) -> dict[str, str]:
 
 
 def _separator(lines: list[str]) -> str:
-    """The sign that most of the last lines hold; the first of :data:`_SEPARATORS` that does."""
+    """The sign that parts a number from the rest in most of the last lines; the first of :data:`_SEPARATORS` that does.
+
+    A sentence in a cell may hold any of them.
+    """
     last = lines[len(lines) // 2 :]
-    return next((sign for sign in _SEPARATORS if 2 * sum(sign in line for line in last) > len(last)), ",")
+
+    def parts(line: str, sign: str) -> bool:
+        return sign in line and any(_is_value(cell.strip(' "')) for cell in line.split(sign))
+
+    return next((sign for sign in _SEPARATORS if 2 * sum(parts(line, sign) for line in last) > len(last)), ",")
 
 
 def _is_value(cell: str) -> bool:

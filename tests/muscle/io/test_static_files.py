@@ -65,7 +65,7 @@ def changed(tmp_path, change, dynamic=False):
     ("change", "message"),
     [
         (lambda c: c.pop("form"), "form: missing"),
-        (lambda c: c.update(form="spline"), r"form: expected one of polynomial, tondu-lopez, .*; got 'spline'"),
+        (lambda c: c.update(form="spline"), r"form: expected one of polynomial, force-table, .*; got 'spline'"),
         (lambda c: c.update(color="red"), "color: unknown key; this table may have"),
         (lambda c: c.update(reference_length_m="0.3"), "reference_length_m to be real numbers"),
         (lambda c: c.update(reference_length_m=-0.3), "reference_length to be above zero"),

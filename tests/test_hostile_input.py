@@ -95,11 +95,14 @@ def test_malformed_calls_raise_typed_errors_or_mark_their_rows(maker, calls):
 UNCHECKED = {
     "ConstantFriction.bound",
     "ConstantFriction.factors",
+    "ConstantFriction.printed",
     "DynamicModel.margins",
+    "Damping.printed",
     "Damping.rate",
     "ImuSensor.read",
     "LoadDependentFriction.bound",
     "LoadDependentFriction.factors",
+    "LoadDependentFriction.printed",
     "PolynomialModel.unchecked_force",
 }
 

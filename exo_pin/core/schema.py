@@ -205,7 +205,8 @@ def _struct(kind: type, title: str, is_root: bool = False) -> Any:
         fields += [("units", dict[str, Any]), ("device", dict[str, Any], None), ("provenance", dict[str, Any], None)]
     for name, member in members(kind).items():
         unit = {"unit": member.unit} if member.unit else {}
-        described = msgspec.Meta(description=member.text or None, extra_json_schema=unit or None)
+        said = re.sub(r"\bNone\b", "null", member.text)
+        described = msgspec.Meta(description=said or None, extra_json_schema=unit or None)
         own = _json_type(member.hint)
         own = own if member.required or own is Any else own | None
         fields.append((name, Annotated[own, described], *(() if member.required else (None,))))

@@ -1,7 +1,6 @@
 """``exo-pin track``."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -18,9 +17,11 @@ def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
     arguments = ["--no-progress", "--out", str(table), "--plot", str(picture)]
     status, out, _ = run(capsys, "track", "--experiment", "held-abduction", "--controller", "model", *arguments)
     assert status == 0
-    assert out.startswith("abduction through poses that the muscles hold: abduction ends at 56° of 55°")
-    assert out.splitlines()[-2:] == [str(table), str(picture)]
-    assert table.read_text().startswith("# abduction through poses")
+    first = out.splitlines()[0]
+    assert first.startswith("Taken as known: ")
+    assert "abduction through poses that the muscles hold: abduction ends at 56° of 55°" in first
+    assert out.splitlines()[-3:] == [str(table), str(table.with_suffix(".json")), str(picture)]
+    assert json.loads(table.with_suffix(".json").read_text())["experiment"] == "held-abduction"
     assert picture.stat().st_size > 50_000
 
 
@@ -29,15 +30,15 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     table = tmp_path / "run.csv"
     run(capsys, "track", "--experiment", "held-abduction", "--no-progress", "--out", str(table))
     lines = table.read_text().splitlines()
-    header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
-    rows = np.array([[float(value) for value in line.split(",")] for line in lines[header + 1 :]])
-    named = dict(zip(lines[header].split(","), rows.T, strict=True))
+    rows = np.array([[float(value) for value in line.split(",")] for line in lines[1:]])
+    named = dict(zip(lines[0].split(","), rows.T, strict=True))
 
     def vectors(name):
         return np.stack([named[name.format(axis)] for axis in "xyz"], axis=1)
 
-    # Comments give the mass; the geometry is Table 5-3's. Nothing else of the package is used.
-    mass, *centre = (float(value) for value in re.findall(r"-?\d+\.?\d*", lines[header - 1])[:4])
+    # The file beside it gives the mass; the geometry is Table 5-3's. Nothing else of the package is used.
+    beside = json.loads(table.with_suffix(".json").read_text())
+    mass, centre = beside["moving_mass_kg"], beside["centre_of_mass_mm"]
     turns = Rotation.from_euler(
         "YXZ",
         np.stack([-named["flexion_deg"], named["abduction_deg"], -named["internal_rotation_deg"]], axis=1),
@@ -83,7 +84,7 @@ def test_track_as_json_with_faults_and_sensor(capsys):
     fault = ep.control.Fault("burst", 0, 3.0)
     imu = ep.control.Imu(lost=((1.0, 2.0),), drift=0.05 * 3.141592653589793 / 180.0)
     again = experiment.replace(second_flange=True, faults=fault, imu=imu).run()
-    assert data["end_deg"] == pytest.approx(again.summary()["end_deg"], abs=1e-9)
+    assert data["numbers"]["end_deg"] == pytest.approx(again.summary()["end_deg"], abs=1e-9)
 
 
 def test_a_movement_of_ones_own(capsys, tmp_path):

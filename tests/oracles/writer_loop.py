@@ -103,7 +103,7 @@ WRITERS = {
     ),
     "closures": (lambda folder, k: write_closures(_chains()[k].description, folder / "a.toml"), ["a.toml"]),
     "sdf": (lambda folder, k: _same_name()[k].to_sdf(folder), ["a.sdf"]),
-    "table": (lambda folder, k: _tables()[k].to_csv(folder / "a.csv"), ["a.csv"]),
+    "table": (lambda folder, k: _tables()[k].to_csv(folder / "a.csv"), ["a.csv", "a.json"]),
     "movement": (lambda folder, k: write_columns(folder / "a.csv", _answers()[k].columns()), ["a.csv"]),
     "arrays": (lambda folder, k: write_columns(folder / "a.npz", _answers()[k].columns()), ["a.npz"]),
     "page": (lambda folder, k: _scenes()[k].save_html(folder / "a.html"), ["a.html"]),

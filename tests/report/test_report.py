@@ -4,11 +4,11 @@ import hashlib
 import re
 from dataclasses import replace
 from html import escape
-from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import run
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -17,7 +17,6 @@ from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from exo_pin.report.content import sections_of
 from exo_pin.report.pages import html_page
 
-URDF = Path(ep.__file__).parents[1] / "urdf"
 MAN = ep.Person(1.75, 75, "male")
 #: What a clinician would have to look up.
 TERMS = re.compile(r"F_s|\(g|\b[a-z]+_[a-z]+\b|\bnan\b|\binf\b|\bNone\b|self-stress|wrench|undetermined|\[")

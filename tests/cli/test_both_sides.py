@@ -41,7 +41,7 @@ OF_WRISTS = {
     "track": ["--experiment", "abduction", "--no-progress", "--json"],
 }
 #: What has its own value for each design, and what random numbers of a fixed seed estimate.
-APART = ("sha256", "design_hash", "force_noise", "twins_percent", "versions")
+APART = ("sha256", "design_hash", "force_noise", "versions")
 
 
 #: Lists by fixed directions of the base frame, which the mirror exchanges.

@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
+from ...core.conventions import MIRROR
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...load_case.case import BACKWARD, IN_FRONT, INTO_BODY, INWARD, OUTWARD, beyond_motion
@@ -62,7 +63,9 @@ class Twins(NamedTuple):
 
 @functools.lru_cache(maxsize=8)
 def _net(spacing: float, side: str) -> FloatArray:
-    """Poses over the range of motion about so far apart, shape (M, 3, 3)."""
+    """Poses over the range of motion about so far apart, shape (M, 3, 3); on the right the mirror image of the left."""
+    if side == "right":
+        return np.ascontiguousarray(MIRROR @ _net(spacing, "left") @ MIRROR)
     count = int(np.ceil(4.0 * np.pi / spacing**2))
     place = np.arange(count) + 0.5
     height, azimuth = 1.0 - 2.0 * place / count, np.pi * (1.0 + np.sqrt(5.0)) * place
@@ -71,7 +74,7 @@ def _net(spacing: float, side: str) -> FloatArray:
     swings = Rotation.from_rotvec(np.arccos(height)[:, None] * axis)
     turns = Rotation.from_rotvec(np.outer(np.arange(-np.pi, np.pi, spacing), [0.0, 0.0, 1.0]))
     matrices = np.einsum("aij,bjk->abik", swings.as_matrix(), turns.as_matrix()).reshape(-1, 3, 3)
-    return np.ascontiguousarray(matrices[~beyond_motion(matrices, side)])
+    return np.ascontiguousarray(matrices[~beyond_motion(matrices, "left")])
 
 
 def find_twins(

@@ -15,6 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from ..core.tables import filled, newtons
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
+from ..design.io.mechanism_reading import law_of
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
@@ -145,7 +146,7 @@ class Start:
     travel : float, optional
         Greatest travel of a limb, mm (default: that of its family).
     force_law : str, optional
-        Force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help.
+        Force law of pneumatic muscles, instead of --pull: a parameter file, or a name (exo-pin muscle force --help).
     supply : float, optional
         Gauge pressure with --force-law, bar (default 4).
     device : str, optional
@@ -158,7 +159,7 @@ class Start:
     pull: options.Newtons | None = None
     push: options.Newtons | None = None
     travel: options.Millimetres | None = None
-    force_law: Annotated[str | None, options.called("NAME")] = None
+    force_law: Annotated[str | None, options.called("NAME|FILE")] = None
     supply: options.Bar | None = None
     device: Annotated[str | None, options.called("PRESET|FILE")] = None
 
@@ -182,7 +183,8 @@ class Start:
         if worn.person is None:
             raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
         supply = None if self.supply is None else 1e5 * self.supply
-        actuator = starting_actuator(self.family or "cable", self.pull, self.push, self.force_law, supply, travel)
+        law = None if self.force_law is None else law_of(self.force_law)
+        actuator = starting_actuator(self.family or "cable", self.pull, self.push, law, supply, travel)
         is_known = self.device not in (None, _BY_GEOMETRY)
         on, device = side or "left", load(str(self.device)).mechanism if is_known else None
         arm = Arm.of_wearer(worn.size)

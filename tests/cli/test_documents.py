@@ -11,9 +11,9 @@ from command_line import options_of, run
 import exo_pin as ep
 from exo_pin import FileFormatError, UnknownName
 from exo_pin.cli import COMMANDS
-from exo_pin.cli.documents.batch_command import answered
 from exo_pin.cli.documents.registry import DOCUMENTS, kind_of, schema
 from exo_pin.core import schema as schemas
+from exo_pin.exo.questions import answered
 
 jsonschema = pytest.importorskip("jsonschema")
 MAN = ["--person", "1.75,75,male"]

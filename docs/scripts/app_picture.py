@@ -15,7 +15,17 @@ SIZE = (1280, 1000)
 
 def main() -> None:
     """Write the picture to the file that is named."""
-    asked = ("four-linear-actuators-worn", "--person", "1.60,55,female", "--payload", "1", "--abduction", "20")
+    asked = (
+        "four-linear-actuators-worn",
+        "--person",
+        "1.60,55,female",
+        "--payload",
+        "1",
+        "--flexion",
+        "60",
+        "--abduction",
+        "20",
+    )
     with served(*asked) as url, AppWindow(SIZE) as window:
         window.open(url)
         Path(sys.argv[1]).write_bytes(window.screenshot())

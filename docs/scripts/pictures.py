@@ -42,6 +42,7 @@ COMMANDS = {
     "which_kind": "compare prototype optimised-table-c-2 three-linear-actuators four-linear-actuators-worn four-cables "
     "six-cables urdf/spherical-3rrr.urdf urdf/3rps-passive-ball.urdf urdf/serial-y-x-z.urdf urdf/nesm.urdf "
     "urdf/spring-support.urdf --person 1.755,85,male --step 20 --detailed",
+    "day": "tasks four-linear-actuators-worn --person 1.755,85,male --day --step 5",
     "workspace_slices": "workspace four-cables --gap 12 --shoulder-force 120 --least-tension 5",
 }
 #: By the command line and a browser.

@@ -59,7 +59,7 @@ class Asked(Record):
     strength: float = 100.0
     girth: float = 0.0
     clothing: float = 0.0
-    flexion: float = 60.0
+    flexion: float = 0.0
     abduction: float = 0.0
     internal_rotation: float = 0.0
 

@@ -40,7 +40,7 @@ def keep(window, name):
 def test_a_design_of_ones_own_is_checked_by_keyboard(window, tmp_path):
     ep.load("four-cables").save(tmp_path / "mine.toml")
     asked = Asked(str(tmp_path / "mine.toml"), flexion=60.0)
-    with served(asked.design) as url:
+    with served(asked.design, "--flexion", "60") as url:
         window.open(url)
         assert window.text(VERDICT) == answered(asked).parts.verdict
         assert "python" not in window.text(".title").lower()

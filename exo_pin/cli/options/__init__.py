@@ -63,7 +63,7 @@ Design = Annotated[
     str,
     Parameter(
         help="Name of a design from 'exo-pin presets', a .toml file, or a robot as .urdf, .xml (MJCF) or .sdf "
-        "(the default holds most daily poses)."
+        "(the default is one that a person can wear)."
     ),
 ]
 LimitsText = Annotated[

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Annotated
 
 from ...app.asked import Asked
@@ -14,20 +13,12 @@ from ...design import DEFAULT_PRESET
 from .. import options
 
 
-@options.group
-@dataclass(frozen=True)
-class LiftedPose(options.Pose):
-    """The pose of the arm to begin with."""
-
-    flexion: options.Degrees = 60.0
-
-
 def app(
     design: options.Design = DEFAULT_PRESET,
     /,
     *,
     side: options.Side = None,
-    pose: LiftedPose = LiftedPose(),
+    pose: options.Pose = options.Pose(),
     worn: options.Someone = options.Someone(),
     strength: options.Percent = 100.0,
     port: Annotated[int | None, options.called("N")] = None,

@@ -252,6 +252,9 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
 @kernel(fills=True)
 def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
     """:func:`reflect` for the rows of B from one on, four at a time, whose sums do not wait for each other."""
+    if W.shape[1] == 6:
+        _reflect_six(W[k], k, 1.0 / half[k], B, first)
+        return
     v, size, fours = W[k, k:], 1.0 / half[k], (len(B) - first) // 4
     for i in range(fours):
         s = first + 4 * i
@@ -267,6 +270,23 @@ def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
             d[r] -= to_d * v[r]
     for s in range(first + 4 * fours, len(B)):
         reflect(W, half, k, B[s])
+
+
+@kernel(inline=True, fills=True)
+def _reflect_six(v: Any, k: int, size: float, B: Any, first: int) -> None:
+    """:func:`reflect_rows` of the six rows of a closure that leaves no motion, without loops along them."""
+    a, b, c = v[0] if k < 1 else 0.0, v[1] if k < 2 else 0.0, v[2] if k < 3 else 0.0
+    d, e, f = v[3] if k < 4 else 0.0, v[4] if k < 5 else 0.0, v[5]
+    for s in range(first, len(B)):
+        own = B[s]
+        along = (a * own[0] + b * own[1]) + (c * own[2] + d * own[3]) + (e * own[4] + f * own[5])
+        along *= size
+        own[0] -= along * a
+        own[1] -= along * b
+        own[2] -= along * c
+        own[3] -= along * d
+        own[4] -= along * e
+        own[5] -= along * f
 
 
 @kernel(inline=True, fills=True)

@@ -113,15 +113,13 @@ def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any, closing:
         part += _log_product(diagonal, found)
         if not math.isfinite(part):
             return -math.inf
+        free = wide - found
         for k in range(found, wide + sides):
             solve_triangle(V, diagonal, found, V[k])
-        free = wide - found
-        for t in range(free):
-            motions[t, :] = 0.0
-            _spread(device, b, room, V, found, found + t, sides, order, motions[t])
-        _spread(device, b, room, V, found, wide, sides, order, along)
-        if closing:
-            _spread(device, b, room, V, found, wide + 1, sides, order, least)
+            out = motions[k - found] if k < wide else along if k == wide else least
+            if k < wide:
+                out[:] = 0.0
+            _spread(device, b, room, V, found, k, sides, order, out)
         if free > 0:
             part += _shortened(motions[:free], room, least, along, closing)
         volume += part
@@ -192,7 +190,7 @@ def _left_over(device: Any, b: int, room: Any, V: Any, sides: int) -> None:
         left += n - found
 
 
-@kernel(fills=True)
+@kernel(inline=True, fills=True)
 def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: int, order: Any, out: Any) -> None:
     """Fill a motion of the coordinates of a block from a solved column of what was left.
 

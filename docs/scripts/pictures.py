@@ -52,6 +52,7 @@ SCENES = {
 }
 #: By scripts that also print the numbers of their pages: what to run from the repository, before the file to write.
 OTHERS = {
+    "app": "python docs/scripts/app_picture.py",
     "calibration": "python notebooks/calibration_poses.py --out",
     "energy": "python benchmarks/energy.py --out",
     "person_measured": "python benchmarks/wearer.py --plot",

@@ -41,8 +41,10 @@ MODES = ("auto", "plain", "compiled")
 #: Held while the mode changes, and while a kernel makes one of its forms.
 lock = RLock()
 _is_announced = False
+#: Whether one short search runs at the moment.
+_is_one_search = False
 
-__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode", "one_search"]
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
 PLAIN_WORK = 300
 #: Numbers in the largest argument of a call that count as one unit of work more.
@@ -53,6 +55,20 @@ _all: list[Kernel] = []
 def current_mode() -> str:
     """The mode of the process: "auto", "plain" or "compiled"."""
     return _mode
+
+
+@contextmanager
+def one_search() -> Iterator[None]:
+    """Run kernels of cost 1 plain inside a ``with`` block in mode "auto": one search is over before they are compiled.
+
+    Those of a higher cost, which follow postures through closed loops, are compiled as ever.
+    """
+    global _is_one_search
+    before, _is_one_search = _is_one_search, True
+    try:
+        yield
+    finally:
+        _is_one_search = before
 
 
 @contextmanager
@@ -240,6 +256,8 @@ class Kernel:
         return made(*arguments)
 
     def _call_and_count(self, *arguments: Any) -> Any:
+        if _is_one_search and self._cost == 1:
+            return self._call_plain(*arguments)
         self._done += self._work(arguments)
         if self._done > PLAIN_WORK:
             return self._call_compiled(*arguments)

@@ -11,7 +11,7 @@ from kernel_calls import all_kernels, changed, recorded_calls
 
 from exo_pin import UnknownName
 from exo_pin.core import compiled
-from exo_pin.core.compiled import PLAIN_WORK, kernel, mode
+from exo_pin.core.compiled import PLAIN_WORK, kernel, mode, one_search
 
 KERNELS = all_kernels()
 JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -183,6 +183,28 @@ def test_auto_compiles_after_a_count_of_work():
         assert total.is_ready
     with mode("plain"):
         assert double(1.0) == 2.0
+
+
+@needs_jit
+def test_one_search_compiles_only_what_is_dear():
+    @kernel
+    def cheap(x):
+        return x + 1.0
+
+    @kernel(cost=PLAIN_WORK)
+    def dear(x):
+        return x - 1.0
+
+    with mode("auto"):
+        with one_search():
+            for _ in range(PLAIN_WORK + 1):
+                assert cheap(1.0) == 2.0
+            assert [dear(1.0), dear(1.0)] == [0.0, 0.0]
+        assert not cheap.is_ready
+        assert dear.is_ready
+        for _ in range(PLAIN_WORK + 1):
+            cheap(1.0)
+        assert cheap.is_ready
 
 
 def test_unknown_mode_is_refused():

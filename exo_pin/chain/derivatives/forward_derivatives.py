@@ -200,10 +200,9 @@ def certain_motion(
     forces: Any,
 ) -> Any:  # fmt: skip
     """Whether the acceleration is certain, and it; parameters as for :func:`.equation_kernels.clear_motion`."""
-    loops, scales, _, _ = unpacked_constants(constants[0], constants[1])
     (height, nv), nq = rate.shape, len(motion) - 2 * len(forces)
     (worst, _, opening, _, regular, finite), clear, a, (_, missing, _, moves) = clear_motion(
-        poses, J, dJ, motion[nq : nq + nv], loops, motion[:nq], scales, gap, jacobian, rate, np.empty(height), lower,
+        poses, J, dJ, motion[nq : nq + nv], motion[:nq], constants, gap, jacobian, rate, np.empty(height), lower,
         forces, (0.0, CLOSED, MASSLESS),
     )  # fmt: skip
     return clear and finite and regular and moves and worst <= CLOSED and opening <= STILL and missing <= STILL, a

@@ -103,14 +103,16 @@ class _Lines:
     def __init__(self, report: PoseReport, width: int) -> None:
         self.report, self.width, self.answer, self.contact = report, width, report.answer, report.contact
         self.device: Any = report.device
-        self.is_tight = False
+        #: Most lines of a text, and of the sentence on a better pose.
+        self.most = self.most_of_better = 2
 
     def all(self) -> list[str]:
-        """Every line, the verdict first; where they would be more than ten beside the limbs, no text has a second."""
-        lines = self._every()
-        if len(lines) - sum(line[:1] == " " and line[1:2] != " " for line in lines) > _MOST:
-            self.is_tight = True
+        """Every line, the verdict first; where they would be more than ten beside the limbs, texts get one each."""
+        lines: list[str] = []
+        for self.most, self.most_of_better in ((2, 2), (2, 1), (1, 1)):
             lines = self._every()
+            if len(lines) - sum(line[:1] == " " and line[1:2] != " " for line in lines) <= _MOST:
+                break
         return lines
 
     def _every(self) -> list[str]:
@@ -121,7 +123,7 @@ class _Lines:
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
         """A text behind a label, in at most so many lines."""
-        room, most = self.width - _LABEL, 1 if self.is_tight else most
+        room, most = self.width - _LABEL, min(most, self.most)
         lines = textwrap.wrap(text, room, max_lines=most, placeholder=" …")
         return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * most], lines, strict=False)]
 
@@ -137,7 +139,8 @@ class _Lines:
         if self.report.remedy is not None and self.answer.has_answer and not self.answer.unknown:
             near = self.report.remedy.nearest
             found = "No pose within 60° can be held." if near is None else near.sentence(self.device.side)
-            return self._labelled("", found)
+            found = found if self.most_of_better > 1 else f"{found.rstrip('.').split('. ')[0]}."
+            return self._labelled("", found, self.most_of_better)
         return []
 
     def judged(self) -> tuple[str, str]:
@@ -259,7 +262,11 @@ class _Lines:
             ways = ways.replace(" (distraction)", "")
         if len(whose) + len(span) > self.width - _LABEL:
             whose = whose.removeprefix("of arm and device; ")
-        lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
+        one = f"{text}, {whose}: {ways}"
+        if socket is None and not span and len(one) <= self.width - _LABEL:
+            lines = self._labelled("Without muscles", one)
+        else:
+            lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
         return lines if socket is not None else [*lines, *self._bare_arm()]
 
     def _bare_arm(self) -> list[str]:

@@ -104,7 +104,7 @@ def design_keys() -> str:
         defaults = {each.name: each.default for each in fields(record)} if is_dataclass(record) else {}
         lines += [f"### {_TABLES[record.__name__]}", "", "| key | must be given | meaning |", "| --- | --- | --- |"]
         for key in keys:
-            units = [""] if isinstance(key.kind, type) or key.kind == "text" else UNITS[key.kind]
+            units = [""] if isinstance(key.kind, type) or key.kind in ("text", "law") else UNITS[key.kind]
             names = ", ".join(f"`{key.name}{unit}`" for unit in units)
             meaning = said.get(key.field, "")
             if key.choices:

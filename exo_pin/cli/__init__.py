@@ -76,6 +76,7 @@ GROUPS = {
             "kinematics_commands", "distance of a pose from singular ones, and the poses beyond them"
         ),
         "view": Command("view_command", "the design on a person, with its forces, in three dimensions"),
+        "app": Command("pages.app_command", "all of this on one page in the browser, which answers while one drags"),
     },
     "Judge a design": {
         "workspace": Command("search_commands", "which poses a design reaches, holds and keeps safe"),
@@ -84,6 +85,7 @@ GROUPS = {
         "compare": Command("design_commands", "designs of any kind over the same poses, ranked by what they hold"),
         "report": Command("pages.report_command", "two pages on a design and a person: forces, drives, fit, hazards"),
         "batch": Command("documents.batch_command", "questions in JSON lines, an answer a line"),
+        "serve": Command("pages.serve_command", "the same questions over HTTP, for programs in any language"),
         "uncertainty": Command("reaction_command", "how tolerances, fit, pose and masses change the shoulder force"),
     },
     "Design": {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import shlex
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,20 +13,21 @@ from cyclopts import Parameter
 
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
-from ..core.schema import document
 from ..core.tables import filled, newtons
 from ..design import ACTUATOR_FAMILIES, DEFAULT_PRESET, Arm
+from ..design.io.mechanism_reading import law_of
 from ..design.parameters.names import assigned
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..study.detailed_figures import JOINT_POSES, joint_figures
-from ..workspace import Workspace, limb_sheet, starting_design
 from ..workspace import limb_loss as loss_of_limbs
+from ..workspace import limb_sheet, starting_design
 from ..workspace import limb_table as table_of_limbs
 from ..workspace import optimise as searched
 from ..workspace.limb_table import limb_loss_words
 from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
+from ..workspace.summary import workspace_document
 from . import options
 from .command import deliver, draws, writes
 from .options.criteria_options import Judged, metres
@@ -35,67 +35,6 @@ from .options.criteria_options import Judged, metres
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
-
-
-@dataclass(frozen=True)
-class WorkspaceSummary:
-    """Which poses of a grid a design reaches, holds and keeps safe.
-
-    Attributes
-    ----------
-    design : str
-        Its name.
-    poses : int
-        Number of poses, 1.
-    index : float
-        Share of poses that meet all criteria.
-    volume_share, volume_share_error : float or None
-        Share of the group of rotations, and its error.
-    fractions, lost_to : dict of str to float
-        By criterion: share of poses that meet it, and that it alone excludes.
-    one_by_one : dict
-        What each criterion costs as they are added one by one.
-    median_margins : dict of str to float
-        By criterion, in the unit that ``units`` names.
-    unknown, not_evaluated : float
-        Share of poses of which it is not known.
-    force_inside : dict of str to float
-        |F_s| over the poses inside, N.
-    largest_offsets : dict
-        Of moving centres, m.
-    not_checked : dict of str to str
-        Criteria that were not checked, and why.
-    centre_offset_mm : list of float
-        How far the device's centre is off the shoulder's, mm.
-    moving_centre : bool
-        Whether the shoulder's centre moves with the arm.
-    contact_N, peak_contact_N, contact_without_N : float
-        Force in the joint with the wearer's own muscles over poses inside, N: median, largest, and median without the
-        device.
-    relief : float
-        Median share of it that the device takes.
-    """
-
-    design: str
-    poses: int
-    index: float
-    volume_share: float | None
-    volume_share_error: float | None
-    fractions: dict[str, float]
-    lost_to: dict[str, float]
-    one_by_one: dict[str, list[Any]]
-    median_margins: dict[str, float]
-    unknown: float
-    not_evaluated: float
-    force_inside: dict[str, float] | None
-    largest_offsets: dict[str, Any]
-    not_checked: dict[str, str]
-    centre_offset_mm: list[float] | None = None
-    moving_centre: bool | None = None
-    contact_N: float | None = None
-    peak_contact_N: float | None = None
-    contact_without_N: float | None = None
-    relief: float | None = None
 
 
 def workspace(
@@ -178,14 +117,6 @@ def workspace(
     )
 
 
-def workspace_document(found: Workspace, asked: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The document of a workspace, whose margins have the units of their criteria, with what was ``asked``."""
-    body = found.summary() | dict(asked or {})
-    margins = body.pop("units")
-    whole = document(WorkspaceSummary, body)
-    return whole | {"units": {**whole["units"], "median_margins": margins}}
-
-
 def _joint_words(joint: dict[str, float], count: int) -> str:
     """The force in the joint over poses inside, which leads where a person is named."""
     if not np.isfinite(joint.get("contact_N", np.nan)):
@@ -215,7 +146,7 @@ class Start:
     travel : float, optional
         Greatest travel of a limb, mm (default: that of its family).
     force_law : str, optional
-        Force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help.
+        Force law of pneumatic muscles, instead of --pull: a parameter file, or a name (exo-pin muscle force --help).
     supply : float, optional
         Gauge pressure with --force-law, bar (default 4).
     device : str, optional
@@ -228,7 +159,7 @@ class Start:
     pull: options.Newtons | None = None
     push: options.Newtons | None = None
     travel: options.Millimetres | None = None
-    force_law: Annotated[str | None, options.called("NAME")] = None
+    force_law: Annotated[str | None, options.called("NAME|FILE")] = None
     supply: options.Bar | None = None
     device: Annotated[str | None, options.called("PRESET|FILE")] = None
 
@@ -252,7 +183,8 @@ class Start:
         if worn.person is None:
             raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
         supply = None if self.supply is None else 1e5 * self.supply
-        actuator = starting_actuator(self.family or "cable", self.pull, self.push, self.force_law, supply, travel)
+        law = None if self.force_law is None else law_of(self.force_law)
+        actuator = starting_actuator(self.family or "cable", self.pull, self.push, law, supply, travel)
         is_known = self.device not in (None, _BY_GEOMETRY)
         on, device = side or "left", load(str(self.device)).mechanism if is_known else None
         arm = Arm.of_wearer(worn.size)

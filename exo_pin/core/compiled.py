@@ -41,8 +41,10 @@ MODES = ("auto", "plain", "compiled")
 #: Held while the mode changes, and while a kernel makes one of its forms.
 lock = RLock()
 _is_announced = False
+#: Whether one short search runs at the moment.
+_is_one_search = False
 
-__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode"]
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "kernel", "kernels", "mode", "one_search"]
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
 PLAIN_WORK = 300
 #: Numbers in the largest argument of a call that count as one unit of work more.
@@ -53,6 +55,20 @@ _all: list[Kernel] = []
 def current_mode() -> str:
     """The mode of the process: "auto", "plain" or "compiled"."""
     return _mode
+
+
+@contextmanager
+def one_search() -> Iterator[None]:
+    """Run kernels of cost 1 plain inside a ``with`` block in mode "auto": one search is over before they are compiled.
+
+    Those of a higher cost, which follow postures through closed loops, are compiled as ever.
+    """
+    global _is_one_search
+    before, _is_one_search = _is_one_search, True
+    try:
+        yield
+    finally:
+        _is_one_search = before
 
 
 @contextmanager
@@ -125,6 +141,9 @@ class Kernel:
         part of Python that Numba compiles.
     inline : bool
         Whether the compiled form is inlined where another kernel calls it.
+    fills : bool
+        Whether it and kernels that it calls return no arrays, and it makes none itself, as one that fills what it is
+        given. Its compiled form does not count who holds an array, which takes longer than the work on a small one.
     stack : bool
         Whether the first argument is a stack of poses, whose first axis counts as work.
     cost : int
@@ -138,6 +157,7 @@ class Kernel:
         self,
         function: Callable[..., Any],
         inline: bool = False,
+        fills: bool = False,
         stack: bool = False,
         cost: int = 1,
     ) -> None:
@@ -146,6 +166,8 @@ class Kernel:
         self._function: FunctionType = function  # type: ignore[assignment]
         self._stack, self._cost = stack, cost
         self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        # Stated of every kernel: else those that it calls would do as it does.
+        self.options["_nrt"] = not fills
         if inline:
             self.options["forceinline"] = True
         self._done = 0
@@ -234,6 +256,8 @@ class Kernel:
         return made(*arguments)
 
     def _call_and_count(self, *arguments: Any) -> Any:
+        if _is_one_search and self._cost == 1:
+            return self._call_plain(*arguments)
         self._done += self._work(arguments)
         if self._done > PLAIN_WORK:
             return self._call_compiled(*arguments)
@@ -282,6 +306,7 @@ def kernel(
     function: Callable[..., Any] | None = None,
     *,
     inline: bool = False,
+    fills: bool = False,
     stack: bool = False,
     cost: int = 1,
 ) -> Any:
@@ -291,13 +316,13 @@ def kernel(
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, stack : bool
+    inline, fills, stack : bool
     cost : int
         See :class:`Kernel`.
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, inline, stack, cost)
-    return Kernel(function, inline, stack, cost)
+        return lambda decorated: Kernel(decorated, inline, fills, stack, cost)
+    return Kernel(function, inline, fills, stack, cost)
 
 
 def kernels() -> tuple[Kernel, ...]:

@@ -18,6 +18,8 @@ _MODULES = {
     "study": ("pandas", "openpyxl"),
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
+    "app": ("nicegui",),
+    "service": ("starlette", "uvicorn", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }

@@ -7,6 +7,7 @@ from typing import Literal
 
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
+from ..core.files.toml_tables import parse_toml, toml_text
 from ..core.validation import as_choice, as_finite, set_fields, set_positive
 
 ActuatorFamily = Literal["pneumatic muscle", "cable", "linear"]
@@ -27,6 +28,21 @@ def _check_pressure(supply: float) -> None:
         raise InvalidInput(f"expected supply_pressure in Pa, from {low:g} to {high:g}, got {supply:g} ({unit}?)")
 
 
+def as_law(given: object) -> str:
+    """The name of a law, or the text of a parameter file as TOML writes it, so that equal laws are equal texts."""
+    if not isinstance(given, str) or not given:
+        raise InvalidInput(
+            "expected force_law as the name of a static law or the text of a parameter file, such as "
+            f"Path('law.toml').read_text(); got {echo(given)}"
+        )
+    return toml_text(parse_toml(given, None).content) if is_law_text(given) else given
+
+
+def is_law_text(law: str) -> bool:
+    """Whether a law is a text of its own, and not the name of a published one."""
+    return "\n" in law
+
+
 @dataclass(frozen=True)
 class Tackle:
     """Pneumatic muscles side by side that pull one cable over a tackle of ratio r : 1.
@@ -40,7 +56,9 @@ class Tackle:
     muscle_length : float
         Nominal length of a muscle, m. The muscles are at their nominal length where the limb is at its longest.
     force_law : str
-        Name of the static law of one muscle (:func:`exo_pin.muscle.muscle_models`), scaled to ``muscle_length``.
+        Name of the static law of one muscle (:func:`exo_pin.muscle.muscle_models`), or the text of a parameter file;
+        scaled to ``muscle_length``. In a design file a name, a parameter file beside it (``"law.toml"``), or its
+        content as a table.
     supply_pressure : float
         Greatest gauge pressure, Pa.
     count : int
@@ -73,8 +91,7 @@ class Tackle:
         if isinstance(self.count, bool) or count != int(count) or count < 1:
             raise InvalidInput(f"expected count as a number of muscles from 1, got {self.count!r}")
         set_fields(self, count=int(count))
-        if not isinstance(self.force_law, str) or not self.force_law:
-            raise InvalidInput(f"expected force_law as the name of a static law, got {self.force_law!r}")
+        set_fields(self, force_law=as_law(self.force_law))
 
 
 @dataclass(frozen=True)
@@ -90,8 +107,10 @@ class Actuator:
     push_limit : float or None
         Greatest compression of a linear actuator, N; None where it is not known. Zero for the other families.
     force_law : str or None
-        Of a pneumatic muscle: the name of its static law (:func:`exo_pin.muscle.muscle_models`), which gives the
-        greatest tension at a length and pressure. It is scaled to the nominal length of the limb's stroke.
+        Of a pneumatic muscle: the name of its static law (:func:`exo_pin.muscle.muscle_models`), or the text of a
+        parameter file, which gives the greatest tension at a length and pressure. It is scaled to the nominal length of
+        the limb's stroke. In a design file a name, a parameter file beside it (``"law.toml"``), or its content as a
+        table.
     supply_pressure : float or None
         Of a pneumatic muscle with a ``force_law``: greatest gauge pressure, Pa.
     speed_limit : float or None
@@ -162,6 +181,8 @@ class Actuator:
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
         if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):
             raise InvalidInput(f'expected a Tackle with the family "cable" only, got {echo(self.tackle)}')
+        if self.force_law is not None:
+            set_fields(self, force_law=as_law(self.force_law))
         if self.force_law is not None and self.family != "pneumatic muscle":
             raise InvalidInput(
                 f'expected a force_law for the family "pneumatic muscle" only, got one for {self.family!r}'

@@ -14,6 +14,7 @@ from ..design import preset, presets, read_mechanism
 from ..design.parameters.names import values_of
 from ..device.files.device_files import device_file_at, device_file_of, is_device_file, robot_of
 from ..device.files.robot_files import read_robot
+from ..muscle import muscle_model
 from .shoulder_exo import ShoulderExo
 
 
@@ -78,6 +79,11 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
         return _load_robot(text, side, leave_out)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
+    for limb in mechanism.limbs:
+        # A law that cannot be read is refused here and not at the first question.
+        driven = limb.actuator and (limb.actuator.tackle or limb.actuator)
+        if driven is not None and driven.force_law is not None:
+            muscle_model(driven.force_law)
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.compiled import current_mode, mode
+from ..core.compiled import one_search
 from ..core.conventions import shoulder_angles
 from ..core.results import Result
 from ..core.tables import NOTES, aligned, filled, indented, newtons, three_digits, under_verdict
@@ -338,9 +338,7 @@ def report_on_pose(
     remedy = None
     # A device that cannot hold the arm by itself in any pose has no better pose nearby; a configuration is of its pose.
     if not answer.held and exo.device.holds_alone and isinstance(answer.case.posture, Mapping | None):
-        # One search with rigid limbs is over long before its functions would be compiled.
-        quick = current_mode() == "auto" and not answer.source.split.moves
-        with mode("plain") if quick else nullcontext():
+        with nullcontext() if answer.source.split.moves else one_search():
             remedy = exo.remedy(pose, **nearby_query(answer))
     contact, kept = None, {}
     if person is not None:

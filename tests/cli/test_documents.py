@@ -11,9 +11,9 @@ from command_line import options_of, run
 import exo_pin as ep
 from exo_pin import FileFormatError, UnknownName
 from exo_pin.cli import COMMANDS
-from exo_pin.cli.documents.batch_command import answered
 from exo_pin.cli.documents.registry import DOCUMENTS, kind_of, schema
 from exo_pin.core import schema as schemas
+from exo_pin.exo.questions import answered
 
 jsonschema = pytest.importorskip("jsonschema")
 MAN = ["--person", "1.75,75,male"]
@@ -34,6 +34,7 @@ ASKED = {
     "singularity urdf/serial-y-x-z.urdf --flexion 60": "device_singularity",
     "workspace four-cables --step 45": "workspace_summary",
     "tasks four-cables --step 40": "study_table",
+    f"tasks four-cables --day --step 40 {' '.join(MAN)}": "study_table",
     "compare four-cables four-linear-actuators --step 60": "study_table",
     "sweep four-cables --vary scale=0.9,1 --step 60": "study_table",
     f"workspace four-cables-worn --step 45 {' '.join(MAN)}": "workspace_summary",

@@ -27,7 +27,7 @@ ANSWERS = {
     "view": r"The device can|http://",
     "workspace": r"\d+\.\d % of \d+ poses are inside",
     "parts": r"Mass of these parts: \d",
-    "tasks": r"published range +\d+",
+    "tasks": r"published range +\d+|does \d+ of 13 tasks of a day",
     "compare": r"ranks first|Equal first",
     "report": r"It holds (none|\d)",
     "uncertainty": r"shoulder force|offset",
@@ -48,6 +48,7 @@ ANSWERS = {
     "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
     "batch": r'"id": "raised".*"can_hold": true.*"index": 0',
+    "serve": r"answers at http://127",
     "schema": r"exo_pin\.reaction/1|joint_contact",
     "warm-up": r"kernels are ready",
 }
@@ -76,6 +77,11 @@ def test_examples_run(line, capsys, monkeypatch, tmp_path, request):
         monkeypatch.setattr(webbrowser, "open", lambda url: True)
         ended = SimpleNamespace(Event=lambda: SimpleNamespace(wait=_ctrl_c))
         monkeypatch.setattr("exo_pin.cli.view_command.threading", ended)
+    if line.startswith("exo-pin serve"):
+        # Its processes start, and it ends before the first question.
+        server = pytest.importorskip("uvicorn", reason="needs the extra service").Server
+        monkeypatch.setattr(server, "run", lambda *_, **__: None)
+        monkeypatch.setenv("EXO_PIN_TOKEN", "a-token-of-some-length")
     if line.startswith("exo-pin thesis"):
         rows = request.getfixturevalue("ledger_rows")
         monkeypatch.setattr("exo_pin.thesis.ledger", lambda: rows)

@@ -12,6 +12,7 @@ from exo_pin.cli.command import command, examples, help_text
 UNITS = (
     " N", "mm", "(m,", " m,", "kg", "degrees", "bar", " s", "share", "pixels", "number", "rad", "dimensionless",
     "PERCENT", "percent", "NM", "det X", "port", "designs", "stature in m", "N/m", "seed", "Seed", "0 to 1", "random",
+    "bytes", "MB",
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from command_line import run
 import exo_pin as ep
 from exo_pin import MissingData
 from exo_pin.cli import search_commands
+from exo_pin.muscle import muscle_model, save_parameters
 from exo_pin.workspace import Criteria, limb_loss, limb_sheet, limb_table
 
 
@@ -215,7 +217,8 @@ def searched(capsys, monkeypatch, *arguments):
     return passed
 
 
-def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
+def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     person = ("--person", "1.75,75,male")
     free = searched(
         capsys, monkeypatch, *person, "--limbs", "3", "--base-radius", "120:500", "--drop", "90:200",
@@ -230,6 +233,12 @@ def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
     single = searched(capsys, monkeypatch, "four-cables", "--vary", "nominal_length[1]_mm=100:600", "--pull", "150")
     assert list(single["variables"]) == ["nominal_length[1]_mm"]
     assert single["exo"].limbs[3].actuator.pull_limit == 150.0
+    save_parameters(muscle_model("best"), "law.toml")
+    pulled = searched(
+        capsys, monkeypatch, *person, "--family", "pneumatic muscle", "--force-law", "law.toml", "--supply", "3"
+    )
+    actuator = pulled["exo"].limbs[0].actuator
+    assert actuator == ep.Actuator("pneumatic muscle", force_law=Path("law.toml").read_text(), supply_pressure=3e5)
     worn = searched(capsys, monkeypatch, "four-cables", *person, "--objective", "contact_force", "--side", "right")
     assert (worn["person"].height, worn["person"].side) == (1.75, "right")
 

@@ -11,7 +11,7 @@ from kernel_calls import all_kernels, changed, recorded_calls
 
 from exo_pin import UnknownName
 from exo_pin.core import compiled
-from exo_pin.core.compiled import PLAIN_WORK, kernel, mode
+from exo_pin.core.compiled import PLAIN_WORK, kernel, mode, one_search
 
 KERNELS = all_kernels()
 JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -103,6 +103,19 @@ def test_plain_and_compiled_forms_agree(name, calls):
     compare(name, calls[each])
 
 
+@needs_jit
+def test_kernels_that_only_fill_arrays_return_none(calls):
+    filling = {each for each in KERNELS.values() if not each.options["_nrt"]}
+    assert {KERNELS["numerics.small_linear.pivoted_qr"], KERNELS["device.turns.turn_rates.rates"]} < filling
+    code = [each._function for each in filling]
+    called = [each.__globals__.get(name) for each in code for name in each.__code__.co_names]
+    within = {part for part in called if isinstance(part, compiled.Kernel)}
+    for each in (filling | within) & set(calls):
+        answer = each.plain(*changed(calls[each][0], lambda array: array))
+        parts = answer if isinstance(answer, tuple) else (answer,)
+        assert not any(isinstance(part, (np.ndarray, tuple)) for part in parts), each
+
+
 def compare(name, recorded):
     each = KERNELS[name]
     for arguments in recorded:
@@ -170,6 +183,28 @@ def test_auto_compiles_after_a_count_of_work():
         assert total.is_ready
     with mode("plain"):
         assert double(1.0) == 2.0
+
+
+@needs_jit
+def test_one_search_compiles_only_what_is_dear():
+    @kernel
+    def cheap(x):
+        return x + 1.0
+
+    @kernel(cost=PLAIN_WORK)
+    def dear(x):
+        return x - 1.0
+
+    with mode("auto"):
+        with one_search():
+            for _ in range(PLAIN_WORK + 1):
+                assert cheap(1.0) == 2.0
+            assert [dear(1.0), dear(1.0)] == [0.0, 0.0]
+        assert not cheap.is_ready
+        assert dear.is_ready
+        for _ in range(PLAIN_WORK + 1):
+            cheap(1.0)
+        assert cheap.is_ready
 
 
 def test_unknown_mode_is_refused():

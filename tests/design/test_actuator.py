@@ -1,10 +1,14 @@
+import tomllib
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin import FileFormatError, InvalidInput, UnknownName
+from exo_pin.core.files.toml_tables import toml_text
 from exo_pin.design import ACTUATOR_FAMILIES
+from exo_pin.muscle import muscle_model, save_parameters
 
 
 def test_muscles_and_cables_only_pull():
@@ -24,6 +28,8 @@ def test_muscles_and_cables_only_pull():
         ({"family": "pneumatic muscle", "force_law": "best"}, InvalidInput),
         ({"family": "pneumatic muscle", "supply_pressure": 4e5}, InvalidInput),
         ({"family": "linear", "push_limit": float("nan")}, InvalidInput),
+        ({"family": "pneumatic muscle", "force_law": "", "supply_pressure": 4e5}, InvalidInput),
+        ({"family": "pneumatic muscle", "force_law": "name = \n", "supply_pressure": 4e5}, FileFormatError),
     ],
 )
 def test_wrong_actuators_are_refused(fields, error):
@@ -61,6 +67,61 @@ def test_unit_in_the_key_counts(tmp_path):
     path.write_text(text.replace("push_limit_N", "push_limit_bar"))
     with pytest.raises(FileFormatError, match="push_limit_bar"):
         ep.load(path)
+
+
+def prototype_with(law, folder):
+    """The prototype's file, its muscles with another law."""
+    path = folder / "mine.toml"
+    path.write_text(ep.design.preset_file("prototype").replace('force_law = "tang-optimised"', f"force_law = {law}"))
+    return path
+
+
+def test_a_law_of_ones_own_is_that_of_its_file(tmp_path):
+    """A file beside the design, a table in it, and a text are the same law; it is saved with the design."""
+    save_parameters(muscle_model("tang-optimised"), tmp_path / "law.toml")
+    text = (tmp_path / "law.toml").read_text()
+    published, own = ep.load("prototype"), ep.load(prototype_with('"law.toml"', tmp_path))
+    (tmp_path / "law.toml").unlink()
+    own.save(tmp_path / "again.toml")
+    table = tmp_path / "table.toml"
+    table.write_text(own_table(text))
+    by_table, again = ep.load(table), ep.load(tmp_path / "again.toml")
+    by_text = replace(published.limbs[0].actuator, force_law="# mine\n" + text)
+    assert own.limbs == by_table.limbs == again.limbs
+    assert own.limbs[0].actuator == by_text
+    pose = published.pose(flexion=10, abduction=-10)
+    limits = [exo.reaction(pose).source.poses.limits for exo in (published, own)]
+    assert (limits[0].upper > 10.0).any()
+    np.testing.assert_array_equal(limits[0].upper, limits[1].upper)
+    said = {each.name: each for each in ep.Plant(own).assumptions}["force law"]
+    assert said.value == "that of a muscle of 300 mm at equal strain (tang-optimised)"
+    assert said.basis == muscle_model("tang-optimised").source
+
+
+def own_table(text):
+    """The prototype with the law as a table of each actuator."""
+    design = tomllib.loads(ep.design.preset_file("prototype"))
+    for limb in design["limbs"]:
+        limb["actuator"]["force_law"] = tomllib.loads(text)
+    return toml_text(design)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ('"law.toml"', "constants.k: missing"),
+        ('"nowhere.toml"', "nowhere.toml: cannot be read"),
+        ('"nonsense"', "unknown muscle model"),
+        ('{ name = "mine" }', "form: missing"),
+        ("3", "force_law: expected a table"),
+    ],
+)
+def test_laws_that_cannot_be_read_are_refused_with_the_design(tmp_path, law, message):
+    law_text = 'name = "braid"\nreference_length_m = 0.25\nform = "tondu-lopez"\n'
+    law_text += "[validity]\nstrain = [0.0, 0.25]\npressure_bar = [0.0, 5.0]\n"
+    (tmp_path / "law.toml").write_text(law_text + "[constants]\ndiameter_m = 0.01\nbraid_angle_deg = 25.0\n")
+    with pytest.raises((FileFormatError, UnknownName), match=message):
+        ep.load(prototype_with(law, tmp_path))
 
 
 def test_presets_of_the_thesis_name_their_muscles():

@@ -51,7 +51,7 @@ class ClosedMotion(Record):
     a: FloatArray
     tau: FloatArray
     residual: float
-    _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, FloatArray] = field(repr=False)
+    _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, bytes] = field(repr=False)
     _contacts: ContactForces | None = field(repr=False, default=None)
 
     @property
@@ -82,9 +82,9 @@ class ClosedMotion(Record):
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
         state, q, v, external, gravity = self._motion
-        if not np.array_equal(state.gravity, gravity):
+        if state.gravity.tobytes() != gravity:
             model = state.model.copy()
-            model.gravity.linear = gravity
+            model.gravity.linear = np.frombuffer(gravity)
             state = ChainState(model, state.description)
         equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
         # Nearness to a singular configuration was checked with the acceleration.
@@ -198,7 +198,7 @@ def forward_dynamics(
         a=frozen(a),
         tau=frozen(efforts),
         residual=largest,
-        _motion=(state, q, v, given, state.gravity.copy()),
+        _motion=(state, q, v, given, state.gravity.tobytes()),
         _contacts=forces,
     )
 

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, require_type
 from ...design import WristGeometry
+from ...design.actuator import is_law_text
 from ...load_case import Load
+from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
 from .drives import LimbDrive, MotorDrive, MuscleDrive
@@ -261,13 +263,24 @@ def _paths(unit: ValveUnit) -> str:
 
 def _law_estimates(mechanism: Any) -> list[Assumption]:
     pulled = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
-    laws = [law for a in pulled if (law := a.force_law if a.tackle is None else a.tackle.force_law) is not None]
-    return [
-        Assumption("volume of the muscles", "V = L (b² - L²)/(4 π n²)",
-                   "(3-2) to (3-4), with thread and turns fitted to Tables 3-1 and 3-2 (fitted-chou-hannaford)"),
-        Assumption("force law", f"that of the 300 mm muscle at equal strain ({', '.join(dict.fromkeys(laws))})",
-                   "Tables 3-1 to 3-3; no other length was measured"),
+    laws = [law for a in pulled if (law := (a.tackle or a).force_law) is not None]
+    named = [law for law in dict.fromkeys(laws) if not is_law_text(law)]
+    own = [muscle_model(law) for law in dict.fromkeys(laws) if is_law_text(law)]
+    volume = Assumption(
+        "volume of the muscles", "V = L (b² - L²)/(4 π n²)",
+        "(3-2) to (3-4), with thread and turns fitted to Tables 3-1 and 3-2 (fitted-chou-hannaford)",
+    )  # fmt: skip
+    found = [
+        Assumption("force law", f"that of a muscle of {1e3 * law.reference_length:g} mm at equal strain ({law.name})",
+                   law.source or "the design's own")
+        for law in own
     ]  # fmt: skip
+    if named or not own:
+        found.append(
+            Assumption("force law", f"that of the 300 mm muscle at equal strain ({', '.join(named)})",
+                       "Tables 3-1 to 3-3; no other length was measured")
+        )  # fmt: skip
+    return [volume, *found]
 
 
 def _shoulder_estimates(mechanism: Any, options: PlantOptions) -> list[Assumption]:

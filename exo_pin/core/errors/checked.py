@@ -60,13 +60,15 @@ def _explaining(function: Any) -> Any:
     # A place that no call has stands for a flag that is given by name alone.
     places = {name: place if place < code.co_argcount else sys.maxsize for place, name in enumerate(names)}
     flags = {name: places[name] for name in names if function.__annotations__.get(name) in _FLAG_NOTES}
+    first = min(flags.values(), default=sys.maxsize)
 
     @wraps(function)
     def call(*values: Any, **named: Any) -> Any:
-        for name, place in flags.items():
-            flag = values[place] if place < len(values) else named.get(name, True)
-            if not isinstance(flag, _FLAGS):
-                raise _misfit(name, flag, "True or False")
+        if named or len(values) > first:
+            for name, place in flags.items():
+                flag = values[place] if place < len(values) else named.get(name, True)
+                if not isinstance(flag, _FLAGS):
+                    raise _misfit(name, flag, "True or False")
         try:
             return function(*values, **named)
         except ExoPinError:

@@ -268,6 +268,11 @@ class TomlTable:
             self._take(key, (key,), False)
 
     @property
+    def content(self) -> dict[str, Any]:
+        """What has not been taken."""
+        return dict(self._data)
+
+    @property
     def is_used_up(self) -> bool:
         """Whether every key has been taken."""
         return not self._data

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import tomllib
+from os import PathLike
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.files.toml_tables import UNITS, TomlTable
-from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
+from ...core.files.atomic import read_text
+from ...core.files.toml_tables import UNITS, TomlTable, toml_text
+from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle, is_law_text
 from ..arm import Arm
 from ..geometry import CircleDimensions, WristGeometry
 from ..limb import Limb, LimbBody, LimbGuide, Stroke
@@ -25,7 +29,7 @@ class _Key(NamedTuple):
     field : str
         Its name.
     kind : str or type
-        A kind of quantity (:data:`UNITS`), "text", or the record that a table within holds.
+        A kind of quantity (:data:`UNITS`), "text", "law" of a muscle, or the record that a table within holds.
     key : str
         Its key without the unit, if that is not the field's name.
     shape : tuple
@@ -104,7 +108,7 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
         _Key("family", "text", choices=ACTUATOR_FAMILIES),
         _Key("pull_limit", "force", required=False),
         _Key("push_limit", "force", required=False),
-        _Key("force_law", "text", required=False),
+        _Key("force_law", "law", required=False),
         _Key("supply_pressure", "pressure", "supply", required=False),
         _Key("speed_limit", "speed", required=False),
         _Key("power_limit", "power", required=False),
@@ -126,7 +130,7 @@ _KEYS: dict[type, tuple[_Key, ...]] = {
     Tackle: (
         _Key("ratio", "number"),
         _Key("muscle_length", "length", "muscle"),
-        _Key("force_law", "text"),
+        _Key("force_law", "law"),
         _Key("supply_pressure", "pressure", "supply"),
         _Key("count", "number", required=False),
     ),
@@ -160,9 +164,24 @@ def read_fields(kind: type, table: TomlTable, sources: dict[str, str]) -> dict[s
             fields[key.field] = read_record(key.kind, table.table(key.name), sources)
         elif key.kind == "text":
             fields[key.field] = table.text(key.name, key.required, key.choices)
+        elif key.kind == "law":
+            fields[key.field] = _read_law(table, key)
         else:
             fields[key.field] = table.quantity(key.kind, key.name, key.shape, key.required)
     return {name: value for name, value in fields.items() if value is not None}
+
+
+def _read_law(table: TomlTable, key: _Key) -> str | None:
+    """The law of a muscle: a name, or the text of a parameter file, which may stand in the table itself."""
+    if key.name not in table or table.is_text(key.name):
+        given = table.text(key.name, key.required)
+        return None if given is None else law_of(given, table.path)
+    return toml_text(table.required_table(key.name).content)
+
+
+def law_of(given: str, beside: str | PathLike[str] | None = None) -> str:
+    """The name of a published law as it is; of a parameter file, seen from the folder of another file, its text."""
+    return read_text(Path(beside or "").parent / given) if given.endswith(".toml") else given
 
 
 def _lengths_of_stroke(table: TomlTable) -> dict[str, Any] | None:
@@ -187,7 +206,9 @@ def record_table(record: object) -> dict[str, Any]:
         value = getattr(record, key.field)
         if isinstance(key.kind, type):
             items[key.name] = None if value is None else record_table(value)
-        elif key.kind == "text":
+        elif key.kind == "law" and value is not None and is_law_text(value):
+            items[key.name] = tomllib.loads(value)
+        elif key.kind in ("text", "law"):
             items[key.name] = value
         elif not (isinstance(value, float) and np.isinf(value)):
             items[key.name + next(iter(UNITS[key.kind]))] = value

@@ -33,7 +33,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -85,30 +85,55 @@ def read_robot(
         return _read(robot, table, leave_out, ending)
 
 
-def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str], ending: str) -> ClosedChain:
-    roles_table, in_file = table.table("roles"), table.table("in_file")
-    roles = None if roles_table is None else read_roles(roles_table)
-    restated = Restated() if in_file is None else _restated(in_file)
-    tolerance = table.quantity("number", "geometry_tolerance", (), required=False) or 0.0
+class RobotContent(NamedTuple):
+    """What a device file says of its robot's file.
+
+    Attributes
+    ----------
+    own : Closures
+        Closures, springs and armatures of joints, tolerance and what was left out.
+    roles : Roles or None
+        None where the file has none.
+    restated : Restated or None
+        What the robot's file says otherwise; None where the table is not there.
+    rest : mapping of str to tuple of float
+        Coordinates of joints where the arm hangs.
+    """
+
+    own: Closures
+    roles: Roles | None
+    restated: Restated | None
+    rest: dict[str, tuple[float, ...] | None]
+
+
+def robot_content(table: TomlTable) -> RobotContent:
+    """The tables of :func:`robot_tables`, which are taken out of that of the device file."""
+    roles, in_file = table.table("roles"), table.table("in_file")
     own = Closures(
         "device",
         closures=tuple(read_closure(item) for item in table.tables("closures")),
         joints=tuple(read_joint(item) for item in table.tables("joints")),
         left_out=table.texts("left_out"),
-        tolerance=tolerance,
+        tolerance=table.quantity("number", "geometry_tolerance", (), required=False) or 0.0,
     )
     rest = {str(item.text("name")): _numbers(item, "coordinates") for item in table.tables("rest")}
+    restated = None if in_file is None else _restated(in_file)
+    return RobotContent(own, None if roles is None else read_roles(roles), restated, rest)
+
+
+def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str], ending: str) -> ClosedChain:
+    own, roles, restated, rest = robot_content(table)
     if ending == ".xml":
         model, read = read_mjcf(robot, leave_out)
     elif ending == ".sdf":
-        first = None if roles is None or in_file is not None else roles.shoulder
-        model, read = read_sdf(robot, None, 0.0, leave_out, first, restated.closing)
+        first = None if roles is None or restated is not None else roles.shoulder
+        model, read = read_sdf(robot, None, 0.0, leave_out, first, restated.closing if restated else ())
     else:
         chain = ClosedChain.from_urdf(robot, leave_out=leave_out)
         model, read = chain.model, chain.description
     if roles is not None and read.roles.arm is not None:
         raise table.error("given twice: the robot's closures file names the arm", "roles.arm")
-    if in_file is None:
+    if restated is None:
         roles = roles and replace(roles, actuated=roles.actuated or read.roles.actuated)
         description = read if roles is None else replace(read, roles=roles)
     elif ending == ".urdf":

@@ -12,8 +12,9 @@ from typing import Any
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
-from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, write_toml
 from ...core.validation import as_mapping, require_type
+from ...design.actuator import is_law_text
 from ..identification.static_identification import coefficient_name
 from ..laws.force_laws import ChouHannaford, PolynomialModel
 from ..laws.force_table import ForceTable
@@ -263,6 +264,8 @@ def muscle_models() -> list[str]:
 
 @cache
 def _published(name: str) -> StaticModel:
+    if is_law_text(name):
+        return parse_parameters(parse_toml(name, "the force law"))
     if name not in muscle_models():
         raise UnknownName("muscle model", name, muscle_models())
     return load_parameters(str(files("exo_pin.muscle") / "parameters" / f"{name}.toml"))
@@ -275,7 +278,7 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     Parameters
     ----------
     name : str
-        One of :func:`muscle_models`, for example "best" or "tang-optimised".
+        One of :func:`muscle_models`, for example "best" or "tang-optimised"; or the text of a parameter file.
     nominal_length : float or None
         Nominal length in m of the muscle that is meant; None for the one that was measured. Another length is
         reached by equal strain, which is an assumption: a 150 mm muscle at 25 % and 4 bar pulls 13.0 N with
@@ -289,6 +292,8 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     ------
     UnknownName
         If there is no such set; it lists those there are.
+    FileFormatError
+        If a text is not that of a parameter file.
     InvalidInput
         If the length is not above zero.
 

@@ -84,10 +84,7 @@ class NearestPose(NamedTuple):
         """Where it is, in words; ``side`` of the body for the angles."""
         if not self.distance:
             return "The pose itself can be held."
-        text = (
-            f"The nearest pose found that can be held is {np.degrees(self.distance):.0f}° away: "
-            f"{angle_words(self.pose, side)}."
-        )
+        text = f"The nearest held pose found is {np.degrees(self.distance):.0f}° away: {angle_words(self.pose, side)}."
         return f"{text} Another pose looks the same to the drives there." if self.has_twin else text
 
 

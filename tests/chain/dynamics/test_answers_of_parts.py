@@ -37,12 +37,12 @@ def test_a_cholesky_factor_with_the_size_of_its_inverse(n):
 
 def sure_motion(chain, q, v, tau, masses=1.0, massless=MASSLESS):
     state = chain._state
-    work, top, nv = state.buffers, state.topology, state.nv
+    work, nv = state.buffers, state.nv
     work.jacobian_rates(q, v)
     forces = tau - pin.nonLinearEffects(chain.model, chain.model.createData(), q, v)
     lower = masses * np.reshape(pin.crba(chain.model, work.data, q), (nv, nv)).T
     return clear_motion(
-        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
+        work.poses, work.J, work.dJ, v, work.q, work.constants, work.gap, work.jacobian, work.jacobian_rate,
         work.drift, lower, forces, (0.0, CLOSED, massless),
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """A planar linkage of forty loops: close, mobility by hand, inverse after forward dynamics, energy.
 
-Its tree has 120 coordinates, so that its memory is the compact Data.
+Its tree has 120 coordinates, so that pages of its Data are given back.
 """
 
 import sys

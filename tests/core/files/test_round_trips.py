@@ -1,6 +1,6 @@
 """Files that the package writes: records with every optional key drawn at random come back equal."""
 
-from dataclasses import is_dataclass
+from dataclasses import is_dataclass, replace
 from inspect import signature
 
 import numpy as np
@@ -23,9 +23,12 @@ from exo_pin.chain import (
     read_closures,
     write_closures,
 )
+from exo_pin.chain.formats.restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated
 from exo_pin.control import MeasuredRun, read_run, write_run
+from exo_pin.core.files.toml_tables import parse_toml, toml_text
 from exo_pin.design import Limb, LimbBody, LimbGuide, Shoulder, Tackle, WristGeometry, read_mechanism, write_mechanism
 from exo_pin.device import Brake, ConstantForce, Drive, GuidedSlide, LinearSpring, Route, Spring, TableLaw
+from exo_pin.device.files.robot_files import robot_content, robot_tables
 from exo_pin.muscle import (
     ChouHannaford,
     ConstantFriction,
@@ -41,6 +44,7 @@ from exo_pin.muscle import (
     save_dynamic,
     save_parameters,
 )
+from exo_pin.muscle.io.model_files import parameter_content
 
 COUNT = 60
 
@@ -138,11 +142,16 @@ def actuator(draw):
     if kind == 1:
 
         def tackle():
-            return draw.record(Tackle, {"count": lambda: 2}, 2.0, draw.number(), "best", 4e5)
+            return draw.record(Tackle, {"count": lambda: 2}, 2.0, draw.number(), law(draw), 4e5)
 
         return draw.record(ep.Actuator, common | {"least_tension": draw.number, "tackle": tackle}, "cable")
     speed = {"speed_limit": draw.number}
-    return draw.record(ep.Actuator, speed, "pneumatic muscle", force_law="best", supply_pressure=4e5)
+    return draw.record(ep.Actuator, speed, "pneumatic muscle", force_law=law(draw), supply_pressure=4e5)
+
+
+def law(draw):
+    """A published law by its name, or one of its own."""
+    return "best" if draw.rng.random() < 0.5 else toml_text(parameter_content(muscle(draw)))
 
 
 def arm(draw):
@@ -190,8 +199,8 @@ def test_designs_come_back(tmp_path):
         before = path.read_bytes()
         write_mechanism(again, path)
         assert path.read_bytes() == before
-    # Circles make their points, and degrees are another unit of a field.
-    assert left(draw) <= {"degrees", "circles"}
+    # Circles make their points, degrees are another unit of a field, and of a muscle no scaled law is written.
+    assert left(draw) <= {"degrees", "circles", "nominal_length"}
 
 
 def test_a_design_whose_limbs_are_folded_at_rest_comes_back(tmp_path):
@@ -405,6 +414,45 @@ def test_drives_and_soft_parts_of_devices_come_back(tmp_path):
     assert {name for kind, name in draw.given if kind in (Drive, Brake, GuidedSlide)} >= {
         name for kind in (Drive, Brake, GuidedSlide) for name in signature(kind).parameters
     } - {"name", "slide"}
+
+
+def restated_joint(draw, name, nq, nv):
+    """What a robot's file says otherwise of a joint, in its numbers of coordinates."""
+    body = np.concatenate([[draw.number()], 0.1 * draw.rng.normal(size=3), draw.stiffness()[np.tril_indices(3)]])
+    turn = Rotation.random(rng=draw.rng).as_quat() if nq == 4 else draw.rng.normal(size=nq)
+    sizes = dict.fromkeys(BY_VELOCITY, nv) | dict.fromkeys(BY_POSITION, nq)
+    chosen = [key for key in sizes if draw.rng.random() < 0.5]
+    data = {key: tuple(draw.rng.uniform(0.1, 1.0, sizes[key]).tolist()) for key in chosen}
+    draw.given |= {("data", key) for key in data}
+    parts = {
+        "called": lambda: f"{name} {draw.text()}",
+        "zero": lambda: tuple(turn.tolist()),
+        "inertia": lambda: tuple(body.tolist()),
+    }
+    return draw.record(JointRestated, parts, data=data)
+
+
+@pytest.mark.parametrize("ending", [".xml", ".sdf", ".urdf"])
+def test_what_a_device_file_says_of_its_robots_file_comes_back(ending):
+    """Its table in_file with every key, where the arm hangs, and of other formats than URDF closures and joints."""
+    draw, chain = Drawn(6), ep.load(URDF / "spherical-3rrr.urdf").chain
+    model, own = chain.model, replace(chain.description, tolerance=1e-6, left_out=("fluid",))
+    joints = [(str(model.names[k]), model.nqs[k], model.nvs[k]) for k in range(1, model.njoints)]
+    for _ in range(COUNT // 3):
+        names = {"frames": lambda: {draw.text(): "a", "b": draw.text()}}
+        names |= {key: lambda: (draw.text(), "c") for key in ("helpers", "closing")}
+        some = {name: restated_joint(draw, name, nq, nv) for name, nq, nv in joints if draw.rng.random() < 0.5}
+        restated = draw.record(Restated, names, joints=some)
+        rest = {name: draw.rng.normal(size=nq) for name, nq, _ in joints if draw.rng.random() < 0.5}
+        content = robot_tables(ep.ClosedChain(model, own), restated, ending, rest)
+        again = robot_content(parse_toml(toml_text(content), None))
+        assert repr(again.restated) == repr(restated)
+        assert {name: list(values) for name, values in again.rest.items()} == {k: v.tolist() for k, v in rest.items()}
+        if ending != ".urdf":
+            assert (again.own.closures, again.own.joints) == (own.closures, own.joints)
+            assert (again.own.tolerance, again.own.left_out) == (own.tolerance, own.left_out)
+    assert left(draw) == set()
+    assert {key for kind, key in draw.given if kind == "data"} == {*BY_VELOCITY, *BY_POSITION}
 
 
 @pytest.mark.full

@@ -14,6 +14,7 @@ from ....core.compiled import kernel
 from ....numerics.small_linear import copy_numbers
 from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
 from ...kinematics.kernels.dependent_kernels import nearest_motion
+from ...structure.memory.chain_buffers import unpacked_constants
 
 
 @kernel
@@ -325,15 +326,18 @@ def _factor(A: Any) -> Any:
 
 @kernel
 def clear_motion(
-    poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scales: Any, gap: Any, jacobian: Any, rate: Any,
-    drift: Any, lower: Any, forces: Any, bounds: Any,
+    poses: Any, J: Any, dJ: Any, v: Any, q: Any, constants: Any, gap: Any, jacobian: Any, rate: Any, drift: Any,
+    lower: Any, forces: Any, bounds: Any,
 ) -> Any:  # fmt: skip
     """Loops of a moving chain, and its acceleration a = a_0 + Z z with J Z = 0.
 
     Parameters
     ----------
-    poses, J, dJ, v, loops, q, scales, gap, jacobian, rate, drift
+    poses, J, dJ, v, q, gap, jacobian, rate, drift
         As for :func:`.equation_kernels.moving_loops`.
+    constants : tuple
+        What :func:`~exo_pin.chain.structure.memory.chain_buffers.packed_constants` packs: to hand over more arrays
+        takes longer than all else here in a chain of one loop.
     lower : ndarray
         Shape (nv, nv), the lower half of the open tree's mass matrix.
     forces : ndarray
@@ -349,6 +353,7 @@ def clear_motion(
         whether the acceleration is certain; it,
         shape (nv,); what :func:`.equation_kernels.missed` returns for it.
     """
+    loops, scales, _, _ = unpacked_constants(constants[0], constants[1])
     worst, scaled, opening, speed, regular, finite = moving_loops(
         poses, J, dJ, v, loops, q, scales, gap, jacobian, rate, drift, False
     )

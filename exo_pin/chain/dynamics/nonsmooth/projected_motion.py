@@ -202,15 +202,17 @@ def clear_acceleration(
         What :func:`moving_loops` returns; the acceleration, and what
         :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns for it, None where it is in doubt.
     """
-    work, top, nv = state.buffers, state.topology, state.nv
+    work = state.buffers
     work.jacobian_rates(q, v)
-    forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
-    lower = pin.crba(state.model, work.data, q).T
-    if nv == 1:
-        lower = np.reshape(lower, (1, 1))
+    if applied.external is None and not state.passive.act:
+        pin.rnea(state.model, work.data, q, v, work.still)
+        forces = applied.efforts - work.tau
+    else:
+        forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
+    pin.crba(state.model, work.data, q)
     found, clear, a, error = clear_motion.run(
-        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales, work.gap, work.jacobian, work.jacobian_rate,
-        work.drift, lower, forces, (state.tolerance, CLOSED, MASSLESS),
+        work.poses, work.J, work.dJ, v, work.q, work.constants, work.gap, work.jacobian, work.jacobian_rate,
+        work.drift, work.trees[2], forces, (state.tolerance, CLOSED, MASSLESS),
     )  # fmt: skip
     return (found, a, error) if clear else (found, None, None)
 

@@ -1,0 +1,111 @@
+"""The running service: a fuzzer, many at once, memory over many answers, and kills under load.
+
+python benchmarks/service.py fuzz      # needs: pip install schemathesis
+python benchmarks/service.py load growth restart
+"""
+
+import itertools
+import json
+import random
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "oracles"))
+
+from service_client import Service, resident
+
+import exo_pin as ep
+from exo_pin.design import preset_file
+
+CHECKS = "not_a_server_error,status_code_conformance,content_type_conformance,response_schema_conformance"
+
+
+def questions(seed):
+    """Questions of several kinds on several designs, without end."""
+    rng = random.Random(seed)
+    text = preset_file("four-cables")
+    designs = ["four-cables", "prototype", "six-cables", "four-linear-actuators"]
+    for number in itertools.count():
+        name = rng.choice(["reaction"] * 6 + ["inverse_kinematics", "singularity", "remedy"])
+        # A new design now and then, as a user who changes one has it.
+        mine = {"toml": text.replace('name = "four-cables"', f'name = "mine-{number}"')}
+        asked = {"design": mine if number % 50 == 0 else rng.choice(designs)}
+        asked["poses"] = {key: rng.uniform(0.0, 60.0) for key in ("flexion", "abduction", "internal_rotation")}
+        yield name, asked
+
+
+def fuzz(count=150):
+    """Let schemathesis ask what the description allows, and what it does not."""
+    program = shutil.which("schemathesis")
+    assert program, "pip install schemathesis"
+    with Service("--seconds", "20") as service:
+        words = [program, "run", f"{service.url}/openapi.json", "--checks", CHECKS, "--max-examples", str(count)]
+        words += ["--continue-on-failure", "--seed", "1", "--request-timeout", "120", "--suppress-health-check", "all"]
+        return subprocess.run(words, check=False).returncode
+
+
+def load(count=2000, at_once=200):
+    """Many at once: time of an answer, and answers that differ from those of the Python call."""
+    exo = ep.load("four-cables")
+    angles = [0.04 * k for k in range(count)]
+    expected = exo.reaction(exo.pose(angles)).magnitude
+
+    def ask(angle):
+        start = time.perf_counter()
+        status, found = service.ask("reaction", {"poses": {"flexion": angle}})
+        return status, found["answer"]["magnitude"], time.perf_counter() - start
+
+    with Service() as service, ThreadPoolExecutor(at_once) as pool:
+        start = time.perf_counter()
+        found = list(pool.map(ask, angles))
+        took = time.perf_counter() - start
+    times = sorted(each[2] for each in found)
+    worst = max(abs(each[1] / own - 1.0) for each, own in zip(found, expected, strict=True))
+    print(f"{count} answers, {at_once} at once: {count / took:.0f} a second, median {times[count // 2]:.2f} s, ")
+    print(f"slowest {times[-1]:.2f} s; not 200: {sum(each[0] != 200 for each in found)}; ")
+    print(f"largest difference from the Python call {worst:.1e}, relative")
+
+
+def growth(first=2000, last=20000):
+    """Memory of all processes from one number of answers to another."""
+    begin = 0.0
+    with Service("--workers", "1") as service:
+        for number, (name, asked) in enumerate(questions(3), 1):
+            status, found = service.ask(name, asked)
+            assert status in (200, 422), found
+            if number % first == 0:
+                now = sum(map(resident, service.processes()))
+                begin = now if number == first else begin
+                print(f"{number} answers: {now:.1f} MB, {now - begin:+.1f} MB", flush=True)
+            if number == last:
+                break
+
+
+def restart(kills=5):
+    """Kill the service under load and start it again on its port; no answer differs."""
+    asked = {"poses": {"flexion": 60.0}}
+    port, answers, lost = 0, set(), 0
+    for _ in range(kills):
+        service = Service(port=port)
+        port = service.port
+        with ThreadPoolExecutor(20) as pool:
+            calls = [pool.submit(service.ask, "reaction", asked) for _ in range(500)]
+            calls[100].result()
+            service.process.kill()
+            service.process.wait()
+            service.process.stdout.close()
+            for call in calls:
+                if call.exception() is None:
+                    answers.add(json.dumps(call.result()))
+                else:
+                    lost += 1
+    print(f"{kills} kills under load: {500 * kills - lost} answers, {lost} connections lost, {len(answers)} answer")
+
+
+if __name__ == "__main__":
+    commands = {each.__name__: each for each in (fuzz, load, growth, restart)}
+    sys.exit(max([commands[name]() or 0 for name in sys.argv[1:]], default=0))

@@ -1,0 +1,86 @@
+"""Start the service: processes first, then the port."""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from ..core.errors import InvalidInput
+from ..core.optional_packages import require_extra
+from .options import ServiceOptions
+
+#: Connections at once; beyond it the server refuses.
+_CONNECTIONS = 1000
+
+
+def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] | None = None) -> None:
+    """Answer questions over HTTP until the process is ended.
+
+    Parameters
+    ----------
+    options : ServiceOptions, optional
+        Where, for whom, and within which limits.
+    announce : callable, optional
+        Takes a line with the address, when the port is open.
+
+    Raises
+    ------
+    MissingExtra
+        Without the extra ``service``.
+    InvalidInput
+        If the address cannot be taken.
+
+    Examples
+    --------
+    >>> from exo_pin.service import ServiceOptions, serve
+    >>> serve(ServiceOptions(host="0.0.0.0"))  # other machines could ask
+    Traceback (most recent call last):
+    exo_pin.core.errors.inputs.InvalidInput: other machines reach 0.0.0.0: give a token
+    """
+    require_extra("service")
+    import uvicorn
+
+    from .application import application
+    from .workers import Workers
+
+    options = options or ServiceOptions()
+    logging.basicConfig(format="%(asctime)s %(name)s %(levelname)s %(message)s")
+    # Processes share the processors already.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    with _bound(options) as listener:
+        options = replace(options, port=listener.getsockname()[1])
+        workers = Workers(options.processes, options.seconds, options.waiting, options.memory)
+        try:
+            config = uvicorn.Config(
+                application(workers, options),
+                log_level="warning",
+                access_log=False,
+                server_header=False,
+                limit_concurrency=_CONNECTIONS,
+                timeout_graceful_shutdown=5,
+            )
+            server = uvicorn.Server(config)
+            listener.listen(_CONNECTIONS)
+            if announce is not None:
+                announce(f"exo_pin answers at {options.url}, described at {options.url}/openapi.json")
+            server.run(sockets=[listener])
+        finally:
+            workers.close()
+
+
+def _bound(options: ServiceOptions) -> socket.socket:
+    """A socket that has the address, and does not listen yet."""
+    family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
+    listener = socket.socket(family)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((options.host, options.port))
+    except (OSError, OverflowError) as error:
+        listener.close()
+        raise InvalidInput(f"cannot listen on {options.host} port {options.port}: {error}") from error
+    return listener

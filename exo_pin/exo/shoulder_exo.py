@@ -417,6 +417,7 @@ class ShoulderExo(Record):
     reaction_map = forces.reaction_map
     compare = forces.compare
     uncertainty = forces.uncertainty
+    total_uncertainty = contact.total_uncertainty
     joint_contact = contact.joint_contact
     contact_range = contact.contact_range
     joint_contact_of_run = contact.joint_contact_of_run

@@ -1,15 +1,18 @@
-"""The running service: a fuzzer, many at once, memory over many answers, and kills under load.
+"""The running service: a fuzzer, many at once, memory over many answers, kills under load, a stream at 100 Hz.
 
 python benchmarks/service.py fuzz      # needs: pip install schemathesis
-python benchmarks/service.py load growth restart
+python benchmarks/service.py load growth restart live
 """
 
 import itertools
 import json
+import os
 import random
 import shutil
+import socket
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -106,6 +109,52 @@ def restart(kills=5):
     print(f"{kills} kills under load: {500 * kills - lost} answers, {lost} connections lost, {len(answers)} answer")
 
 
+def live(seconds=180.0):
+    """A recorded movement again and again at 100 Hz, beside a stream whose reader has stalled: times and answers."""
+    from websockets.sync.client import connect
+
+    exo = ep.load("four-cables")
+    movement = ep.read_movement(Path(__file__).parents[1] / "examples" / "lift.csv", "left")
+    own = exo.reaction(movement.poses).magnitude
+    rows, count = movement.poses.as_quat().tolist(), int(100 * seconds)
+    opening = json.dumps({"open": {"design": "four-cables"}, "rate": 100.0})
+    sent, took, answers = {}, [], {}
+
+    with Service("--workers", "1") as service:
+        address = f"ws://127.0.0.1:{service.port}/live"
+        small = socket.create_connection(("127.0.0.1", service.port))
+        small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        with connect(address) as stream, connect(address, sock=small, max_queue=1, close_timeout=1) as stalled:
+            for each in (stream, stalled):
+                each.send(opening)
+                each.recv()
+
+            def receive():
+                while len(answers) == 0 or max(answers) < count - 1:
+                    found = json.loads(stream.recv(timeout=10))
+                    took.append(time.perf_counter() - sent[found["seq"]])
+                    answers[found["seq"]] = found
+
+            reader = threading.Thread(target=receive)
+            reader.start()
+            start = time.perf_counter()
+            for number in range(count):
+                time.sleep(max(0.0, start + 0.01 * number - time.perf_counter()))
+                sample = {"t": 0.01 * number, "seq": number, "quaternion_xyzw": rows[number % len(rows)]}
+                sent[number] = time.perf_counter()
+                for each in (stream, stalled):
+                    each.send(json.dumps(sample))
+            reader.join()
+    worst = max(abs(each["magnitude"] / own[number % len(own)] - 1.0) for number, each in answers.items())
+    p50, p99 = (1e3 * sorted(took)[int(share * len(took))] for share in (0.5, 0.99))
+    lost = {key: sum(each[key] for each in answers.values()) for key in ("skipped", "dropped")}
+    print(
+        f"{count} samples in {count / 100:.0f} s: {len(answers)} answers, {lost}; p50 {p50:.1f} ms, p99 {p99:.1f} ms, "
+    )
+    print(f"longest {1e3 * max(took):.0f} ms; largest difference from the Python call {worst:.1e}, relative; ")
+    print(f"load of the machine in the last minute {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
+
+
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (fuzz, load, growth, restart)}
+    commands = {each.__name__: each for each in (fuzz, load, growth, restart, live)}
     sys.exit(max([commands[name]() or 0 for name in sys.argv[1:]], default=0))

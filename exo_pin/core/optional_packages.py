@@ -18,7 +18,7 @@ _MODULES = {
     "study": ("pandas", "openpyxl"),
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
-    "service": ("starlette", "uvicorn", "prometheus_client"),
+    "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }

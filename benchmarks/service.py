@@ -54,7 +54,7 @@ def fuzz(count=150):
 def load(count=2000, at_once=200):
     """Many at once: time of an answer, and answers that differ from those of the Python call."""
     exo = ep.load("four-cables")
-    angles = [0.04 * k for k in range(count)]
+    angles = [5.0 + 0.035 * k for k in range(count)]
     expected = exo.reaction(exo.pose(angles)).magnitude
 
     def ask(angle):
@@ -111,6 +111,7 @@ def restart(kills=5):
 
 def live(seconds=180.0):
     """A recorded movement again and again at 100 Hz, beside a stream whose reader has stalled: times and answers."""
+    from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
     exo = ep.load("four-cables")
@@ -122,29 +123,42 @@ def live(seconds=180.0):
 
     with Service("--workers", "1") as service:
         address = f"ws://127.0.0.1:{service.port}/live"
-        small = socket.create_connection(("127.0.0.1", service.port))
-        small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        with connect(address) as stream, connect(address, sock=small, max_queue=1, close_timeout=1) as stalled:
-            for each in (stream, stalled):
-                each.send(opening)
-                each.recv()
 
-            def receive():
-                while len(answers) == 0 or max(answers) < count - 1:
-                    found = json.loads(stream.recv(timeout=10))
-                    took.append(time.perf_counter() - sent[found["seq"]])
-                    answers[found["seq"]] = found
+        def opened(**options):
+            # Without pings of its own, which a reader that has stalled does not see answered.
+            found = connect(address, ping_interval=None, **options)
+            found.send(opening)
+            found.recv()
+            return found
 
-            reader = threading.Thread(target=receive)
-            reader.start()
-            start = time.perf_counter()
-            for number in range(count):
-                time.sleep(max(0.0, start + 0.01 * number - time.perf_counter()))
-                sample = {"t": 0.01 * number, "seq": number, "quaternion_xyzw": rows[number % len(rows)]}
-                sent[number] = time.perf_counter()
-                for each in (stream, stalled):
-                    each.send(json.dumps(sample))
-            reader.join()
+        def stall():
+            small = socket.create_connection(("127.0.0.1", service.port))
+            small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            return opened(sock=small, max_queue=1, close_timeout=1)
+
+        def receive():
+            while max(answers, default=-1) < count - 1:
+                found = json.loads(stream.recv(timeout=30))
+                took.append(time.perf_counter() - sent[found["seq"]])
+                answers[found["seq"]] = found
+
+        stream, stalled, closed = opened(), stall(), 0
+        reader = threading.Thread(target=receive)
+        reader.start()
+        start = time.perf_counter()
+        for number in range(count):
+            time.sleep(max(0.0, start + 0.01 * number - time.perf_counter()))
+            sample = json.dumps({"t": 0.01 * number, "seq": number, "quaternion_xyzw": rows[number % len(rows)]})
+            sent[number] = time.perf_counter()
+            stream.send(sample)
+            try:
+                stalled.send(sample)
+            except ConnectionClosed:
+                # The service gives up a reader that answers no ping; here comes the next one.
+                closed, stalled = closed + 1, stall()
+        reader.join()
+        for each in (stream, stalled):
+            each.close()
     worst = max(abs(each["magnitude"] / own[number % len(own)] - 1.0) for number, each in answers.items())
     p50, p99 = (1e3 * sorted(took)[int(share * len(took))] for share in (0.5, 0.99))
     lost = {key: sum(each[key] for each in answers.values()) for key in ("skipped", "dropped")}
@@ -152,6 +166,7 @@ def live(seconds=180.0):
         f"{count} samples in {count / 100:.0f} s: {len(answers)} answers, {lost}; p50 {p50:.1f} ms, p99 {p99:.1f} ms, "
     )
     print(f"longest {1e3 * max(took):.0f} ms; largest difference from the Python call {worst:.1e}, relative; ")
+    print(f"readers that stalled and were given up: {closed}")
     print(f"load of the machine in the last minute {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
 
 

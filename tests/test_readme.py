@@ -256,6 +256,7 @@ def test_every_page_with_code_is_run():
         "which_number",
     }
     own |= {"any_device", "report", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
+    own |= {"service", "live"}
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 

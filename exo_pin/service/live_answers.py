@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ from ..core.schema import document
 from ..core.validation import FloatArray, as_choice
 from ..exo.questions import doubted, understood
 from ..load_case.recordings.bodies import Bodies
-from ..load_case.recordings.plausibility import Reading, doubt, of_orientations
+from ..load_case.recordings.plausibility import AS_NAMED, Reading, doubt, of_orientations
 from .problems import LOG, encoded, problem
 from .samples import Opening, Sample
 
@@ -26,8 +27,8 @@ STREAMED = ("reaction", "joint_contact")
 _WINDOW, _EVERY, _FEWEST = 1000, 100, 50
 #: By how many places numbers x, y, z, w are read on where they are in another order.
 _OTHER = {"w-first": -1, "w-last": 1}
-#: Samples of the still arm that are kept.
-_STILL = 40
+#: Samples of the still arm that count, and most that are kept; longest time of it, s.
+_STILL, _MOST_STILL, _LONGEST = 40, 20_000, 60.0
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,9 @@ class LiveSession:
         asked = {"question": "reaction", **opening.open, "poses": {"flexion": 0.0}}
         self.name, self.exo, self._arguments = understood(asked, files=False)
         self._arguments.pop("poses")
-        self._sensors, self._is_named = opening.sensors, bool(opening.reading)
+        self._sensors, self._reading = opening.sensors, opening.reading
+        if self._sensors is not None and not 0.0 < self._sensors.still <= _LONGEST:
+            raise InvalidInput(f"expected still of up to {_LONGEST:g} s, got {self._sensors.still:g}")
         self._still: list[tuple[float, FloatArray, FloatArray]] = []
         self._seen: deque[tuple[float, FloatArray]] = deque(maxlen=_WINDOW)
         self._count, self._order = 0, ""
@@ -123,7 +126,10 @@ class LiveSession:
             verdict = f"Hold the arm still, hanging, for {self._sensors.still:g} s: it shows how the sensors sit."
             return _empty(verdict, "calibrating")
         self._order = "w-first" if sample.quaternion_xyzw else "w-last" if sample.quaternion_wxyz else ""
-        self._look_at(sample.t, pose)
+        if self._reading:
+            pose = self._readings(pose)[as_choice("reading", self._reading, self._readings(pose))]()
+        else:
+            self._look_at(sample.t, pose)
         found, cautions = doubted(lambda: getattr(self.exo, self.name)(pose, **self._arguments))
         body = _of_reaction(found) if self.name == "reaction" else _of_contact(found)
         return body | {
@@ -152,6 +158,10 @@ class LiveSession:
         assert self._sensors is not None
         row = (sample.t, trunk, arm)
         if not self._still or sample.t - self._still[0][0] <= self._sensors.still:
+            if len(self._still) == _MOST_STILL:
+                raise InvalidInput(
+                    f"{_MOST_STILL} samples came within still, {self._sensors.still:g} s: t stands still"
+                )
             self._still.append(row)
             return None
         step = max(1, len(self._still) // _STILL)
@@ -160,19 +170,25 @@ class LiveSession:
         last = self._sensors.still
         return bodies.poses(times, np.arange(len(times)), self.exo.side, self._sensors.forward, last).poses[-1]
 
+    def _readings(self, poses: Rotation) -> dict[str, Callable[[], Rotation]]:
+        """What samples may be in place of what they are called, by the names of recordings' readings."""
+        found = {AS_NAMED: lambda: poses, **of_orientations(poses, self.exo.side)}
+        if self._order:
+            # The same four numbers in the other order.
+            numbers = np.roll(poses.as_quat(), _OTHER[self._order], axis=-1)
+            found[self._order] = lambda: Rotation.from_quat(numbers)
+        return found
+
     def _look_at(self, time: float, pose: Rotation) -> None:
         """Look every second or so whether an arm moves like the last samples."""
         self._seen.append((time, pose.as_quat()))
         self._count += 1
-        if self._is_named or self._count % _EVERY or len(self._seen) < _FEWEST:
+        if self._count % _EVERY or len(self._seen) < _FEWEST:
             return
         times, quaternions = (np.array(each) for each in zip(*self._seen, strict=True))
         poses = Rotation.from_quat(quaternions)
-        turned = {**of_orientations(poses, self.exo.side)}
-        if self._order:
-            # The same four numbers in the other order.
-            turned[self._order] = lambda: Rotation.from_quat(np.roll(quaternions, _OTHER[self._order], axis=1))
-        others = {name: (lambda make=make: Reading(make(), times)) for name, make in turned.items()}
+        others = {name: (lambda make=make: Reading(make(), times)) for name, make in self._readings(poses).items()}
+        del others[AS_NAMED]
         found = doubt(Reading(poses, times), self.exo.side, others)
         self._doubt = None if found is None else found.text
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -42,7 +42,8 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     sensors : Sensors or None
         If the samples are of sensors; otherwise they are poses of the arm against the trunk.
     reading : str
-        "as-named" if the stream is right although its movement looks like another reading of it.
+        What holds in place of what the samples are called, as a doubt suggests ("w-first", "inverse", ...); "as-named"
+        if the stream is right although no arm seems to move like this.
     token : str or None
         Of the service.
     """
@@ -50,7 +51,7 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     open: dict[str, Any]
     rate: float | None = None
     sensors: Sensors | None = None
-    reading: Literal["", "as-named"] = ""
+    reading: str = ""
     token: str | None = None
 
 

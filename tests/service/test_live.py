@@ -3,10 +3,14 @@
 import asyncio
 import json
 import os
+import re
 import signal
 import socket
+import subprocess
+import sys
 
 import pytest
+from places import page
 from service_client import Service
 
 import exo_pin as ep
@@ -199,3 +203,15 @@ def test_a_stream_whose_process_has_ended_says_so_and_can_be_opened_again(servic
     with connect(f"ws://127.0.0.1:{service.port}/live") as stream:
         stream.send(OPEN)
         assert "opened" in json.loads(stream.recv(timeout=120))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("client", ["websocket", "udp"])
+def test_the_lines_of_the_page_open_a_stream(client, service):
+    text = page("live")
+    code = re.search(rf"<!-- client: {client} -->\n```python\n(.*?)```", text, re.DOTALL)[1]
+    shown = re.search(rf"<!-- output: {client} -->\n```text\n(.*?)```", text, re.DOTALL)[1]
+    assert code.count("8600" if client == "websocket" else "9600") == 1
+    code = code.replace("8600", str(service.port)).replace("9600", str(service.udp))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+    assert done.stdout == shown

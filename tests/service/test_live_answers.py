@@ -137,6 +137,9 @@ def test_a_stream_that_no_arm_makes_says_what_it_may_be(change, reading):
     said = [live_doubt(each, time, changed) for each in (session(), session(reading="as-named"))]
     assert said[1] is None
     assert said[0] is None if reading is None else f'reading="{reading}"' in said[0]
+    if reading is not None:
+        found = session(reading=reading).answer(Sample(t=0.0, quaternion_xyzw=tuple(changed[30])))
+        assert found["shoulder_force"] == pytest.approx(exo.reaction(poses[30]).shoulder_force, rel=1e-9)
 
 
 def live_doubt(live, times, quaternions):
@@ -152,6 +155,7 @@ def live_doubt(live, times, quaternions):
         ({"opening": {"open": {"poses": {"flexion": 1}}}}, 422, "without poses"),
         ({"opening": {"open": {"question": "workspace"}}}, 422, "question"),
         ({"opening": {"open": {"load": {}}}}, 422, "force in load"),
+        ({"opening": {"open": {}, "sensors": {"forward": "x", "still": 1e3}}}, 422, "still of up to 60 s"),
         ({"sample": {"t": 1.0}}, 422, "expected quaternion_xyzw, quaternion_wxyz or angles"),
         ({"sample": {"t": 1.0, "flexion": 1.0, "quaternion_xyzw": [0, 0, 0, 1]}}, 422, "or angles"),
         ({"sample": {"t": 1.0, "quaternion_xyzw": [0, 0, 0, 2]}}, 422, "length 2"),

@@ -195,7 +195,7 @@ def alone(report, lines):
     """What arm and device press on the head: size, share, directions and range."""
     answer, wrong = report.answer, []
     push, size = -answer.shoulder_force, float(answer.magnitude)
-    said = re.match(rf"{NUMBER} N(?:, {NUMBER} % of body weight,)? on the head: (.*)", lines[0])
+    said = re.match(rf"{NUMBER} N(?:, {NUMBER} % of body weight,)? on the head(?:, of arm and device)?: (.*)", lines[0])
     if not agrees(said[1], size) or (said[2] and not agrees(said[2], float(answer.percent_body_weight))):
         wrong.append(f"{lines[0]}: {size}")
     if report.contact is None:
@@ -204,13 +204,13 @@ def alone(report, lines):
         wrong += directions(said[3], report.contact.glenoid @ push, WAYS)
         body = re.search(r"along the body (.*?)(?:; statics|$)", lines[1])[1]
         wrong += directions(body, push, BODY)
-    allowed, span = answer.range(), re.search(rf"allows {NUMBER} (?:to {NUMBER} N|N or more)", lines[1])
+    allowed, span = answer.range(), re.search(rf"allows {NUMBER} (?:to {NUMBER} N|N or more)", " ".join(lines))
     if span and not (
         agrees(span[1], float(allowed.least)) and (not span[2] or agrees(span[2], float(allowed.greatest)))
     ):
         wrong.append(f"{span[0]}: {allowed}")
     if bool(span) != (allowed is not None and not allowed.is_single):
-        wrong.append(f"range {allowed}: {lines[1]}")
+        wrong.append(f"range {allowed}: {lines}")
     return wrong
 
 

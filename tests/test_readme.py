@@ -94,7 +94,7 @@ def test_every_key_of_a_design_is_on_its_page(monkeypatch):
     words = set(re.findall(r"[a-zA-Z_0-9]+", keys))
     for record, keys in _KEYS.items():
         for key in keys:
-            units = [""] if isinstance(key.kind, type) or key.kind == "text" else UNITS[key.kind]
+            units = [""] if isinstance(key.kind, type) or key.kind in ("text", "law") else UNITS[key.kind]
             assert words >= {key.name + unit for unit in units}, f"{record.__name__}: {key.name}"
 
 
@@ -255,8 +255,17 @@ def test_every_page_with_code_is_run():
         "own_design",
         "which_number",
     }
-    own |= {"any_device", "report", "plant", "robot_torques", "robot_with_loops", "singularity", "trajectories"}
-    own |= {"service", "live"}
+    own |= {
+        "any_device",
+        "live",
+        "report",
+        "plant",
+        "robot_torques",
+        "robot_with_loops",
+        "service",
+        "singularity",
+        "trajectories",
+    }
     assert {name for name in PAGES if "```python\n" in site_page(name)} == own | set(OTHERS)
 
 

@@ -38,10 +38,12 @@ COMMANDS = {
     "overview": "reaction prototype --flexion 60 --abduction 30 --person 1.75,75,male",
     "person": "person prototype --person 1.75,75,male --limits none",
     "person_map": "person four-cables --map --step 10",
+    "uncertainty_all": "uncertainty --flexion 60 --abduction 30 --person 1.755,85,male --all 400",
     "uncertainty": "uncertainty four-cables --flexion 60 --abduction 30 --uncertain offset_mm=20",
     "which_kind": "compare prototype optimised-table-c-2 three-linear-actuators four-linear-actuators-worn four-cables "
     "six-cables urdf/spherical-3rrr.urdf urdf/3rps-passive-ball.urdf urdf/serial-y-x-z.urdf urdf/nesm.urdf "
     "urdf/spring-support.urdf --person 1.755,85,male --step 20 --detailed",
+    "day": "tasks four-linear-actuators-worn --person 1.755,85,male --day --step 5",
     "workspace_slices": "workspace four-cables --gap 12 --shoulder-force 120 --least-tension 5",
 }
 #: By the command line and a browser.
@@ -51,6 +53,7 @@ SCENES = {
 }
 #: By scripts that also print the numbers of their pages: what to run from the repository, before the file to write.
 OTHERS = {
+    "app": "python docs/scripts/app_picture.py",
     "calibration": "python notebooks/calibration_poses.py --out",
     "energy": "python benchmarks/energy.py --out",
     "person_measured": "python benchmarks/wearer.py --plot",

@@ -76,6 +76,7 @@ GROUPS = {
             "kinematics_commands", "distance of a pose from singular ones, and the poses beyond them"
         ),
         "view": Command("view_command", "the design on a person, with its forces, in three dimensions"),
+        "app": Command("pages.app_command", "all of this on one page in the browser, which answers while one drags"),
     },
     "Judge a design": {
         "workspace": Command("search_commands", "which poses a design reaches, holds and keeps safe"),

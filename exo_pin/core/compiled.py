@@ -141,6 +141,9 @@ class Kernel:
         part of Python that Numba compiles.
     inline : bool
         Whether the compiled form is inlined where another kernel calls it.
+    fills : bool
+        Whether it and kernels that it calls return no arrays, and it makes none itself, as one that fills what it is
+        given. Its compiled form does not count who holds an array, which takes longer than the work on a small one.
     stack : bool
         Whether the first argument is a stack of poses, whose first axis counts as work.
     cost : int
@@ -154,6 +157,7 @@ class Kernel:
         self,
         function: Callable[..., Any],
         inline: bool = False,
+        fills: bool = False,
         stack: bool = False,
         cost: int = 1,
     ) -> None:
@@ -162,6 +166,8 @@ class Kernel:
         self._function: FunctionType = function  # type: ignore[assignment]
         self._stack, self._cost = stack, cost
         self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        # Stated of every kernel: else those that it calls would do as it does.
+        self.options["_nrt"] = not fills
         if inline:
             self.options["forceinline"] = True
         self._done = 0
@@ -300,6 +306,7 @@ def kernel(
     function: Callable[..., Any] | None = None,
     *,
     inline: bool = False,
+    fills: bool = False,
     stack: bool = False,
     cost: int = 1,
 ) -> Any:
@@ -309,13 +316,13 @@ def kernel(
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, stack : bool
+    inline, fills, stack : bool
     cost : int
         See :class:`Kernel`.
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, inline, stack, cost)
-    return Kernel(function, inline, stack, cost)
+        return lambda decorated: Kernel(decorated, inline, fills, stack, cost)
+    return Kernel(function, inline, fills, stack, cost)
 
 
 def kernels() -> tuple[Kernel, ...]:

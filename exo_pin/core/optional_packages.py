@@ -18,6 +18,7 @@ _MODULES = {
     "study": ("pandas", "openpyxl"),
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
+    "app": ("nicegui",),
     "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Columns of a line where it is not known how wide the screen is, and of the words before the numbers.
 _WIDTH, _LABEL = 120, 17
+#: Columns of what is broken nowhere.
+_UNBROKEN = 1_000_000
 #: Most lines beside those of the limbs.
 _MOST = 10
 #: Parts of a force that are smaller than this share of it are left out.
@@ -57,53 +59,102 @@ def first_answer(report: PoseReport, width: int | None = None) -> str:
     return "\n".join(_Lines(report, width or screen_width(_WIDTH)).all())
 
 
+class AnswerParts(NamedTuple):
+    """The first answer, for a page that lays it out itself.
+
+    Attributes
+    ----------
+    verdict, reason : str
+        The verdict in a word or two, and why.
+    lines : tuple of (str, str)
+        Label and text of all that follows, unbroken, but for the drives.
+    drives : tuple of tuple of str
+        Of each drive its name, what it does, the share of its limit, and its position.
+    """
+
+    verdict: str
+    reason: str
+    lines: tuple[tuple[str, str], ...]
+    drives: tuple[tuple[str, str, str, str], ...]
+
+
+def answer_in_parts(report: PoseReport, moving: bool = False) -> AnswerParts:
+    """The first answer in parts; ``moving`` leaves out what takes longer than a picture of a moving arm lasts."""
+    made = _Lines(report, _UNBROKEN)
+    verdict, reason = made.judged()
+    lines = [*made.joint(), *made.worn()]
+    if not moving:
+        lines = [*made.remedy(), *made.joint(), *made.relief()]
+        lines += [*made.alone(), *made.placed()] if report.answer.has_answer else []
+        lines += [*made.worn(), *made.minded(), made.assumed().removesuffix(_MORE)]
+    pairs: list[tuple[str, str]] = []
+    for line in lines:
+        label, text = line[:_LABEL].strip(), line[_LABEL:]
+        if pairs and not label:
+            label, before = pairs.pop()
+            text = f"{before}; {text}"
+        pairs.append((label, text))
+    return AnswerParts(verdict, reason, tuple(pairs), tuple(made.drives()) if report.answer.has_answer else ())
+
+
 class _Lines:
     """The lines of one report."""
 
     def __init__(self, report: PoseReport, width: int) -> None:
         self.report, self.width, self.answer, self.contact = report, width, report.answer, report.contact
         self.device: Any = report.device
-        self.is_tight = False
+        #: Most lines of a text, and of the sentence on a better pose.
+        self.most = self.most_of_better = 2
 
     def all(self) -> list[str]:
-        """Every line, the verdict first; where they would be more than ten beside the limbs, no text has a second."""
-        lines = self._every()
-        if len(lines) - sum(line[:1] == " " and line[1:2] != " " for line in lines) > _MOST:
-            self.is_tight = True
+        """Every line, the verdict first; where they would be more than ten beside the limbs, texts get one each."""
+        lines: list[str] = []
+        for self.most, self.most_of_better in ((2, 2), (2, 1), (1, 1)):
             lines = self._every()
+            if len(lines) - sum(line[:1] == " " and line[1:2] != " " for line in lines) <= _MOST:
+                break
         return lines
 
     def _every(self) -> list[str]:
-        lines = [*self._verdict(), *self._joint(), *self._relief()]
+        lines = [*self._verdict(), *self.joint(), *self.relief()]
         if self.answer.has_answer:
-            lines += [*self._alone(), *self._limbs(), *self._placed()]
-        return [*lines, *self._worn(), *self._minded(), self._assumed()]
+            lines += [*self.alone(), *self._limbs(), *self.placed()]
+        return [*lines, *self.worn(), *self.minded(), self.assumed()]
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
         """A text behind a label, in at most so many lines."""
-        room, most = self.width - _LABEL, 1 if self.is_tight else most
+        room, most = self.width - _LABEL, min(most, self.most)
         lines = textwrap.wrap(text, room, max_lines=most, placeholder=" …")
         return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * most], lines, strict=False)]
 
     def _verdict(self) -> list[str]:
-        word, reason = self._judged()
-        if self.answer.equilibrium_status == "near_singular":
-            reason = f"Almost singular, so that forces change a lot near it{self._how_near()}. {reason}"
+        word, reason = self.judged()
         head = "   ".join([word, *(text for text in (self.report.pose_in_words, self._who()) if text)])
         lines = textwrap.wrap(head, self.width, max_lines=1, placeholder=" …")
         lines += self._labelled("", reason, 2) if reason else []
+        return [*lines, *self.remedy()]
+
+    def remedy(self) -> list[str]:
+        """The nearest pose that can be held, where this one cannot."""
         if self.report.remedy is not None and self.answer.has_answer and not self.answer.unknown:
             near = self.report.remedy.nearest
             found = "No pose within 60° can be held." if near is None else near.sentence(self.device.side)
-            lines += self._labelled("", found)
-        return lines
+            found = found if self.most_of_better > 1 else f"{found.rstrip('.').split('. ')[0]}."
+            return self._labelled("", found, self.most_of_better)
+        return []
+
+    def judged(self) -> tuple[str, str]:
+        """The verdict in a word or two, and the reason."""
+        word, reason = self._judged()
+        if self.answer.equilibrium_status == "near_singular":
+            reason = f"Almost singular, so that forces change a lot near it{self._how_near()}. {reason}"
+        return word, reason
 
     def _how_near(self) -> str:
         degrees = self.report.singular_distance
         return f": a singular pose is {degrees:.2g}° away" if np.isfinite(degrees) else ""
 
     def _judged(self) -> tuple[str, str]:
-        """The verdict in a word or two, and the reason."""
         answer, limits = self.answer, self.answer.limits
         reason = _HEADS.sub("", answer.verdict)
         if not reason.startswith(tuple(name for name, _ in self.device.drive_units if "_" in name)):
@@ -147,7 +198,7 @@ class _Lines:
         words += [f"elbow {np.degrees(wearer.elbow_flexion):.0f}°"] if wearer.elbow_flexion else []
         return ", ".join([*words, f"{self.device.side} arm"])
 
-    def _joint(self) -> list[str]:
+    def joint(self) -> list[str]:
         """Force in the joint with the wearer's own muscles."""
         contact = self.contact
         if contact is None or contact.without_device is None:
@@ -169,7 +220,7 @@ class _Lines:
         # A pose with relief has both forces.
         return self._labelled("In the joint", "; ".join([*([text] if text else []), *texts]), 2)
 
-    def _relief(self) -> list[str]:
+    def relief(self) -> list[str]:
         """How much the joint is relieved, at most and by those who keep tension."""
         reliefs = dict(self.report.reliefs)
         if not reliefs:
@@ -185,7 +236,7 @@ class _Lines:
             text = f"at most {newtons(most)} %; with {_pair(shares)} of muscle tension kept {_pair(kept)}; {_MEASURED}"
         return self._labelled("Relief", text)
 
-    def _alone(self) -> list[str]:
+    def alone(self) -> list[str]:
         """What the joint carries without muscles: -F_s, along the axes of the socket and of the body."""
         push, answer = -self.answer.shoulder_force, self.answer
         size = float(answer.magnitude)
@@ -211,7 +262,11 @@ class _Lines:
             ways = ways.replace(" (distraction)", "")
         if len(whose) + len(span) > self.width - _LABEL:
             whose = whose.removeprefix("of arm and device; ")
-        lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
+        one = f"{text}, {whose}: {ways}"
+        if socket is None and not span and len(one) <= self.width - _LABEL:
+            lines = self._labelled("Without muscles", one)
+        else:
+            lines = [*self._labelled("Without muscles", f"{text}: {ways}"), *self._labelled("", f"{whose}{span}")]
         return lines if socket is not None else [*lines, *self._bare_arm()]
 
     def _bare_arm(self) -> list[str]:
@@ -224,6 +279,12 @@ class _Lines:
         return self._labelled("In the joint", text)
 
     def _limbs(self) -> list[str]:
+        rows = self.drives()
+        if not rows:
+            return []
+        return [line[: self.width] for line in aligned([tuple(f" {cell}" for cell in row) for row in rows], words=4)]
+
+    def drives(self) -> list[tuple[str, str, str, str]]:
         """What each drive does, beside its limit and its stroke; nothing of moments that a wearer adds."""
         poses, units = self.answer.source.poses, self.device.drive_units
         bounds, percent, rows = poses.limits, self.report.percent_of_limits, []
@@ -238,16 +299,14 @@ class _Lines:
             scale, mark = (180.0 / np.pi, "°") if unit == "N m" else (1e3, " mm")
             low, high = (scale * float(end) for end in self.report.ranges[i])
             rows.append((name, does, share, f"{scale * poses.lengths[0, i]:.0f}{mark}{_ends(low, high)}"))
-        if not rows:
-            return []
-        return [line[: self.width] for line in aligned([tuple(f" {cell}" for cell in row) for row in rows], words=4)]
+        return rows
 
-    def _placed(self) -> list[str]:
+    def placed(self) -> list[str]:
         """What an error of the drives does, where they alone do not place the arm."""
         seen = self.report.accuracy
         return self._labelled("Placed", f"{seen.sensitivity()}.", 2) if seen.is_doubtful else []
 
-    def _worn(self) -> list[str]:
+    def worn(self) -> list[str]:
         """How the device sits on the wearer."""
         answer, texts = self.answer, []
         if answer.clearance >= 0.0 and np.isfinite(answer.clearance):
@@ -260,7 +319,7 @@ class _Lines:
                 texts[-1] += f", presses {newtons(1e-3 * float(answer.cuff_pressure))} kPa"
         return self._labelled("Device", "; ".join([textwrap.shorten(self.device.name, 40, placeholder="…"), *texts]))
 
-    def _minded(self) -> list[str]:
+    def minded(self) -> list[str]:
         """What to mind and what was not checked, in one line."""
         told = self.answer.cautions
         own = [text for text in told if not text.startswith(NOTES)]
@@ -268,7 +327,7 @@ class _Lines:
         text = " ".join([*posture, *own, *unchecked])
         return self._labelled("Mind", plain(text)) if text else []
 
-    def _assumed(self) -> str:
+    def assumed(self) -> str:
         answer = self.answer
         split = answer.source.split.assumed(answer.source.poses.mechanism)
         if self.device.has_limbs and self.device.limbs_are_massless:

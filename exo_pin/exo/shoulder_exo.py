@@ -412,6 +412,7 @@ class ShoulderExo(Record):
     reaction_map = forces.reaction_map
     compare = forces.compare
     uncertainty = forces.uncertainty
+    total_uncertainty = contact.total_uncertainty
     joint_contact = contact.joint_contact
     contact_range = contact.contact_range
     joint_contact_of_run = Partly(_has_record, contact.joint_contact_of_run)

@@ -22,14 +22,14 @@ def _new_room(size: int) -> Any:
     return flat, np.ones(size, dtype=np.bool_), np.empty((2, size), dtype=np.int64), np.empty((4, size)), numbers
 
 
-@kernel
+@kernel(fills=True)
 def _turned(W: Any, half: Any, rank: int, b: Any) -> None:
     """Multiply b by the orthogonal factor."""
     for k in range(rank - 1, -1, -1):
         reflect(W, half, k, b)
 
 
-@kernel
+@kernel(fills=True)
 def _factor_range(W: Any, V: Any, rank: int, room: Any) -> None:
     """Fill the first vectors of V with C, from the factors of Aᵀ in W, and factor them."""
     _, allowed, orders, numbers, _ = room
@@ -91,7 +91,7 @@ def solve_and_span(A: Any, b: Any, cut: float, least: Any, null: Any, left: Any,
         _fill_span(V, numbers[3], r, left[s])
 
 
-@kernel
+@kernel(fills=True)
 def _fill_span(W: Any, half: Any, rank: int, out: Any) -> None:
     """Fill an orthonormal basis of what the taken columns do not span, from row ``rank`` on."""
     for i in range(len(out)):

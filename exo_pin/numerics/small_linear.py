@@ -20,7 +20,7 @@ _NOISE = 1e-14
 _SWEEPS = 30
 
 
-@kernel
+@kernel(fills=True)
 def copy_numbers(given: Any, out: Any) -> None:
     """Copy one row of numbers into another that does not overlap it, which Numba would have to find out.
 
@@ -30,7 +30,7 @@ def copy_numbers(given: Any, out: Any) -> None:
         out[k] = given[k]
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     """Take the part along the unit column k of Q out of column j of N; return its length."""
     overlap = 0.0
@@ -41,7 +41,7 @@ def _cleared(N: Any, j: int, Q: Any, k: int) -> float:
     return overlap
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _scaled_to_one(N: Any, j: int) -> float:
     """Scale column j of N to length 1; return its length before."""
     square = 0.0
@@ -53,7 +53,7 @@ def _scaled_to_one(N: Any, j: int) -> float:
     return length
 
 
-@kernel
+@kernel(fills=True)
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
 
@@ -69,7 +69,7 @@ def orthonormalise(Q: Any, U: Any, columns: int) -> None:
         U[j, j] = _scaled_to_one(Q, j)
 
 
-@kernel
+@kernel(fills=True)
 def complete_basis(Q: Any, N: Any) -> None:
     """Fill N, shape (n, n - 3), with an orthonormal basis of the orthogonal complement of Q, shape (n, 3)."""
     n = Q.shape[0]
@@ -93,7 +93,7 @@ def complete_basis(Q: Any, N: Any) -> None:
         _scaled_to_one(N, column)
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def _row_square(A: Any, p: int) -> float:
     """Square of the length of row p."""
     square = 0.0
@@ -102,7 +102,7 @@ def _row_square(A: Any, p: int) -> float:
     return square
 
 
-@kernel
+@kernel(fills=True)
 def row_rank(A: Any, c: Any, tolerance: float) -> int:
     """Turn the three rows of A, shape (3, m), by one orthogonal matrix until they are orthogonal.
 
@@ -152,7 +152,7 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
     return rank
 
 
-@kernel
+@kernel(fills=True)
 def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     """z of least |c + A z| and, of those, of least norm; the rank of A is returned.
 
@@ -169,7 +169,7 @@ def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     return rank
 
 
-@kernel
+@kernel(fills=True)
 def solve_cholesky(A: Any, x: Any) -> None:
     """Solve A y = x by Cholesky for a symmetric positive definite matrix, in place: y replaces x.
 
@@ -200,7 +200,7 @@ def solve_cholesky(A: Any, x: Any) -> None:
         x[i] = total / A[i, i]
 
 
-@kernel
+@kernel(fills=True)
 def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half: Any) -> int:
     """Factor the columns of a matrix, each time the one that is farthest from the span of those taken before.
 
@@ -249,9 +249,12 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
     return rank
 
 
-@kernel
+@kernel(fills=True)
 def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
     """:func:`reflect` for the rows of B from one on, four at a time, whose sums do not wait for each other."""
+    if W.shape[1] == 6:
+        _reflect_six(W[k], k, 1.0 / half[k], B, first)
+        return
     v, size, fours = W[k, k:], 1.0 / half[k], (len(B) - first) // 4
     for i in range(fours):
         s = first + 4 * i
@@ -269,7 +272,24 @@ def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
         reflect(W, half, k, B[s])
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
+def _reflect_six(v: Any, k: int, size: float, B: Any, first: int) -> None:
+    """:func:`reflect_rows` of the six rows of a closure that leaves no motion, without loops along them."""
+    a, b, c = v[0] if k < 1 else 0.0, v[1] if k < 2 else 0.0, v[2] if k < 3 else 0.0
+    d, e, f = v[3] if k < 4 else 0.0, v[4] if k < 5 else 0.0, v[5]
+    for s in range(first, len(B)):
+        own = B[s]
+        along = (a * own[0] + b * own[1]) + (c * own[2] + d * own[3]) + (e * own[4] + f * own[5])
+        along *= size
+        own[0] -= along * a
+        own[1] -= along * b
+        own[2] -= along * c
+        own[3] -= along * d
+        own[4] -= along * e
+        own[5] -= along * f
+
+
+@kernel(inline=True, fills=True)
 def _square(b: Any) -> float:
     """Square of the length of a vector."""
     total = 0.0
@@ -278,7 +298,7 @@ def _square(b: Any) -> float:
     return total
 
 
-@kernel
+@kernel(fills=True)
 def reflect(W: Any, half: Any, k: int, b: Any) -> None:
     """Apply one reflector to b, of at least as many numbers as W has in a column."""
     v, own, along = W[k, k:], b[k:], 0.0
@@ -289,7 +309,7 @@ def reflect(W: Any, half: Any, k: int, b: Any) -> None:
         own[r] -= along * v[r]
 
 
-@kernel
+@kernel(fills=True)
 def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b, which is multiplied by Qᵀ, by the solution with the triangle."""
     for j in range(rank - 1, -1, -1):
@@ -300,7 +320,7 @@ def solve_triangle(W: Any, diagonal: Any, rank: int, b: Any) -> None:
         b[j] = last
 
 
-@kernel
+@kernel(fills=True)
 def solve_transposed(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace b, zero beyond ``rank``, by the least x with b as its products with the columns that were taken."""
     for i in range(rank):
@@ -311,7 +331,7 @@ def solve_transposed(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> Non
         reflect(W, half, k, b)
 
 
-@kernel
+@kernel(fills=True)
 def solve_factored(W: Any, diagonal: Any, half: Any, rank: int, b: Any) -> None:
     """Replace the first ``rank`` numbers of b by the least-squares solution in the columns that were taken."""
     for k in range(rank):

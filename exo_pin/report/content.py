@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width
 from ..workspace import CRITERIA
 from .digits import ends, shown
-from .record import DesignReport, DriveNeed
+
+if TYPE_CHECKING:
+    from .record import DesignReport, DriveNeed
 
 __all__: list[str] = []
 

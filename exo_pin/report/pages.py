@@ -8,12 +8,14 @@ from collections.abc import Sequence
 from html import escape
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.files import require_ending, write_bytes, write_text
 from ..core.optional_packages import optional
 from .content import PagePart, foot_words, head_words, sections_of
-from .record import DesignReport
+
+if TYPE_CHECKING:
+    from .record import DesignReport
 
 __all__: list[str] = []
 

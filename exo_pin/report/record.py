@@ -9,6 +9,8 @@ from typing import ClassVar
 
 from ..core.records import Record
 from ..core.results import Result
+from .content import as_text, verdict_words
+from .pages import save as save_pages
 
 
 @dataclass(frozen=True)
@@ -315,8 +317,6 @@ class DesignReport(Result):
     @property
     def verdict(self) -> str:
         """What the device does over the daily range, in a sentence or two."""
-        from .content import verdict_words  # here, because it reads this record
-
         return verdict_words(self)
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -342,11 +342,7 @@ class DesignReport(Result):
         >>> Path("spring-support.pdf").read_bytes()[:5]
         b'%PDF-'
         """
-        from .pages import save  # here, because it reads this record
-
-        save(self, path)
+        save_pages(self, path)
 
     def __str__(self) -> str:
-        from .content import as_text  # here, because it reads this record
-
         return as_text(self)

@@ -1,6 +1,8 @@
 from .criteria import Criteria as Criteria
 from .criterion import CRITERIA as CRITERIA
 from .criterion import Criterion as Criterion
+from .day import Day as Day
+from .day import day_reach as day_reach
 from .limb_table import limb_loss as limb_loss
 from .limb_table import limb_sheet as limb_sheet
 from .limb_table import limb_table as limb_table

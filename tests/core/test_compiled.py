@@ -103,6 +103,19 @@ def test_plain_and_compiled_forms_agree(name, calls):
     compare(name, calls[each])
 
 
+@needs_jit
+def test_kernels_that_only_fill_arrays_return_none(calls):
+    filling = {each for each in KERNELS.values() if not each.options["_nrt"]}
+    assert {KERNELS["numerics.small_linear.pivoted_qr"], KERNELS["device.turns.turn_rates.rates"]} < filling
+    code = [each._function for each in filling]
+    called = [each.__globals__.get(name) for each in code for name in each.__code__.co_names]
+    within = {part for part in called if isinstance(part, compiled.Kernel)}
+    for each in (filling | within) & set(calls):
+        answer = each.plain(*changed(calls[each][0], lambda array: array))
+        parts = answer if isinstance(answer, tuple) else (answer,)
+        assert not any(isinstance(part, (np.ndarray, tuple)) for part in parts), each
+
+
 def compare(name, recorded):
     each = KERNELS[name]
     for arguments in recorded:

@@ -17,7 +17,7 @@ def factored(A, sides, allowed, cut):
     return pivoted_qr(W, allowed, order, cut, diagonal, half), W, order, diagonal, half
 
 
-@pytest.mark.parametrize(("m", "n"), [(6, 4), (4, 6), (5, 5), (1, 3), (3, 1)])
+@pytest.mark.parametrize(("m", "n"), [(6, 4), (4, 6), (5, 5), (1, 3), (3, 1), (6, 6), (6, 8)])
 def test_order_and_triangle_are_those_of_scipy(m, n):
     rng = np.random.default_rng(10 * m + n)
     for _ in range(5):

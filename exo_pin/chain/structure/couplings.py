@@ -85,7 +85,7 @@ def refuse_coupling(closure: Closure) -> None:
         )
 
 
-@kernel
+@kernel(fills=True)
 def powers(polynomial: Any, position: float) -> Any:
     """p, p' and p'' of one coupling, r_a to c_4, shape (7,), at a position of joint a, m or rad."""
     x = position - polynomial[0]
@@ -97,7 +97,7 @@ def powers(polynomial: Any, position: float) -> Any:
     return value, first, second
 
 
-@kernel
+@kernel(fills=True)
 def couple(q: Any, coupled: Any, polynomials: Any, gap: Any, jacobian: Any) -> None:
     """Fill the couplings' rows of the residual and of the Jacobian.
 
@@ -122,7 +122,7 @@ def couple(q: Any, coupled: Any, polynomials: Any, gap: Any, jacobian: Any) -> N
                 jacobian[row, v_a] = -first
 
 
-@kernel
+@kernel(fills=True)
 def couple_rates(q: Any, v: Any, coupled: Any, polynomials: Any, rate: Any, drift: Any) -> None:
     """Fill the couplings' rows of the Jacobian's rate, and of its product with v.
 
@@ -145,7 +145,7 @@ def couple_rates(q: Any, v: Any, coupled: Any, polynomials: Any, rate: Any, drif
             drift[row] = rate[row, v_a] * v[v_a]
 
 
-@kernel
+@kernel(fills=True)
 def couple_rate_change(q: Any, v: Any, u: Any, w: Any, coupled: Any, polynomials: Any, drift: Any) -> None:
     """Fill the couplings' rows of the change of J̇ v along u while v changes by w; see :func:`couple_rates`."""
     for c in range(len(coupled)):

@@ -40,7 +40,7 @@ ANGULAR = {"": (0, 0), "xy": (2, _TILT), "xyz": (3, _LOG), "cross": (1, _CROSS),
 _NO_DIRECTION = 1e-12
 
 
-@kernel(inline=True)
+@kernel(inline=True, fills=True)
 def compose(parent: Any, local: Any, out: Any) -> None:
     """Pose of ``local`` in ``parent``; both and ``out`` have shape (4, 3)."""
     for k in range(3):
@@ -50,7 +50,7 @@ def compose(parent: Any, local: Any, out: Any) -> None:
         out[3, k] = local[3, 0] * x + local[3, 1] * y + local[3, 2] * z + p
 
 
-@kernel
+@kernel(fills=True)
 def _log(Q: Any, out: Any) -> None:
     """Rotation vector of Q (shape (3, 3), entries Q[i, j]), accurate for small and large turns."""
     trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
@@ -82,7 +82,7 @@ def _log(Q: Any, out: Any) -> None:
     out[0], out[1], out[2] = factor * x, factor * y, factor * z
 
 
-@kernel
+@kernel(fills=True)
 def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d: Any, Q: Any) -> None:
     """Fill the world poses of the closure's frames and their relative pose."""
     compose(poses[joints[c, 0]], local[c, 0], a)
@@ -93,7 +93,7 @@ def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d
             Q[i, j] = b[i, 0] * a[j, 0] + b[i, 1] * a[j, 1] + b[i, 2] * a[j, 2]
 
 
-@kernel
+@kernel(fills=True)
 def _tilt(Q: Any, out: Any) -> None:
     """x and y of the least rotation from b's z axis to a's, in the axes of a."""
     # b's z axis in the axes of a is the last row of Q; turning it to (0, 0, 1) is about (y, -x, 0).
@@ -107,7 +107,7 @@ def _tilt(Q: Any, out: Any) -> None:
     out[0], out[1] = factor * y, -factor * x
 
 
-@kernel
+@kernel(fills=True)
 def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
     """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
     S[:] = 0.0
@@ -148,13 +148,13 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
         _tilt(Q, out[first : first + 2])
 
 
-@kernel
+@kernel(fills=True)
 def projection_turns(kind: int) -> bool:
     """Whether S changes in the axes of a; couplings have none."""
     return kind < COUPLED_ANGLE and (kind & _LENGTH != 0 or kind & _ANGULAR == _CROSS)
 
 
-@kernel
+@kernel(fills=True)
 def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
     """Rate of S in the axes of a, shape (rows, 6), while frame a moves with the relative twist."""
     out[:] = 0.0
@@ -176,7 +176,7 @@ def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
         out[last, 4], out[last, 5] = -turning * Q[1, 1] / size, -turning * Q[1, 2] / size
 
 
-@kernel
+@kernel(fills=True)
 def project_rate_change(kind: int, d: Any, Q: Any, twist: Any, along: Any, out: Any) -> None:
     """Change of :func:`project_rate` at a constant twist, while frame a moves with the relative twist ``along``."""
     out[:] = 0.0

@@ -20,6 +20,7 @@ DOCUMENTS = {
     "closed_configurations": "cli.kinematics_commands:ClosedConfigurations",
     "singular_pose": "cli.kinematics_commands:SingularPose",
     "optimised": "workspace.optimisation.optimised:Optimised",
+    "total_uncertainty": "uncertainty.total_uncertainty:TotalUncertainty",
     "study_table": "study.study_table:_StudyDocument",
     "design_report": "report.record:DesignReport",
     "parts": "cli.designs.parts_command:Parts",

@@ -63,7 +63,7 @@ Design = Annotated[
     str,
     Parameter(
         help="Name of a design from 'exo-pin presets', a .toml file, or a robot as .urdf, .xml (MJCF) or .sdf "
-        "(the default holds most daily poses)."
+        "(the default is one that a person can wear)."
     ),
 ]
 LimitsText = Annotated[
@@ -304,9 +304,9 @@ def wearer_of(text: str, **posture: Any) -> Wearer:
             error if isinstance(error, InvalidInput) else f"expected HEIGHT,MASS,SEX such as 1.75,75,male, got {text!r}"
         )
         meant = _meant(words)
-        raise InvalidInput(
-            f"--person: {said}" if meant is None else f"--person: {said} (did you mean {meant}?)"
-        ) from None
+        if meant is not None:
+            said = f"{str(said).partition('; did you mean')[0]} (did you mean {meant}?)"
+        raise InvalidInput(f"--person: {said}") from None
 
 
 def _meant(words: list[str]) -> str | None:

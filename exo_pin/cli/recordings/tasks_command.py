@@ -9,7 +9,7 @@ from ...core.errors import InvalidInput
 from ...design import DEFAULT_PRESET
 from ...load_case import read_movement
 from ...load_case.ranges_of_motion import DAILY_RANGES
-from ...workspace import task_reach
+from ...workspace import Day, day_reach, task_reach
 from ...workspace.query import workspace as workspace_of
 from .. import options
 from ..command import deliver, draws, writes
@@ -27,10 +27,13 @@ def tasks(
     movement: Annotated[options.Texts, options.called("NAME=FILE")] = (),
     read_as: ReadAs = ReadAs(),
     no_ranges: bool = False,
+    day: bool = False,
     step: options.Degrees = 8.0,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[Path | None, draws("which poses of each recording are inside, over its time")] = None,
+    plot: Annotated[
+        Path | None, draws("which poses of each recording are inside, over its time, or what a day needs")
+    ] = None,
 ) -> None:
     """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
 
@@ -40,15 +43,24 @@ def tasks(
         Recording of a task's movement; may be repeated.
     no_ranges : bool
         Leave the published ranges out.
+    day : bool
+        Places of the hand in a day instead: mouth, ear, hair, belt, pocket, shelf, in a chair, in bed, in a door.
     step : float
-        Step of the grid over a range, degrees.
+        Step of the grid over a range, and of the arm's swivel with --day, degrees.
 
     Examples
     --------
     exo-pin tasks four-cables
+    exo-pin tasks --day --plot day.png
     exo-pin tasks four-cables --movement lifting=examples/lift.csv --out tasks.csv --plot status.png
     """
     exo = worn.load(design, side)
+    if day:
+        if movement or no_ranges:
+            options.refuse("--day has tasks of its own", movement=movement, no_ranges=no_ranges)
+        found = day_reach(exo, judged.of(exo), step)
+        deliver(found, found.table, exo=exo, figure=lambda: _drawn(found), json=json, out=out, plot=plot)
+        return
     movements = {}
     for text in movement:
         name, _, path = text.partition("=")
@@ -70,3 +82,9 @@ def tasks(
         return task_status_figure(inside, {name: each.times for name, each in movements.items()})
 
     deliver(table, table, exo=exo, figure=status, json=json, out=out, plot=plot)
+
+
+def _drawn(found: Day) -> Any:
+    from ...view.plots import day_figure  # here, because few queries draw
+
+    return day_figure(found)

@@ -48,7 +48,7 @@ def new_room(tree: Any, column: Any, loops: Any) -> Any:
     )
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _closure_columns(device: Any, c: int, own: Any, shared: Any, u: Any, room: Any, W: Any) -> float:
     """Fill the scaled columns of one closure: its own coordinates, those it shares, turn of the arm and gap.
 
@@ -73,7 +73,7 @@ def _closure_columns(device: Any, c: int, own: Any, shared: Any, u: Any, room: A
     return longest
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any, closing: bool) -> float:
     """Fill the motion that goes with a turn of the arm, and the one that closes the loops; return the log volume.
 
@@ -113,22 +113,20 @@ def solved_rows(device: Any, u: Any, room: Any, least: Any, along: Any, closing:
         part += _log_product(diagonal, found)
         if not math.isfinite(part):
             return -math.inf
+        free = wide - found
         for k in range(found, wide + sides):
             solve_triangle(V, diagonal, found, V[k])
-        free = wide - found
-        for t in range(free):
-            motions[t, :] = 0.0
-            _spread(device, b, room, V, found, found + t, sides, order, motions[t])
-        _spread(device, b, room, V, found, wide, sides, order, along)
-        if closing:
-            _spread(device, b, room, V, found, wide + 1, sides, order, least)
+            out = motions[k - found] if k < wide else along if k == wide else least
+            if k < wide:
+                out[:] = 0.0
+            _spread(device, b, room, V, found, k, sides, order, out)
         if free > 0:
             part += _shortened(motions[:free], room, least, along, closing)
         volume += part
     return volume
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _log_product(diagonal: Any, count: int) -> float:
     """Logarithm of the absolute product of the first numbers, at most six at a time."""
     total, product = 0.0, 1.0
@@ -139,7 +137,7 @@ def _log_product(diagonal: Any, count: int) -> float:
     return total + math.log(abs(product))
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _own_eliminated(device: Any, b: int, u: Any, room: Any, sides: int) -> Any:
     """Take the coordinates of each closure of a block that are its own.
 
@@ -171,7 +169,7 @@ def _own_eliminated(device: Any, b: int, u: Any, room: Any, sides: int) -> Any:
     return wide, high, rank, longest, volume
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _left_over(device: Any, b: int, room: Any, V: Any, sides: int) -> None:
     """Fill the columns of a block that are left: shared coordinates, own ones that were not taken, turn and gap."""
     rows, (closures, closure_starts, _, own_starts, _, joint_starts), taken = device[1][4], device[3], room[3][3]
@@ -192,7 +190,7 @@ def _left_over(device: Any, b: int, room: Any, V: Any, sides: int) -> None:
         left += n - found
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: int, order: Any, out: Any) -> None:
     """Fill a motion of the coordinates of a block from a solved column of what was left.
 
@@ -232,7 +230,7 @@ def _spread(device: Any, b: int, room: Any, V: Any, found: int, k: int, sides: i
             out[owned[first + own_order[first + i]]] = y[i]
 
 
-@kernel
+@kernel(inline=True, fills=True)
 def _shortened(motions: Any, room: Any, least: Any, along: Any, closing: bool) -> float:
     """Take what is along free motions, shape (k, nv), out of two others; the logarithm of the volume of the motions."""
     _, gram, factor, part = room[4]
@@ -259,7 +257,7 @@ def _shortened(motions: Any, room: Any, least: Any, along: Any, closing: bool) -
     return volume
 
 
-@kernel
+@kernel(fills=True)
 def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any, closing: bool) -> Any:
     """:func:`solved_rows` at a configuration, and the largest residual of the loops, m and rad."""
     tree, loops, _, _, _, _, _ = device
@@ -269,7 +267,7 @@ def rates(device: Any, q: Any, u: Any, room: Any, least: Any, along: Any, closin
     return worst, solved_rows(device, u, room, least, along, closing)
 
 
-@kernel
+@kernel(fills=True)
 def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, passing: bool, along: Any) -> Any:
     """Newton's method towards closed loops with the arm held, in place; whether it contracts, and the log volume there.
 
@@ -309,7 +307,7 @@ def closed_near(device: Any, q: Any, u: Any, room: Any, largest: float, passing:
     return False, volume
 
 
-@kernel
+@kernel(fills=True)
 def moved(device: Any, q: Any, motion: Any, base: Any, u: Any, share: float, room: Any, out: Any) -> None:
     """Fill a configuration from q along a motion, characteristic lengths and rad, with the arm a share along a turn.
 

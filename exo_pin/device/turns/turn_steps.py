@@ -47,7 +47,7 @@ _STAGES, _WEIGHTS = np.ascontiguousarray(DOP853.A[:12, :12]), np.array(DOP853.B)
 _SHARES, _FIFTH, _THIRD = np.array(DOP853.C[:12]), np.array(DOP853.E5[:12]), np.array(DOP853.E3[:12])
 
 
-@kernel
+@kernel(fills=True)
 def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> float:
     """Rate of a motion from a configuration, whose end q is, along a turn; the log volume at q.
 
@@ -76,7 +76,7 @@ def _slope(device: Any, q: Any, motion: Any, u: Any, room: Any, along: Any) -> f
     return volume
 
 
-@kernel
+@kernel(fills=True)
 def _summed(size: float, weights: Any, stages: Any, count: int, out: Any) -> float:
     """Fill a multiple of a weighted sum of the first rows of some stages; the square of its length."""
     square = 0.0
@@ -92,7 +92,7 @@ def _summed(size: float, weights: Any, stages: Any, count: int, out: Any) -> flo
     return square
 
 
-@kernel
+@kernel(fills=True)
 def _step(
     device: Any, idle: bool, node: Any, before: float, base: Any, u: Any, at: float, to: float, passing: bool,
     room: Any, stages: Any, out: Any,
@@ -144,7 +144,7 @@ def _step(
     return longer if good and abs(volume - before) <= _CHANGE else 0.5, volume
 
 
-@kernel
+@kernel(fills=True)
 def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> float:
     """How far the arm may turn about any axis before the volume changes by :data:`_CLEAR` of itself, rad, about.
 
@@ -166,7 +166,7 @@ def _clearance(device: Any, node: Any, volume: float, room: Any, spare: Any) -> 
     return _CLEAR / math.sqrt(steepest) if steepest > 0.0 else math.inf
 
 
-@kernel
+@kernel(fills=True)
 def followed(device: Any, idle: bool, q: Any, u: Any, checked: bool, clear: bool, room: Any, memory: Any) -> Any:
     """Follow a turn from a closed configuration, in place; the share of it that was followed, and its clearance."""
     stages, base, node, full, half, end, spare = memory

@@ -28,6 +28,7 @@ from ipaddress import ip_address
 from typing import Any
 
 from tornado.httpserver import HTTPServer
+from tornado.httputil import split_host_and_port
 from tornado.iostream import StreamClosedError
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
@@ -101,7 +102,8 @@ class _Guarded(RequestHandler):
     def prepare(self) -> None:
         """Refuse a request that may not be answered."""
         token = self.path_args[0] if self.path_args else ""
-        if not (secrets.compare_digest(token.encode(), TOKEN.encode()) and _is_of_this_machine(self)):
+        is_here = is_of_this_machine(self.request.host, self.request.headers.get("Origin"))
+        if not (secrets.compare_digest(token.encode(), TOKEN.encode()) and is_here):
             self.set_status(403)
             self.finish("Not allowed. Open the whole address that exo_pin has given, with its token, on this machine.")
 
@@ -115,15 +117,20 @@ class _Guarded(RequestHandler):
         """Leave the terminal alone."""
 
 
-def _is_of_this_machine(handler: RequestHandler) -> bool:
-    """Whether a request names this machine, and comes from a page of the same host and port if from any."""
-    name = handler.request.host_name.strip("[]")
+def is_of_this_machine(host: str, origin: str | None) -> bool:
+    """Whether a request names this machine, and comes from a page of the same host and port if from any.
+
+    Parameters
+    ----------
+    host, origin : str
+        Its headers of these names; None without ``Origin``.
+    """
+    name = split_host_and_port(host.lower())[0].strip("[]")
     try:
         is_local = name == "localhost" or ip_address(name).is_loopback
     except ValueError:
         return False
-    origin = handler.request.headers.get("Origin")
-    return is_local and (origin is None or origin.lower().partition("://")[2] == handler.request.host.lower())
+    return is_local and (origin is None or origin.lower().partition("://")[2] == host.lower())
 
 
 class _Page(_Guarded):

@@ -12,6 +12,7 @@ from .design_drawing import design_drawing as design_drawing
 from .muscle_plots import plot_force_map as plot_force_map
 from .muscle_plots import plot_responses as plot_responses
 from .posture_drawing import posture_drawing as posture_drawing
+from .record_plots import day_figure as day_figure
 from .record_plots import elbow_paths_figure as elbow_paths_figure
 from .record_plots import task_status_figure as task_status_figure
 from .study_plots import study_figure as study_figure

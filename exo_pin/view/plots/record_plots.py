@@ -1,4 +1,4 @@
-"""Pictures of recorded movements: which of their poses a design reaches over time, and paths of the elbow in space."""
+"""Pictures of tasks: which poses of a recording a design reaches over time, paths of the elbow, and a day's tasks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
-from ...core.validation import as_mapping, as_real
+from ...core.validation import as_mapping, as_real, require_type
 from ...load_case import Movement
-from .plot_style import WIDEST, line, new_figure, pyplot, tidy
+from ...workspace import CRITERIA, Day
+from ..colours import BLUE
+from .plot_style import WIDEST, figure_title, line, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -124,4 +126,54 @@ def elbow_paths_figure(movements: Mapping[str, Movement]) -> Figure:
     axis.set_box_aspect((1, 1, 1))
     axis.view_init(22, -60)
     axis.legend(loc="upper left", bbox_to_anchor=(-0.12, 1.0), frameon=False)
+    return figure
+
+
+@checked
+def day_figure(day: Day) -> Figure:
+    """Draw the tasks of a day over the swivel of the elbow: inside, the first criterion not met, or not taken.
+
+    Parameters
+    ----------
+    day : Day
+        From :func:`exo_pin.workspace.day_reach`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingExtra
+        If matplotlib is not installed.
+
+    Examples
+    --------
+    >>> from exo_pin.view.plots import day_figure
+    >>> day = ep.workspace.day_reach(ep.load("four-linear-actuators-worn"), ["forces"], step=30.0)
+    >>> [text.get_text() for text in day_figure(day).axes[0].get_yticklabels()][0]
+    'soup, at a table: yes'
+    """
+    require_type("day", day, Day)
+    figure, axis = new_figure(8.4, 1.7 + 0.33 * len(day.tasks))
+    first = np.array([[str(text).split(", ")[0] for text in row] for row in day.reasons])
+    looks = [("inside", BLUE, day.inside)]
+    looks += [(f"not met: {CRITERIA[name].words}", CRITERIA[name].colour, first == name) for name in CRITERIA]
+    step = np.degrees(day.swivels[1] - day.swivels[0]) if len(day.swivels) > 1 else 360.0
+    rows = np.arange(len(day.tasks))
+    axis.barh(rows, 360.0, left=-180.0 - 0.5 * step, height=0.8, color="0.94")
+    for label, colour, where in looks:
+        task, at = np.nonzero(where)
+        if len(task):
+            left = np.degrees(day.swivels[at]) - 0.5 * step
+            axis.barh(task, step, left=left, height=0.8, color=colour, label=label)
+    axis.set_yticks(rows, [f"{name}: {can}" for name, can in zip(day.tasks, day.table["can_do"], strict=True)])
+    axis.set(xlabel="swivel of the elbow about the line from shoulder to hand, °", ylim=(len(rows) - 0.5, -0.5))
+    axis.set(xlim=(-180.0 - 0.5 * step, 180.0 - 0.5 * step), xticks=np.arange(-150.0, 151.0, 50.0))
+    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    done = day.summary()
+    figure_title(
+        figure, f"{day.design}: {done['done']} of {done['tasks']} tasks of a day", "grey: the person does not turn so"
+    )
+    tidy(axis)
     return figure

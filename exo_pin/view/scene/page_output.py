@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -162,6 +163,30 @@ class Pages(OneProcess, ABC):
         >>> scene.close()
         """
         return self._stage.serve(port)
+
+    def attach(self, publish: Callable[[bytes], None]) -> Callable[[], bytes]:
+        """Send every change to a server of one's own, whose pages show it with the package's viewer.
+
+        Parameters
+        ----------
+        publish : callable
+            Gets each run of commands, in the thread that draws.
+
+        Returns
+        -------
+        callable
+            Gives the whole scene as a run of commands that replace what a page shows.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene, runs = ChainScene(ep.load("three-linear-actuators").chain), []
+        >>> whole = scene.attach(runs.append)
+        >>> scene.camera(position=[2.0, 2.0, 0.5], target=[0.0, 0.0, 0.0])  # m
+        >>> len(runs), len(whole()) > len(runs[0])
+        (1, True)
+        """
+        return self._stage.attach(publish)
 
     @property
     def url(self) -> str:

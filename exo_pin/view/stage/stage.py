@@ -23,6 +23,9 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..page.live_server import Angles, PoseRequests, Server
 
+#: Takes a run of commands, at once.
+Publish = Callable[[bytes], None]
+
 with warnings.catch_warnings():
     # Meshcat 0.3.2 imports a deprecated part of ZeroMQ, which is not used here.
     warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop", category=DeprecationWarning)
@@ -68,6 +71,7 @@ class Stage(OneProcess):
         self._outgoing: list[bytes] | None = None
         self._serial = 0
         self._server: Server | None = None
+        self._publishers: list[Publish] = []
         self.viewer = meshcat.Visualizer(window=self)
 
     @property
@@ -85,8 +89,25 @@ class Stage(OneProcess):
         """Draw the poses that pages ask for."""
         self._requests = PoseRequests(draw)
 
+    def attach(self, publish: Publish) -> Callable[[], bytes]:
+        """Send every change to a server of somebody else's, too.
+
+        Parameters
+        ----------
+        publish : callable
+            Gets each run of commands.
+
+        Returns
+        -------
+        callable
+            Gives the whole scene as a run of commands that replace what a page shows.
+        """
+        self._publishers.append(publish)
+        return self._afresh
+
     def close(self) -> None:
         """Stop the live page."""
+        self._publishers.clear()
         if self._server is not None:
             self._server.close()
             self._server = None
@@ -232,8 +253,10 @@ class Stage(OneProcess):
 
     def _publish(self, commands: list[bytes]) -> None:
         self._serial += 1
-        if self._server is not None:
-            self._server.publish(_run([*commands, self._stamp()]))
+        if self._server is not None or self._publishers:
+            run = _run([*commands, self._stamp()])
+            for publish in (*self._publishers, *([] if self._server is None else [self._server.publish])):
+                publish(run)
 
     def _stamp(self) -> bytes:
         return _packed({"type": "serial", "value": self._serial})

@@ -20,7 +20,7 @@ from ...structure.couplings import couple, couple_rates
 from ...structure.projection import COUPLED_ANGLE, project, project_rate, projection_turns, relative_pose
 
 
-@kernel
+@kernel(fills=True)
 def _largest(values: Any) -> float:
     """Largest absolute value; NaN if one is NaN, so that no comparison with a tolerance lets it pass."""
     largest = 0.0
@@ -59,7 +59,7 @@ def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian
     return fill_residual(poses, J, loops, q, new_scratch(), out, jacobian)
 
 
-@kernel
+@kernel(fills=True)
 def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any, jacobian: Any) -> float:
     """:func:`residual_jacobian` with what :func:`new_scratch` makes."""
     joints, local, kinds, lengths, rows, signs, _, coupled, polynomials = loops
@@ -95,7 +95,7 @@ def fill_residual(poses: Any, J: Any, loops: Any, q: Any, scratch: Any, out: Any
     return _largest(out)
 
 
-@kernel
+@kernel(fills=True)
 def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
     """A world twist about the origin, referred to the point p, in the axes of a."""
     wx, wy, wz = twist[3], twist[4], twist[5]
@@ -107,7 +107,7 @@ def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
         out[3 + i] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
 
 
-@kernel
+@kernel(fills=True)
 def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     """Add ± u × v to ``out``."""
     out[0] += sign * (u[1] * v[2] - u[2] * v[1])
@@ -135,7 +135,7 @@ def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: 
     fill_rate(poses, J, dJ, v, loops, q, new_scratch(), out, drift)
 
 
-@kernel
+@kernel(fills=True)
 def moves_within(supports: Any, c: int, v: Any) -> bool:
     """Whether a velocity moves the bodies of closure c against each other; as one body they change none of its rows."""
     found = False
@@ -144,7 +144,7 @@ def moves_within(supports: Any, c: int, v: Any) -> bool:
     return found
 
 
-@kernel
+@kernel(fills=True)
 def fill_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scratch: Any, out: Any, drift: Any) -> None:
     """:func:`jacobian_rate` with what :func:`new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, supports, coupled, polynomials = loops
@@ -216,7 +216,7 @@ def fill_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scratch: 
     couple_rates(q, v, coupled, polynomials, out, drift)
 
 
-@kernel
+@kernel(fills=True)
 def scaled_norm(gap: Any, scale: Any) -> float:
     """Length of the gap, metres divided by the characteristic length."""
     total = 0.0
@@ -299,7 +299,7 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     fill_units(poses, loops, new_scratch(), out)
 
 
-@kernel
+@kernel(fills=True)
 def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
     """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, _, _, _ = loops

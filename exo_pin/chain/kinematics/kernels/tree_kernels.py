@@ -58,7 +58,7 @@ def _motion(kind: pin.JointModel) -> FloatArray:
     return np.array([axis[3:], axis[:3]])
 
 
-@kernel
+@kernel(fills=True)
 def _turn_about(axis: Any, cosine: float, sine: float, out: Any) -> None:
     """Columns of the rotation about a unit axis, rows of ``out``."""
     x, y, z, c = axis[0], axis[1], axis[2], 1.0 - cosine
@@ -67,7 +67,7 @@ def _turn_about(axis: Any, cosine: float, sine: float, out: Any) -> None:
     out[2, 0], out[2, 1], out[2, 2] = x * z * c + y * sine, y * z * c - x * sine, cosine + z * z * c
 
 
-@kernel
+@kernel(fills=True)
 def _turn_of(x: float, y: float, z: float, w: float, out: Any) -> None:
     """Columns of the rotation of a unit quaternion, rows of ``out``."""
     out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)
@@ -75,14 +75,14 @@ def _turn_of(x: float, y: float, z: float, w: float, out: Any) -> None:
     out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)
 
 
-@kernel
+@kernel(fills=True)
 def _no_turn(out: Any) -> None:
     for i in range(4):
         for k in range(3):
             out[i, k] = 1.0 if i == k else 0.0
 
 
-@kernel
+@kernel(fills=True)
 def _turning(pose: Any, x: float, y: float, z: float, out: Any) -> None:
     """World twist of a turn about an axis of a body through its origin."""
     for k in range(3):
@@ -93,14 +93,14 @@ def _turning(pose: Any, x: float, y: float, z: float, out: Any) -> None:
     out[2] = p[0] * out[4] - p[1] * out[3]
 
 
-@kernel
+@kernel(fills=True)
 def _sliding(pose: Any, x: float, y: float, z: float, out: Any) -> None:
     """World twist of a shift along an axis of a body, added."""
     for k in range(3):
         out[k] += x * pose[0, k] + y * pose[1, k] + z * pose[2, k]
 
 
-@kernel
+@kernel(fills=True)
 def place_tree(tree: Any, q: Any, local: Any, poses: Any, J: Any) -> None:
     """Fill poses and world Jacobian of a tree.
 
@@ -162,7 +162,7 @@ def place_tree(tree: Any, q: Any, local: Any, poses: Any, J: Any) -> None:
                 _sliding(pose, 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0, J[b + k])
 
 
-@kernel
+@kernel(fills=True)
 def turn_quaternion(q: Any, a: int, x: float, y: float, z: float) -> None:
     """Turn a quaternion, x y z w from index a on, by a rotation vector in the body's own axes."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -180,7 +180,7 @@ def turn_quaternion(q: Any, a: int, x: float, y: float, z: float) -> None:
         q[a + k] /= length
 
 
-@kernel
+@kernel(fills=True)
 def step_tree(tree: Any, move: Any, q: Any) -> None:
     """Move a configuration along a motion, shape (nv,), in place, as Pinocchio's ``integrate`` moves it.
 
@@ -212,7 +212,7 @@ def step_tree(tree: Any, move: Any, q: Any) -> None:
             turn_quaternion(q, a + 3, move[b + 3], move[b + 4], move[b + 5])
 
 
-@kernel
+@kernel(fills=True)
 def _turn_plane(q: Any, a: int, angle: float) -> None:
     """Turn a pair of cosine and sine."""
     c, s, x, y = math.cos(angle), math.sin(angle), q[a], q[a + 1]

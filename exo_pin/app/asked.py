@@ -1,0 +1,159 @@
+"""What the page asks: a person, a device and a pose, with the call in Python that gives the same answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import MissingExtra
+from ..core.optional_packages import require_extra
+from ..core.records import Record
+from ..design import DEFAULT_PRESET
+from ..exo.loading import load
+from ..exo.pose_report import PoseReport, report_on_pose
+from ..exo.shoulder_exo import ShoulderExo
+from ..person import Person
+
+__all__: list[str] = []
+
+
+@dataclass(frozen=True)
+class Asked(Record):
+    """Everything that the page knows of a question.
+
+    Attributes
+    ----------
+    design : str
+        A preset, or the path of a file, as :func:`exo_pin.load` takes it.
+    changes : tuple of (str, float)
+        Dimensions of the device by name, in the unit that the name ends in.
+    side : {"left", "right"}
+        Of the body.
+    height, mass : float
+        Of the person, m and kg.
+    sex : {"male", "female"}
+        Of the person.
+    elbow : float
+        Bend of the elbow, degrees.
+    payload : float
+        In the hand, kg.
+    strength : float
+        Of the person's muscles, percent.
+    girth, clothing : float
+        Girth of the upper arm (0 for that of the person's size) and thickness of clothing, mm.
+    flexion, abduction, internal_rotation : float
+        The pose, degrees.
+    """
+
+    design: str = DEFAULT_PRESET
+    changes: tuple[tuple[str, float], ...] = ()
+    side: str = "left"
+    height: float = 1.75
+    mass: float = 75.0
+    sex: str = "male"
+    elbow: float = 0.0
+    payload: float = 0.0
+    strength: float = 100.0
+    girth: float = 0.0
+    clothing: float = 0.0
+    flexion: float = 0.0
+    abduction: float = 0.0
+    internal_rotation: float = 0.0
+
+    @property
+    def angles(self) -> tuple[float, float, float]:
+        """Flexion, abduction and internal rotation, degrees."""
+        return self.flexion, self.abduction, self.internal_rotation
+
+    @property
+    def anywhere(self) -> Asked:
+        """The same in the pose at rest: equal for all poses of a device on a person."""
+        return replace(self, flexion=0.0, abduction=0.0, internal_rotation=0.0)
+
+    @property
+    def exo(self) -> ShoulderExo:
+        """The device on its wearer."""
+        return _worn(self.anywhere)
+
+    @property
+    def person(self) -> Person:
+        """Who wears it."""
+        return _person(self.anywhere)
+
+    @property
+    def pose(self) -> Rotation:
+        """The arm's pose, {O_B} to {O_A}."""
+        return self.exo.pose(*self.angles)
+
+    def report(self, moving: bool = False) -> PoseReport:
+        """The answer; ``moving`` leaves out what can wait while the arm moves: remedy, and tension that is kept."""
+        exo, person = self.exo, self.person if has_muscles() else None
+        answer = exo.reaction(self.pose)
+        if not moving:
+            return report_on_pose(exo, answer, person, angles=self.angles)
+        contact = None
+        if person is not None:
+            contact = exo.joint_contact(self.pose, person, answer, outside="mark")
+            contact = None if str(contact.status) == "outside" else contact
+        return PoseReport(answer, None, contact)
+
+    def python(self) -> str:
+        """The same question in Python; what it prints begins with the verdict."""
+        lines = ["import exo_pin as ep", "from exo_pin.exo.pose_report import report_on_pose", ""]
+        said = "".join(f", {name}={value!r}" for name, value in _options(self).items())
+        angles = ", ".join(f"{angle:g}" for angle in self.angles)
+        lines += [
+            f'person = ep.Person({self.height:g}, {self.mass:g}, "{self.sex}"{said})',
+            f'exo = ep.load("{self.design}", side="{self.side}")',
+        ]
+        if self.changes:
+            changed = ", ".join(f'"{name}": {value:.9g}' for name, value in self.changes)
+            lines.append(f"exo = ep.ShoulderExo.from_device(exo.device.with_dimensions(**{{{changed}}}))")
+        lines += [
+            "exo = exo.worn_by(person)",
+            f"answer = exo.reaction(exo.pose({angles}))",
+            f"print(report_on_pose(exo, answer, person, angles=({angles})))",
+        ]
+        return "\n".join(lines)
+
+
+@lru_cache(maxsize=16)
+def _bare(design: str, side: str, changes: tuple[tuple[str, float], ...]) -> ShoulderExo:
+    if changes:
+        return ShoulderExo.from_device(_bare(design, side, ()).device.with_dimensions(**dict(changes)))
+    return load(design, side=side)
+
+
+@lru_cache(maxsize=16)
+def _worn(asked: Asked) -> ShoulderExo:
+    return _bare(asked.design, asked.side, asked.changes).worn_by(asked.person)
+
+
+@lru_cache(maxsize=16)
+def _person(asked: Asked) -> Person:
+    return Person(asked.height, asked.mass, asked.sex, **_options(asked))
+
+
+def _options(asked: Asked) -> dict[str, Any]:
+    """What is said of a person besides height, mass and sex; what is as by default is left out."""
+    girth = asked.girth / 1e3 or None
+    said = {
+        "elbow_flexion": asked.elbow, "payload": asked.payload, "strength": asked.strength / 100.0,
+        "arm_girth": girth, "clothing": asked.clothing / 1e3, "side": asked.side,
+    }  # fmt: skip
+    usual = {"elbow_flexion": 0.0, "payload": 0.0, "strength": 1.0, "arm_girth": None, "clothing": 0.0, "side": "left"}
+    found = {name: value for name, value in said.items() if value != usual[name]}
+    return found | ({"degrees": True} if "elbow_flexion" in found else {})
+
+
+@lru_cache(maxsize=1)
+def has_muscles() -> bool:
+    """Whether the extra with the wearer's muscles is installed."""
+    try:
+        require_extra("person")
+    except MissingExtra:
+        return False
+    return True

@@ -1,0 +1,105 @@
+"""The package's own scene within the page: its viewer in a frame, fed over a socket of the same server.
+
+A browser that reads slowly is sent the newest state and not the way there, as by the live page.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from ..core.optional_packages import optional
+from ..core.records import OneProcess
+from ..view import Scene
+
+__all__: list[str] = []
+
+#: Bytes that wait for a browser at most; beyond it gets the whole scene.
+_MOST_WAITING = 2_000_000
+
+
+class _Reader:
+    """What waits for one browser; first of all the whole scene."""
+
+    def __init__(self) -> None:
+        self._ready = asyncio.Event()
+        self.restart()
+
+    def restart(self) -> None:
+        """Send the whole scene next."""
+        self._waiting: list[bytes] | None = None
+        self._ready.set()
+
+    def push(self, commands: bytes) -> None:
+        """Send commands after all that waits."""
+        if self._waiting is not None:
+            self._waiting.append(commands)
+            if sum(map(len, self._waiting)) > _MOST_WAITING:
+                self._waiting = None
+        self._ready.set()
+
+    async def take(self, whole: Callable[[], bytes]) -> bytes:
+        """All that waits, once there is something."""
+        await self._ready.wait()
+        self._ready.clear()
+        found = whole() if self._waiting is None else b"".join(self._waiting)
+        self._waiting = []
+        return found
+
+
+class SceneFeed(OneProcess):
+    """Browsers that look at a scene, which may be another one later.
+
+    Parameters
+    ----------
+    receive : callable
+        Gets what a browser sends, in the server's loop.
+    """
+
+    def __init__(self, receive: Callable[[str], None]) -> None:
+        self._receive, self._loop = receive, asyncio.get_running_loop()
+        self._readers: set[_Reader] = set()
+        self._scene: Scene | None = None
+        self._whole: Callable[[], bytes] = bytes
+
+    def show(self, scene: Scene) -> None:
+        """Show another scene, from any thread."""
+        if self._scene is not None:
+            self._scene.close()
+        self._scene, self._whole = scene, scene.attach(self._publish)
+        self._loop.call_soon_threadsafe(self._restart)
+
+    async def serve(self, websocket: Any) -> None:
+        """Answer one browser until it leaves."""
+        gone = optional("app", "starlette.websockets").WebSocketDisconnect
+        await websocket.accept()
+        reader = _Reader()
+        self._readers.add(reader)
+
+        async def send() -> None:
+            while True:
+                await websocket.send_bytes(await reader.take(lambda: self._whole()))
+
+        sending = asyncio.create_task(send())
+        try:
+            with suppress(gone):
+                while True:
+                    self._receive(await websocket.receive_text())
+        finally:
+            self._readers.discard(reader)
+            sending.cancel()
+            with suppress(asyncio.CancelledError, gone, RuntimeError):
+                await sending
+
+    def _restart(self) -> None:
+        for reader in self._readers:
+            reader.restart()
+
+    def _publish(self, commands: bytes) -> None:
+        self._loop.call_soon_threadsafe(self._push, commands)
+
+    def _push(self, commands: bytes) -> None:
+        for reader in self._readers:
+            reader.push(commands)

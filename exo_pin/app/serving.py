@@ -1,0 +1,116 @@
+"""The server of the page, on this machine alone."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import warnings
+import webbrowser
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from ..core.errors import InvalidInput
+from ..core.optional_packages import optional, require_extra
+from ..view.page.browser import live_page, viewer_script
+from .asked import Asked
+from .guard import Guard
+
+__all__ = ["serve_app"]
+
+#: Where the search for a free port starts, and how many are tried.
+FIRST_PORT, _PORTS = 7100, 100
+#: Pages that are open at once.
+_MOST_PAGES = 8
+
+
+def serve_app(
+    asked: Asked | None = None, port: int | None = None, opened: bool = False, said: Callable[[str], None] = print
+) -> None:
+    """Serve the page on 127.0.0.1 until the program is interrupted.
+
+    Parameters
+    ----------
+    asked : Asked, optional
+        The question that a new page begins with.
+    port : int, optional
+        First port to try, 7100 if left out; a used one moves on to the next, 0 takes any free one.
+    opened : bool
+        Whether to open the page in a browser.
+    said : callable
+        Gets the address, without whose token nobody can see the page.
+
+    Raises
+    ------
+    MissingExtra
+        If the extra ``app`` is not installed.
+    InvalidInput
+        If no port is free.
+    """
+    require_extra("app")
+    token = secrets.token_urlsafe(18)
+    listening = _free_socket(FIRST_PORT if port is None else port)
+    address = f"http://127.0.0.1:{listening.getsockname()[1]}/{token}/"
+    # Threads share their filters: cautions stand in the answers.
+    warnings.simplefilter("ignore")
+    uvicorn = optional("app", "uvicorn")
+    settings = uvicorn.Config(
+        _application(Asked() if asked is None else asked, token), log_level="error", access_log=False, lifespan="on"
+    )
+    said(f"{address} (Ctrl-C ends it)")
+    if opened:
+        webbrowser.open(address)
+    uvicorn.Server(settings).run(sockets=[listening])
+
+
+def _application(asked: Asked, token: str) -> Guard:
+    """Page, scenes and sockets behind a token."""
+    nicegui, fastapi = optional("app", "nicegui"), optional("app", "fastapi")
+    from .page import Visit  # here, because its module needs the extra
+
+    visits: dict[str, Visit] = {}
+
+    @nicegui.ui.page("/", title="exo_pin")
+    def page() -> None:
+        if len(visits) >= _MOST_PAGES:
+            nicegui.ui.label(f"{_MOST_PAGES} pages are open already: close one, and load this again.")
+            return
+        visit = Visit(asked)
+        visits[visit.key] = visit
+
+        def leave() -> None:
+            visits.pop(visit.key).close()
+
+        nicegui.ui.context.client.on_delete(leave)
+
+    answer, routing = optional("app", "starlette.responses").Response, optional("app", "starlette.routing")
+    for path, text, kind in (("", live_page, "text/html"), ("viewer.js", viewer_script, "text/javascript")):
+        give = partial(lambda text, kind, _: answer(text(), media_type=kind), text, kind)
+        nicegui.app.routes.append(routing.Route(f"/scene/{{key}}/{path}", give))
+
+    async def scene(websocket: Any) -> None:
+        visit = visits.get(websocket.path_params["key"])
+        if visit is None:
+            await websocket.close(1008)
+        else:
+            await visit.feed.serve(websocket)
+
+    nicegui.app.routes.append(routing.WebSocketRoute("/scene/{key}/socket", scene))
+    outer = fastapi.FastAPI(openapi_url=None)
+    nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False)
+    return Guard(outer, token)
+
+
+def _free_socket(first: int) -> socket.socket:
+    last = min(first + _PORTS, 65536) if first else 1
+    for port in range(first, last):
+        found = socket.socket()
+        try:
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            found.bind(("127.0.0.1", port))
+            found.listen(64)
+        except OSError:
+            found.close()
+            continue
+        return found
+    raise InvalidInput(f"no free port from {first} to {last - 1}")

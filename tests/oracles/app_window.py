@@ -1,0 +1,94 @@
+"""The page of ``exo-pin app`` in a browser without a screen, used as a person uses it: by keys and clicks."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+from browser_window import BrowserWindow
+
+_CALL = "import sys; from exo_pin.cli import main; sys.exit(main(sys.argv[1:]))"
+REPOSITORY = Path(__file__).parents[2]
+_KEYS = {"ArrowRight": 39, "ArrowLeft": 37, "ArrowDown": 40, "Enter": 13, "Tab": 9, "Home": 36, "End": 35}
+
+
+@contextmanager
+def served(*arguments):
+    """Address of the page, which a process of its own serves; what it says of errors has to be nothing."""
+    with tempfile.TemporaryFile("w+") as errors:
+        path = os.pathsep.join([str(REPOSITORY), *sys.path])
+        process = subprocess.Popen(
+            [sys.executable, "-u", "-c", _CALL, "app", "--port", "0", *arguments],
+            stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | {"PYTHONPATH": path},
+        )  # fmt: skip
+        try:
+            said = process.stdout.readline()
+            if not said:
+                errors.seek(0)
+                raise RuntimeError(errors.read())
+            yield said.split()[0]
+        finally:
+            process.terminate()
+            process.wait(30)
+            process.stdout.close()
+            errors.seek(0)
+            said = [line for line in errors.read().splitlines() if "compiling, once" not in line]
+        assert said == []
+
+
+class AppWindow(BrowserWindow):
+    """A browser that has the page open."""
+
+    def open(self, url):
+        """Open the page, and wait for its answer and its picture."""
+        self._command("Page.navigate", url=url)
+        self.wait_for("document.querySelector('[data-moving=no]')")
+        self.wait_for("document.querySelector('.scene iframe').contentDocument.body.dataset.state === 'drawn'")
+
+    def text(self, selector):
+        """What an element says."""
+        return self.evaluate(f"document.querySelector({json.dumps(selector)}).innerText")
+
+    def settled(self, condition):
+        """Wait until the full answer is shown, and something of it is true."""
+        self.wait_for(f"document.querySelector('[data-moving=no]') && ({condition})")
+
+    def focus(self, selector):
+        """Move the keyboard to an element."""
+        self.evaluate(f"document.querySelector({json.dumps(selector)}).focus()")
+
+    def press(self, key, times=1):
+        """Press a key."""
+        for _ in range(times):
+            for kind in ("keyDown", "keyUp"):
+                self._command(
+                    "Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=_KEYS[key]
+                )  # fmt: skip
+
+    def write(self, selector, text):
+        """Put the keyboard into a box and write over what it holds."""
+        self.focus(selector)
+        self.evaluate(f"document.querySelector({json.dumps(selector)}).select()")
+        self._command("Input.insertText", text=text)
+
+    def click(self, selector):
+        """Click on an element's middle."""
+        self.evaluate(f"document.querySelector({json.dumps(selector)}).scrollIntoView({{block: 'center'}})")
+        self.drag(selector, (0, 0))
+
+    def drag(self, selector, by, steps=1):
+        """Press on an element's middle, move by so many pixels, and let go."""
+        x, y = self.evaluate(
+            f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+            "return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+        )
+        self._mouse("mousePressed", x, y)
+        for k in range(1, steps + 1):
+            self._mouse("mouseMoved", x + by[0] * k / steps, y + by[1] * k / steps)
+        self._mouse("mouseReleased", x + by[0], y + by[1])
+
+    def _mouse(self, kind, x, y):
+        self._command("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)

@@ -16,6 +16,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "oracles"))
 
@@ -45,10 +46,11 @@ def fuzz(count=150):
     """Let schemathesis ask what the description allows, and what it does not."""
     program = shutil.which("schemathesis")
     assert program, "pip install schemathesis"
-    with Service("--seconds", "20") as service:
+    # It keeps what it finds where it runs.
+    with Service("--seconds", "20", "--live", "0") as service, TemporaryDirectory() as folder:
         words = [program, "run", f"{service.url}/openapi.json", "--checks", CHECKS, "--max-examples", str(count)]
         words += ["--continue-on-failure", "--seed", "1", "--request-timeout", "120", "--suppress-health-check", "all"]
-        return subprocess.run(words, check=False).returncode
+        return subprocess.run(words, check=False, cwd=folder).returncode
 
 
 def load(count=2000, at_once=200):
@@ -62,7 +64,7 @@ def load(count=2000, at_once=200):
         status, found = service.ask("reaction", {"poses": {"flexion": angle}})
         return status, found["answer"]["magnitude"], time.perf_counter() - start
 
-    with Service() as service, ThreadPoolExecutor(at_once) as pool:
+    with Service("--live", "0") as service, ThreadPoolExecutor(at_once) as pool:
         start = time.perf_counter()
         found = list(pool.map(ask, angles))
         took = time.perf_counter() - start
@@ -76,7 +78,7 @@ def load(count=2000, at_once=200):
 def growth(first=2000, last=20000):
     """Memory of all processes from one number of answers to another."""
     begin = 0.0
-    with Service("--workers", "1") as service:
+    with Service("--workers", "1", "--live", "0") as service:
         for number, (name, asked) in enumerate(questions(3), 1):
             status, found = service.ask(name, asked)
             assert status in (200, 422), found
@@ -93,7 +95,7 @@ def restart(kills=5):
     asked = {"poses": {"flexion": 60.0}}
     port, answers, lost = 0, set(), 0
     for _ in range(kills):
-        service = Service(port=port)
+        service = Service("--live", "0", port=port)
         port = service.port
         with ThreadPoolExecutor(20) as pool:
             calls = [pool.submit(service.ask, "reaction", asked) for _ in range(500)]

@@ -24,8 +24,11 @@ from .imu import ImuSensor as ImuSensor
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
-from .plant.drives import Contractions as Contractions
+from .plant.any_device.arm_actions import ArmState as ArmState
+from .plant.any_device.arm_actions import Payload as Payload
+from .plant.contractions import Contractions as Contractions
 from .plant.faults import Fault as Fault
+from .plant.options import JointMotor as JointMotor
 from .plant.options import LinearActuator as LinearActuator
 from .plant.options import PlantOptions as PlantOptions
 from .plant.options import Winch as Winch

@@ -258,6 +258,7 @@ def test_every_page_with_code_is_run():
     }
     own |= {
         "any_device",
+        "live",
         "report",
         "plant",
         "robot_torques",

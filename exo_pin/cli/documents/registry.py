@@ -27,6 +27,7 @@ DOCUMENTS = {
     "robot_forces": "cli.robot_commands:RobotForces",
     "track_summary": "cli.motion_commands:TrackSummary",
     "thesis": "cli.motion_commands:Thesis",
+    "live_answer": "service.live_answers:LiveAnswer",
     "problem": "service.problems:Problem",
     "record_summary": "cli.recordings.record_command:RecordSummary",
 }

@@ -12,21 +12,13 @@ from app_window import AppWindow, served
 #: Pixels of the page.
 SIZE = (1280, 1000)
 
+#: What it is asked.
+ASKED = "four-linear-actuators-worn --person 1.60,55,female --payload 1 --flexion 60 --abduction 20"
+
 
 def main() -> None:
     """Write the picture to the file that is named."""
-    asked = (
-        "four-linear-actuators-worn",
-        "--person",
-        "1.60,55,female",
-        "--payload",
-        "1",
-        "--flexion",
-        "60",
-        "--abduction",
-        "20",
-    )
-    with served(*asked) as url, AppWindow(SIZE) as window:
+    with served(*ASKED.split()) as url, AppWindow(SIZE) as window:
         window.open(url)
         Path(sys.argv[1]).write_bytes(window.screenshot())
 

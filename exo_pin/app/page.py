@@ -19,6 +19,7 @@ from ..view.colours import BLUE
 from ..view.scene.panels import ANGLES
 from .asked import Asked
 from .following import Following, Shown
+from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of
 from .scene_feed import SceneFeed
 from .words import answer_html
 
@@ -52,6 +53,8 @@ class Visit(OneProcess):
         self._asked, self._loop = asked, asyncio.get_running_loop()
         self.feed = SceneFeed(lambda _: None)
         self._following = Following(self._send, self.feed.show)
+        self._map, self._columns = PoseMap(self._send_map), dict[float, list[float | None]]()
+        self._sliders: dict[str, Any] = {}
         self.answers = 0
         self._build()
         self.change()
@@ -59,6 +62,7 @@ class Visit(OneProcess):
     def close(self) -> None:
         """End what works for the page."""
         self._following.close()
+        self._map.close()
 
     def change(self, **fields: Any) -> None:
         """Ask with some fields changed."""
@@ -79,6 +83,34 @@ class Visit(OneProcess):
             device = shown.report.device
             self._title.set_text(device.title or device.name)
 
+        if not shown.moving and shown.report is not None:
+            self._map.ask(shown.asked)
+        self._draw_map()
+
+    def _send_map(self, columns: dict[float, list[float | None]]) -> None:
+        self._loop.call_soon_threadsafe(self._take_map, columns)
+
+    def _take_map(self, columns: dict[float, list[float | None]]) -> None:
+        self._columns = columns
+        self._draw_map()
+
+    def _draw_map(self) -> None:
+        if not self._chart.is_deleted:
+            self._chart.options.clear()
+            self._chart.options.update(chart_of(self._columns, self._asked))
+            self._chart.update()
+
+    def _pick(self, event: Any) -> None:
+        """Go to the pose of a cell of the map."""
+        i, j, *_ = event.value
+        self.pose(flexion=FLEXIONS[int(i)], abduction=ABDUCTIONS[int(j)])
+
+    def pose(self, **angles: float) -> None:
+        """Move the arm, and the sliders with it."""
+        self.change(**angles)
+        for name, angle in angles.items():
+            self._sliders[name].value = angle
+
     def _build(self) -> None:
         ui.add_css((files("exo_pin.app") / "page.css").read_text(encoding="utf-8"))
         ui.colors(primary=BLUE)
@@ -90,8 +122,14 @@ class Visit(OneProcess):
                 self._build_device()
                 self._build_pose()
                 self._build_person()
-            with ui.element("div").classes("column middle"), _card("scene"):
-                ui.element("iframe").props(f'src="scene/{self.key}/#framed" title="Device on the person, with forces"')
+            with ui.element("div").classes("column middle"):
+                with _card("scene"):
+                    frame = ui.element("iframe")
+                    frame.props(f'src="scene/{self.key}/#framed" title="Device on the person, with forces"')
+                with _card("map"):
+                    _tag("h2", "Force of arm and device over the box of poses; × is not held")
+                    chart = ui.echart(chart_of({}, self._asked), on_point_click=self._pick)
+                    self._chart = chart.props('role="img" aria-label="Map of flexion and abduction"')
             with ui.element("div").classes("column answer"):
                 with _card("answers"):
                     self._answer = ui.html("", sanitize=False).props('aria-live="polite" aria-atomic="true"')
@@ -120,6 +158,7 @@ class Visit(OneProcess):
             ui.label(words)
             value = ui.label().classes("value")
             slider = ui.slider(min=low, max=high, step=1, value=getattr(self._asked, name))
+            self._sliders[name] = slider
             slider.props(f'aria-label="{words}, degrees" dense')
             value.bind_text_from(slider, "value", lambda angle: f"{angle:.0f}°".replace("-", "−"))
             slider.on("update:model-value", lambda event: self.change(**{name: float(event.args)}), throttle=_PACE)

@@ -19,7 +19,7 @@ _MODULES = {
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
     "app": ("nicegui",),
-    "service": ("starlette", "uvicorn", "prometheus_client"),
+    "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
     "test": ("pytest",),
 }

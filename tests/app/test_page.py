@@ -57,10 +57,10 @@ def test_a_design_of_ones_own_is_checked_by_keyboard(window, tmp_path):
 
 
 def test_the_page_fits_a_telephone_and_says_what_is_refused(window):
-    with served("urdf/spring-support.urdf", "--person", "1.6,55,female") as url:
+    with served("urdf/spring-support.urdf", "--person", "1.6,55,female", "--flexion", "60") as url:
         window.open(url)
         window.resize(NARROW)
-        assert window.evaluate("document.documentElement.scrollWidth") == NARROW[0]
+        window.wait_for(f"document.documentElement.scrollWidth === {NARROW[0]}")
         keep(window, "narrow")
         window.write("[aria-label='Mass, kg']", "1")
         window.wait_for("document.querySelector('.verdict').innerText.includes('a body mass of 3 to 400 kg')")

@@ -1,0 +1,130 @@
+"""The map of the pose's box: the force of every flexion and abduction, computed beside the page by another process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import warnings
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from ..core.records import OneProcess
+from ..exo.shoulder_exo import ShoulderExo
+from ..view.colours import CIVIDIS
+from ..view.scene.panels import ANGLES
+from .asked import Asked
+
+__all__: list[str] = []
+
+#: Degrees between the poses of the map.
+_STEP = 10.0
+FLEXIONS, ABDUCTIONS = (
+    np.arange(low, high + 0.1, _STEP).tolist() for low, high in (ANGLES["flexion"], ANGLES["abduction"])
+)
+#: Of poses that are not held.
+_GREY, _DARK = "#C9CED4", "#1b1f24"
+
+
+def column_of_map(exo: ShoulderExo, flexion: float, internal_rotation: float) -> list[float | None]:
+    """|F_s| at one flexion and each of :data:`ABDUCTIONS`, N; None where the pose is not held or has no answer.
+
+    Of a device that leaves moments to its wearer it is known wherever there is an answer.
+    """
+    warnings.simplefilter("ignore")  # a process of its own; poses of no person are as good as others here
+    answer = exo.reaction(exo.pose(flexion, ABDUCTIONS, internal_rotation))
+    counts = answer.held if exo.device.holds_alone else answer.has_answer
+    return [float(size) if each else None for size, each in zip(answer.magnitude, counts, strict=True)]
+
+
+@cache
+def workers() -> ProcessPoolExecutor:
+    """The process that computes maps, for all pages."""
+    # Ctrl-C is for the server, which then ends it.
+    quiet = (signal.SIGINT, signal.SIG_IGN)
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=signal.signal, initargs=quiet)
+
+
+class PoseMap(OneProcess):
+    """The map of one page; a new device, person or rotation drops what is not yet computed of the last.
+
+    Parameters
+    ----------
+    show : callable
+        Gets the columns that are known so far, by flexion, in another thread.
+    """
+
+    def __init__(self, show: Callable[[dict[float, list[float | None]]], None]) -> None:
+        self._show = show
+        self._of: Any = None
+        self._tasks: list[Future[list[float | None]]] = []
+
+    def ask(self, asked: Asked) -> None:
+        """Compute the map of a question, unless it is the last one's."""
+        wanted = (asked.anywhere, asked.internal_rotation)
+        if wanted == self._of:
+            return
+        self.close()
+        self._of, known = wanted, dict[float, list[float | None]]()
+        for flexion in FLEXIONS:
+            task = workers().submit(column_of_map, asked.exo, flexion, asked.internal_rotation)
+            task.add_done_callback(partial(self._take, wanted, known, flexion))
+            self._tasks.append(task)
+
+    def close(self) -> None:
+        """Drop what is not yet computed."""
+        for task in self._tasks:
+            task.cancel()
+        self._of, self._tasks = None, []
+
+    def _take(
+        self, wanted: Any, known: dict[float, list[float | None]], flexion: float, task: Future[list[float | None]]
+    ) -> None:
+        if wanted == self._of and not task.cancelled() and task.exception() is None:
+            known[flexion] = task.result()
+            self._show(dict(known))
+
+
+def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str, Any]:
+    """The map as a chart of ECharts: colours of |F_s|, a cross where it is not held, and a ring at the pose."""
+    cells = [
+        [i, j, value]
+        for i, flexion in enumerate(FLEXIONS)
+        for j, value in enumerate(columns.get(flexion, []))
+    ]  # fmt: skip
+    held = [cell for cell in cells if cell[2] is not None]
+    others = [[i, j, 0.0] for i, j, value in cells if value is None]
+    # A few poses near singular ones would take all colours.
+    top = float(np.percentile([cell[2] for cell in held], 95.0)) if held else 1.0
+    here = [(asked.flexion - FLEXIONS[0]) / _STEP, (asked.abduction - ABDUCTIONS[0]) / _STEP]
+
+    def axis(name: str, values: list[float], gap: int) -> dict[str, Any]:
+        return {
+            "type": "category", "data": [f"{value:.0f}°".replace("-", "−") for value in values], "name": name,
+            "nameLocation": "middle", "nameGap": gap, "splitArea": {"show": False},
+        }  # fmt: skip
+
+    series = {"type": "heatmap", "animation": False, "progressive": 0}
+    ring = {"type": "scatter", "symbolSize": 15, "silent": True, "animation": False, "z": 5}
+    scale = {
+        "type": "continuous", "min": 0, "max": max(round(top), 1), "seriesIndex": 0, "orient": "horizontal",
+        "left": "center", "top": 0, "itemHeight": 150, "text": ["", "|F_s|, N   0"], "inRange": {"color": CIVIDIS},
+        "calculable": False, "precision": 0,
+    }  # fmt: skip
+    cross = {"show": True, "formatter": "×", "color": _DARK}
+    return {
+        "grid": {"left": 62, "right": 12, "top": 40, "bottom": 44},
+        "tooltip": {"formatter": "{c}"},
+        "xAxis": axis("flexion", FLEXIONS, 26),
+        "yAxis": axis("abduction", ABDUCTIONS, 44),
+        "visualMap": scale,
+        "series": [
+            series | {"name": "held", "data": held},
+            series | {"name": "not held", "data": others, "itemStyle": {"color": _GREY}, "label": cross},
+            ring | {"data": [here], "itemStyle": {"color": "transparent", "borderColor": "#fff", "borderWidth": 5}},
+            ring | {"data": [here], "itemStyle": {"color": "transparent", "borderColor": "#000", "borderWidth": 2}},
+        ],
+    }

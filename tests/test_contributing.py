@@ -70,6 +70,7 @@ DOORS = {
     "follow": lambda exo, split: exo.follow(movement(exo), static=True, split=split),
     "reaction_map": lambda exo, split: exo.reaction_map(exo.pose(LIFT, 30.0), split=split),
     "uncertainty": lambda exo, split: exo.uncertainty(exo.pose(30, 30), split=split),
+    "total_uncertainty": lambda exo, split: exo.total_uncertainty(exo.pose(30, 30), split=split, draws=8),
     "Run.reaction": lambda exo, split: stood(exo).reaction(split),
     "offsets": lambda exo, split: offsets([0.01, 0.0, 0.0], exo.pose(30, 30), split),
     "Assumptions": lambda exo, split: ep.solve(exo, ep.Case(exo.pose(30, 30)), ep.Assumptions(split)),

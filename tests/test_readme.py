@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio
 import pytest
 import ten_questions
-from places import PAGES, REPOSITORY, SCRIPTS
+from places import PAGES, REPOSITORY, SCRIPTS, URDF
 from places import page as site_page
 
 import exo_pin as ep
@@ -194,6 +194,7 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
 
 
 def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
+    (tmp_path / "urdf").symlink_to(URDF)
     names = run_code_of("plant", monkeypatch, tmp_path)
     assert "polytropic_exponent = 1" in capsys.readouterr().out
     assert names["run"].status == names["fallen"].status == "completed"
@@ -257,6 +258,7 @@ def test_every_page_with_code_is_run():
     }
     own |= {
         "any_device",
+        "live",
         "report",
         "plant",
         "robot_torques",

@@ -36,3 +36,11 @@ def test_the_template_of_pull_requests_names_pages_that_exist():
     for path in re.findall(r"\((\w+/\w+\.md)\)", text):
         assert (REPOSITORY / path).exists()
     assert "CHANGELOG.md" in text
+
+
+def test_the_hosted_check_runs_what_is_here():
+    jobs = yaml.safe_load((REPOSITORY / ".github/workflows/check.yml").read_text(encoding="utf-8"))["jobs"]
+    lines = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
+    paths = {word for line in lines for word in line.split() if word.startswith((".ci/", "tests/"))}
+    assert {".ci/run", ".ci/packages"} <= paths
+    assert all((REPOSITORY / path).exists() for path in paths)

@@ -38,6 +38,7 @@ COMMANDS = {
     "overview": "reaction prototype --flexion 60 --abduction 30 --person 1.75,75,male",
     "person": "person prototype --person 1.75,75,male --limits none",
     "person_map": "person four-cables --map --step 10",
+    "uncertainty_all": "uncertainty --flexion 60 --abduction 30 --person 1.755,85,male --all 400",
     "uncertainty": "uncertainty four-cables --flexion 60 --abduction 30 --uncertain offset_mm=20",
     "which_kind": "compare prototype optimised-table-c-2 three-linear-actuators four-linear-actuators-worn four-cables "
     "six-cables urdf/spherical-3rrr.urdf urdf/3rps-passive-ball.urdf urdf/serial-y-x-z.urdf urdf/nesm.urdf "

@@ -36,7 +36,7 @@ ROOMS = {
     "consistency": "Kinematic consistency checks",
     "view": "The viewer and plots",
     "report": "Two pages on a design and a person",
-    "service": "Questions over HTTP",
+    "service": "Questions over HTTP, live streams",
     "thesis": "The ledger of printed numbers",
     "core": "Angles, errors and warnings",
 }

@@ -206,7 +206,7 @@ def track(
     for text in chosen.foreseen:
         options.caution(text)
     tracking = chosen.run(progress)
-    exo = ShoulderExo.from_mechanism(chosen.mechanism)
+    exo = ShoulderExo.from_device(chosen.mechanism)
     felt = {}
     if worn.person is not None:
         felt = exo.joint_contact_of_run(tracking, worn.muscles(), progress).summary()
@@ -233,14 +233,14 @@ def _of_design(design: str, side: options.Side, trajectory: str, worn: options.W
     from ..control import Experiment, options_for, reference_of
 
     exo = load(design, side=side)
-    _ = exo.track  # a device that is not a wrist says here why it has none
-    arm = exo.mechanism.arm
+    arm = exo.device.arm
     if arm is None and worn.person is None:
         raise InvalidInput(f"{exo.name} has no arm to move: give --person")
     if worn.person is not None and (arm is None or arm.person is not None):
         exo = exo.worn_by(worn.size)
     name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side, read_as.options)
-    return Experiment(name, f"{name}, {exo.name}", exo.mechanism, reference, options=options_for(exo.mechanism))
+    moved = exo.moved_record
+    return Experiment(name, f"{name}, {exo.name}", moved, reference, options=options_for(moved))
 
 
 def _imu(noise: float | None, drift: float | None, delay: float | None, lost: str | None, seed: int) -> Any:

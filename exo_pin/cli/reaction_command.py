@@ -345,6 +345,7 @@ def uncertainty(
     offset: options.Offset = None,
     split: options.Split = str(Assumptions.split),
     uncertain: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
+    all: Annotated[int | None, options.called("DRAWS")] = None,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
     plot: Annotated[Path | None, draws("shoulder force with each quantity at its ends")] = None,
@@ -358,10 +359,13 @@ def uncertainty(
     uncertain : tuple of str
         How uncertain a quantity is, to both sides, such as offset_mm=20, A[1]_mm=5 or cuff_height_mm=10, 0 for certain;
         repeat it for others (default: assumed values).
+    all : int
+        Change all of them at once, in so many draws, and show what dominates; with --person in the joint, too.
 
     Examples
     --------
     exo-pin uncertainty four-cables --flexion 60 --abduction 30 --plot uncertainty.png
+    exo-pin uncertainty --flexion 60 --abduction 30 --all 200
     exo-pin uncertainty --trajectory examples/lift.csv --uncertain offset_mm=20 --uncertain cuff_height_mm=10
 
     Notes
@@ -378,6 +382,14 @@ def uncertainty(
         "centre_offset": options.metres(offset),
         "limits": options.limits_of(limits),
     }
-    answer = exo.uncertainty(poses, motion, **query, uncertainties=stated)
+    answer: Any
+    if all is None:
+        answer = exo.uncertainty(poses, motion, **query, uncertainties=stated)
+    else:
+        if recording or offset is not None:
+            options.refuse("--all is of a pose", trajectory=recording.trajectory, offset=offset)
+        person = worn.muscles(side=exo.side) if worn.person else None
+        del query["centre_offset"]
+        answer = exo.total_uncertainty(poses, person, **query, uncertainties=stated, draws=all, progress=not json)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {split}"
     deliver(f"{head}\n\n{answer}", answer, exo=exo, json=json, out=out, plot=plot)

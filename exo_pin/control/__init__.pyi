@@ -1,3 +1,6 @@
+from .controllers.interaction import AdmittanceController as AdmittanceController
+from .controllers.interaction import gravity_compensation as gravity_compensation
+from .controllers.interaction import impedance as impedance
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.motor_loop import LengthController as LengthController
@@ -24,8 +27,11 @@ from .imu import ImuSensor as ImuSensor
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
-from .plant.drives import Contractions as Contractions
+from .plant.any_device.arm_actions import ArmState as ArmState
+from .plant.any_device.arm_actions import Payload as Payload
+from .plant.contractions import Contractions as Contractions
 from .plant.faults import Fault as Fault
+from .plant.options import JointMotor as JointMotor
 from .plant.options import LinearActuator as LinearActuator
 from .plant.options import PlantOptions as PlantOptions
 from .plant.options import Winch as Winch
@@ -45,3 +51,8 @@ from .trajectories.reference import Reference as Reference
 from .trajectories.reference import ReferenceState as ReferenceState
 from .trajectories.reference import Trajectory as Trajectory
 from .trajectories.reference import read_reference as read_reference
+from .wearer import Intent as Intent
+from .wearer import Passive as Passive
+from .wearer import Push as Push
+from .wearer import Spasticity as Spasticity
+from .wearer import Tremor as Tremor

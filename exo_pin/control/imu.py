@@ -9,7 +9,7 @@ grows steadily; R_n is the noise, white, a small turn about random axes of the s
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,9 +29,8 @@ from ..core.validation import (
     set_fields,
     set_positive,
 )
-from ..design import Mechanism
 from ..wrist.velocity.sensors import OrientationChain
-from .plant.drives import Contractions
+from .plant.contractions import contractions_of
 from .plant.state import Measurement
 
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.
@@ -179,7 +178,7 @@ class ImuSensor:
     ----------
     imu : Imu
         The sensor and its errors.
-    mechanism : Mechanism
+    mechanism : Mechanism, or contractions of a plant
         Whose lengths follow from the pose; strokes and end fittings known.
 
     Examples
@@ -192,10 +191,10 @@ class ImuSensor:
     1.5
     """
 
-    def __init__(self, imu: Imu, mechanism: Mechanism) -> None:
+    def __init__(self, imu: Imu, mechanism: Any) -> None:
         require_type("imu", imu, Imu, "an Imu")
         self.imu = imu
-        self._contractions = Contractions(mechanism)
+        self._contractions = contractions_of(mechanism)
         self.reset()
 
     def __call__(self, t: float, measurement: Measurement) -> Measurement:

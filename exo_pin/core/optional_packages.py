@@ -19,8 +19,9 @@ _MODULES = {
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
     "app": ("nicegui",),
-    "service": ("starlette", "uvicorn", "prometheus_client"),
+    "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
+    "gym": ("gymnasium",),
     "test": ("pytest",),
 }
 #: Versions whose compiled models are known: least, and the first that is not.

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
+import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.validation import as_finite, as_real, require_method
+from ..core.validation import as_finite, as_mapping, as_positive, as_real, as_single_rotation, require_method
 from ..device.clearance import gaps
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Posture
 from ..load_case.pose_stacks import pose_matrices
-from ..reaction import Assumptions, Limits, Reaction, solve
+from ..reaction import Assumptions, Limits, Reaction, Split, solve
+from ..reaction.holding.verdict import angle_words
+from ..uncertainty.total_uncertainty import ASSUMED_TONE, TONE, TotalUncertainty
+from ..uncertainty.total_uncertainty import total_uncertainty as spread_of
 from ..wrist.clearance.gaps import own_body
 from ..wrist.forces.displaced import as_offset
 
@@ -23,6 +28,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from ..control import Tracking
+    from ..device import Device
     from ..person import ContactOptions, ContactRange, JointContact, Person
     from ..person.contact.assumption_range import ContactQuestion
     from .shoulder_exo import ShoulderExo
@@ -178,7 +184,9 @@ def joint_contact(
 
 @checked
 def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False) -> JointContact:
-    """Contact force of the wearer's shoulder joint along a simulated motion, with the tensions of the run.
+    """Contact force of the wearer's shoulder joint along a simulated motion, with the efforts of the run.
+
+    The wearer's own muscles carry what the device leaves of weight, motion, payloads and pushes.
 
     Parameters
     ----------
@@ -203,11 +211,17 @@ def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, 
     """
     run, count = tracking.run, len(tracking.times)
     rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
+    forces: Any = run.tensions[rows]
+    if not self.device.limbs_are_massless:
+        own = run.question(rows)
+        case = Case(run.rotations[rows], own["motion"], own["load"])
+        forces = solve(self.device, case, Assumptions(limits=own.get("limits", "none")))
     return self.joint_contact(
         run.rotations[rows],
         person,
-        forces=run.tensions[rows],
+        forces=forces,
         motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        load=run.external_load(rows),
         outside="mark",
         progress=progress,
     )
@@ -248,3 +262,90 @@ def contact_range(
     from ..person.contact.assumption_range import contact_range
 
     return contact_range(self.joint_contact, poses, person, options, **arguments)
+
+
+def total_uncertainty(
+    self: ShoulderExo,
+    pose: Rotation,
+    person: Person | None = None,
+    *,
+    load: Load | None = None,
+    split: str | Split = "spherical",
+    limits: Limits = "design",
+    posture: Posture = None,
+    uncertainties: Mapping[str, float] | None = None,
+    draws: int = 200,
+    seed: int = 0,
+    progress: bool = False,
+) -> TotalUncertainty:
+    """How far |F_s| and the force in the joint spread with everything uncertain at once, and what dominates.
+
+    Parameters
+    ----------
+    pose : Rotation
+        Single.
+    person : Person, optional
+        Whose muscles are counted for the force in the joint (extra ``person``).
+    load, split, limits, posture
+        As in :meth:`reaction`.
+    uncertainties : mapping, optional
+        As in :meth:`uncertainty`; with a person ``tone_percent``, 30 if left out, too.
+    draws : int
+        Number of draws of all quantities; a quarter of them of each alone.
+    seed : int
+        Of the random numbers.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    TotalUncertainty
+
+    Raises
+    ------
+    UnknownName, InvalidInput
+        As :meth:`uncertainty`.
+    SolverFailed
+        If the pose has no answer, or none of the draws.
+
+    Examples
+    --------
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> spread = exo.total_uncertainty(exo.pose(60, 30), draws=40)
+    >>> low, middle, high = spread.quantiles["F_s_N"]
+    >>> low < spread.magnitude < high
+    True
+    """
+    stated = dict(as_mapping("uncertainties", uncertainties, "names of quantities to their uncertainty"))
+    tone = as_positive(TONE, stated.pop(TONE, ASSUMED_TONE if person is not None else 0.0), zero=True)
+    case = Case(as_single_rotation("pose", pose), None, load, None, posture=posture)
+    title, joint = f"{self.name}, {angle_words(case.poses, self.side)}", None
+    if person is not None:
+        wearer = person.on_side(self.side)
+
+        def joint(device: Device, found: Reaction, tone: float) -> float:
+            return _joint_of(type(self).from_device(device), wearer, found, 0.01 * tone)
+
+    assumed = Assumptions(split, limits=limits)
+    return spread_of(self.device, case, assumed, title, stated, tone, draws, seed, joint, progress)
+
+
+def loaded(answer: Reaction, person: Person, kept: float = 0.0) -> dict[str, Any]:
+    """The load and options of a joint force: what acts beyond the elbow, the elbow has to carry."""
+    from ..person import ContactOptions  # here: few answers need it
+
+    load = answer.case.load
+    beyond = load is not None and float(np.max(np.asarray(load.at)[..., 2])) < person.elbow_centre[2] + 1e-3
+    return {"load": load, "options": ContactOptions(kept_activation=kept, load_on="forearm" if beyond else "upper arm")}
+
+
+def _joint_of(exo: ShoulderExo, person: Person, found: Reaction, kept: float) -> float:
+    """Force in the joint, N, where muscles keep a share of their activation and the device carries the rest."""
+    from ..person.contact.device import load_of_share  # here: few answers need it
+
+    case, forces = found.case, found
+    if kept > 0.0:
+        rest = load_of_share(1.0 - kept, person, exo.device.gravity, case.poses, None, case.load)
+        forces = solve(exo.device, replace(case, load=rest), found.assumptions)
+    inside = joint_contact(exo, case.poses, person, forces, outside="mark", **loaded(found, person, kept))
+    return float(inside.magnitude) if inside.has_result else np.nan

@@ -29,7 +29,8 @@ from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:
-    from ..control import Fault, FeedbackGains, Imu, PlantOptions, Reference, Tracking
+    from ..control import Fault, FeedbackGains, Imu, Payload, PlantOptions, Reference, Tracking
+    from ..control.plant.any_device.arm_actions import Wearer
     from .shoulder_exo import ShoulderExo
 
 
@@ -284,6 +285,8 @@ def track(
     faults: Fault | Sequence[Fault] = (),
     feedback: FeedbackGains | None = None,
     rate: float = 100.0,
+    wearer: Wearer | Sequence[Wearer] = (),
+    payloads: Payload | Sequence[Payload] = (),
     title: str = "",
     progress: bool = False,
 ) -> Tracking:
@@ -312,6 +315,8 @@ def track(
         Of the controller "model".
     rate : float
         Of the controller, Hz.
+    wearer, payloads : optional
+        What the person does, and what the arm carries, as for :class:`exo_pin.Plant`.
     title : str
         For verdict and plots.
     progress : bool
@@ -335,14 +340,17 @@ def track(
     >>> round(run.summary()["rms_error_deg"], 1)
     0.2
     """
-    from ..control import Experiment, options_for, reference_of  # here, because few queries need them
+    from ..control import Experiment, Payload, options_for, reference_of  # here, because few queries need them
 
     wanted = reference_of(reference, self.side)
     name = title or getattr(wanted, "title", "") or "tracking"
     if feedback is not None and controller != "model":
         raise InvalidInput('feedback gains are for the controller "model"')
-    chosen = options_for(self.mechanism) if options is None else options
+    moved = self.moved_record
+    chosen = options_for(moved) if options is None else options
+    acts = (wearer,) if callable(wearer) else tuple(wearer)
+    carried = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
     experiment = Experiment(
-        "track", name, self.mechanism, wanted, controller, chosen, duration, imu, faults, rate, feedback,  # type: ignore[arg-type]
+        "track", name, moved, wanted, controller, chosen, duration, imu, faults, rate, feedback, acts, carried,  # type: ignore[arg-type]
     )  # fmt: skip
     return experiment.run(progress)

@@ -32,6 +32,7 @@ from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
+from .contact import loaded
 from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
 from .pose_numbers import PoseNumbers
 
@@ -342,7 +343,7 @@ def report_on_pose(
             remedy = exo.remedy(pose, **nearby_query(answer))
     contact, kept = None, {}
     if person is not None:
-        contact = exo.joint_contact(pose, person, answer, outside="mark", **_loaded(answer, person))
+        contact = exo.joint_contact(pose, person, answer, outside="mark", **loaded(answer, person))
         if not must_have_muscles and str(contact.status) == "outside":
             contact = None
     if contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
@@ -366,17 +367,8 @@ def _kept(exo: ShoulderExo, answer: Reaction, person: Person) -> dict[float, Joi
     for share in KEPT:
         load = load_of_share(1.0 - share, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
         less = solve(exo.device, replace(case, load=load), answer.assumptions)
-        found[share] = exo.joint_contact(case.poses, person, less, outside="mark", **_loaded(answer, person, share))
+        found[share] = exo.joint_contact(case.poses, person, less, outside="mark", **loaded(answer, person, share))
     return found
-
-
-def _loaded(answer: Reaction, person: Person, kept: float = 0.0) -> dict[str, Any]:
-    """The load and options of a joint force: what acts beyond the elbow, the elbow has to carry."""
-    from ..person import ContactOptions  # here: few answers need it
-
-    load = answer.case.load
-    beyond = load is not None and float(np.max(np.asarray(load.at)[..., 2])) < person.elbow_centre[2] + 1e-3
-    return {"load": load, "options": ContactOptions(kept_activation=kept, load_on="forearm" if beyond else "upper arm")}
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:

@@ -259,6 +259,11 @@ class ShoulderExo(Record):
     geometry = Partly(_is_wrist, Wrist.geometry, _wrist_of)
     limbs = Partly(_has_record, property(_limbs))
 
+    @property
+    def moved_record(self) -> Mechanism | Device:
+        """What a plant moves: the record of a wrist that holds all of it, or the device."""
+        return _mechanism(self) if _has_record(self) else self.device
+
     @cached_property
     def chain_device(self) -> ChainDevice:
         """The device as a closed chain with drives, of a wrist its whole chain."""
@@ -412,9 +417,10 @@ class ShoulderExo(Record):
     reaction_map = forces.reaction_map
     compare = forces.compare
     uncertainty = forces.uncertainty
+    total_uncertainty = contact.total_uncertainty
     joint_contact = contact.joint_contact
     contact_range = contact.contact_range
-    joint_contact_of_run = Partly(_has_record, contact.joint_contact_of_run)
+    joint_contact_of_run = contact.joint_contact_of_run
     pose = kinematics.pose
     inverse_kinematics = kinematics.inverse_kinematics
     jacobian = kinematics.jacobian
@@ -427,7 +433,7 @@ class ShoulderExo(Record):
     forward_kinematics_from_base_angles = Partly(_is_wrist, Wrist.forward_kinematics_from_base_angles, _wrist_of)
     nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
     sensor_sensitivity = Partly(_is_wrist, Wrist.sensor_sensitivity, _wrist_of)
-    track = Partly(_has_record, kinematics.track)
+    track = kinematics.track
     save = models.save
     to_urdf = models.to_urdf
     export = models.export

@@ -1,4 +1,4 @@
-"""The service: questions over HTTP, answered by the code that answers a line of ``exo-pin batch``."""
+"""The service: questions over HTTP and live streams, answered by the code that answers a line of ``exo-pin batch``."""
 
 import lazy_loader
 

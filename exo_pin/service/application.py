@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4, generate_latest
@@ -13,11 +15,12 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from .. import __version__
 from ..exo.questions import QUESTIONS
+from .live import Live
 from .openapi import openapi
 from .options import LOOPBACK, ServiceOptions
 from .problems import LOG, MEDIA, encoded, problem
@@ -29,9 +32,9 @@ _ARRIVAL = 10.0
 _OPEN = "/health"
 
 
-def application(workers: Workers, options: ServiceOptions) -> ASGIApp:
+def application(workers: Workers, options: ServiceOptions, live: Live | None = None) -> ASGIApp:
     """The service as an ASGI application."""
-    metrics = Metrics(workers)
+    metrics = Metrics(workers, live)
     described = encoded(openapi())
 
     async def ask(request: Request) -> Response:
@@ -50,9 +53,19 @@ def application(workers: Workers, options: ServiceOptions) -> ASGIApp:
     async def measured(_: Request) -> Response:
         return Response(metrics.text(), headers={"Content-Type": CONTENT_TYPE_PLAIN_0_0_4})
 
-    routes = [Route(f"/{name}", ask, methods=["POST"]) for name in QUESTIONS]
+    routes: list[BaseRoute] = [Route(f"/{name}", ask, methods=["POST"]) for name in QUESTIONS]
     routes += [Route(_OPEN, health), Route("/openapi.json", schema), Route("/metrics", measured)]
-    app = Starlette(routes=routes, exception_handlers={HTTPException: _refused, Exception: _failed})
+    if live is not None:
+        routes.append(live.route)
+
+    @asynccontextmanager
+    async def running(_: Starlette) -> AsyncIterator[None]:
+        datagrams = await live.listen() if live is not None else None
+        yield
+        if datagrams is not None:
+            datagrams.close()
+
+    app = Starlette(routes=routes, lifespan=running, exception_handlers={HTTPException: _refused, Exception: _failed})
     return Guard(app, options)
 
 
@@ -97,7 +110,7 @@ async def _failed(_: Request, error: Exception) -> Response:
 class Metrics:
     """What is counted, for Prometheus."""
 
-    def __init__(self, workers: Workers) -> None:
+    def __init__(self, workers: Workers, live: Live | None) -> None:
         own = self._registry = CollectorRegistry()
         ProcessCollector("exo_pin", registry=own)
         self._requests = Counter("exo_pin_requests", "Answered requests.", ["question", "status"], registry=own)
@@ -107,6 +120,7 @@ class Metrics:
         for name, help_, read in (
             ("busy", "Processes that work on an answer.", lambda: workers.busy),
             ("waiting", "Questions that wait for a process.", lambda: workers.waiting),
+            ("streams", "Live streams.", lambda: 0 if live is None else live.open),
             ("restarts", "Processes that were ended and started again.", lambda: workers.restarts),
         ):
             Gauge(f"exo_pin_{name}", help_, registry=own).set_function(read)
@@ -154,7 +168,8 @@ class Guard:
         if origin is not None and origin.partition("://")[2] != host:
             return 403, "Origin", "pages of other sites may not ask"
         given = headers.get("authorization", "")
-        if self._token is None or scope["path"] == _OPEN:
+        # A stream has the token in its first message, for no browser lets a page set the header.
+        if self._token is None or scope["type"] == "websocket" or scope["path"] == _OPEN:
             return None
         if secrets.compare_digest(given.encode(), f"Bearer {self._token}".encode()):
             return None

@@ -12,6 +12,7 @@ from ..core.validation import as_count, set_positive
 
 #: Names of this machine.
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_LAST_PORT = 2**16 - 1
 #: Characters of a token that nobody guesses.
 _LEAST_TOKEN = 16
 
@@ -40,6 +41,10 @@ class ServiceOptions(Record):
         Most bytes of a request.
     memory : int
         Memory that a process may take for its answers, MB.
+    live : int
+        Most live streams at once, which a process of their own answers; 0 for none.
+    udp : int or None
+        Port for live streams over UDP.
 
     Raises
     ------
@@ -61,12 +66,18 @@ class ServiceOptions(Record):
     seconds: float = 30.0
     body: int = 2**20
     memory: int = 2048
+    live: int = 8
+    udp: int | None = None
 
     def __post_init__(self) -> None:
         set_positive(self, "seconds")
         for name in ("workers", "waiting", "body", "memory"):
             if getattr(self, name) is not None:
                 as_count(name, getattr(self, name), 1)
+        as_count("live", self.live)
+        as_count("port", self.port, most=_LAST_PORT)
+        if self.udp is not None:
+            as_count("udp", self.udp, 1, _LAST_PORT)
         if self.token is not None and (len(self.token) < _LEAST_TOKEN or not self.token.isascii()):
             raise InvalidInput(f"expected a token of at least {_LEAST_TOKEN} ASCII characters")
         if self.token is None and not is_loopback(self.host):

@@ -13,6 +13,8 @@ from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
 from .options import ServiceOptions
 
+#: Samples of all streams that wait for their process.
+_STREAMS_WAITING = 64
 #: Connections at once; beyond it the server refuses.
 _CONNECTIONS = 1000
 
@@ -45,6 +47,7 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
     import uvicorn
 
     from .application import application
+    from .live import Live
     from .workers import Workers
 
     options = options or ServiceOptions()
@@ -55,9 +58,12 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
     with _bound(options) as listener:
         options = replace(options, port=listener.getsockname()[1])
         workers = Workers(options.processes, options.seconds, options.waiting, options.memory)
+        streams = Workers(1, options.seconds, _STREAMS_WAITING, options.memory) if options.live else None
         try:
             config = uvicorn.Config(
-                application(workers, options),
+                application(workers, options, None if streams is None else Live(streams, options)),
+                ws_max_size=options.body,
+                ws_per_message_deflate=False,
                 log_level="warning",
                 access_log=False,
                 server_header=False,
@@ -70,7 +76,9 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
                 announce(f"exo_pin answers at {options.url}, described at {options.url}/openapi.json")
             server.run(sockets=[listener])
         finally:
-            workers.close()
+            for each in (workers, streams):
+                if each is not None:
+                    each.close()
 
 
 def _bound(options: ServiceOptions) -> socket.socket:

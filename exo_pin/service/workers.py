@@ -19,9 +19,12 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from ..core.compiled import mode
+from .live_answers import respond
 from .problems import LOG, problem, reply
 
 _NEW = multiprocessing.get_context("spawn")
+#: The name of what streams send.
+LIVE = "live"
 #: Longest preparation of a process, s: kernels of a fresh installation take a minute or two.
 _PREPARATION = 900.0
 #: Questions whose kernels are compiled in a new process, of one design with cables and one with muscles.
@@ -163,7 +166,7 @@ def _work(pipe: Connection, memory: int) -> None:
 def _reply(name: str, body: bytes) -> tuple[int, bytes] | None:
     # What is left of such an answer may fill the memory that later ones need: the process ends.
     with contextlib.suppress(MemoryError):
-        return reply(name, body)
+        return respond(body) if name == LIVE else reply(name, body)
     return None
 
 

@@ -63,8 +63,6 @@ def test_other_questions_have_an_answer(words, capsys):
 
 
 def test_what_is_of_wrists_alone_is_refused_in_a_sentence(capsys):
-    assert main(["track", SERIAL]) == 2
-    assert "a device that is not a wrist has no attribute" in capsys.readouterr().err
     assert main(["kinematics", SERIAL, "--lengths", "300,300,300"]) == 2
     assert "of wrists: leave out --lengths" in capsys.readouterr().err
 
@@ -131,7 +129,9 @@ def test_kinematics_of_a_wrist_that_is_heavier_than_its_record(capsys):
     assert f"{1e3 * first:.3f}" in capsys.readouterr().out
 
 
-def test_track_says_why_it_serves_wrists_alone(capsys):
-    for name in (SERIAL, SUPPORT):
-        assert main(["track", name]) == 2
-        assert "its controllers drive limbs of wrists; chain.simulate moves any chain" in capsys.readouterr().err
+@pytest.mark.full
+def test_track_moves_a_device_that_is_no_wrist(capsys, tmp_path):
+    table = tmp_path / "run.csv"
+    assert main(["track", SERIAL, "--trajectory", "flexion", "--out", str(table)]) == 0
+    assert "flexion ends at" in capsys.readouterr().out
+    assert "tension_3_N" in table.read_text().splitlines()[0]

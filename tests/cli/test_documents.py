@@ -41,6 +41,7 @@ ASKED = {
     f"report four-linear-actuators-worn {' '.join(MAN)}": "design_report",
     "parts four-linear-actuators-worn --step 45": "parts",
     "uncertainty four-cables --flexion 60": "force_uncertainty",
+    f"uncertainty four-cables --flexion 60 --all 8 {' '.join(MAN)}": "total_uncertainty",
     "check four-cables": "report",
     "forces four-cables": "robot_forces",
     "track --experiment abduction --no-progress": "track_summary",

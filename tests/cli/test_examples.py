@@ -30,7 +30,7 @@ ANSWERS = {
     "tasks": r"published range +\d+|does \d+ of 13 tasks of a day",
     "compare": r"ranks first|Equal first",
     "report": r"It holds (none|\d)",
-    "uncertainty": r"shoulder force|offset",
+    "uncertainty": r"shoulder force|offset|draws of all",
     "presets": r"four-(cables|linear-actuators)",
     "sweep": r"ranks first|Equal first|No design holds",
     "optimise": r"Checked with Pinocchio",

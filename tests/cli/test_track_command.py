@@ -146,7 +146,7 @@ ABDUCTION, CABLES = ["--experiment", "abduction"], ["--experiment", "four-cables
         ([*ABDUCTION, "--supply", "400000"], "bar"),
         ([*ABDUCTION, "--supply", "nan"], "pressure"),
         ([*ABDUCTION, "--fault", "no-current,1,2"], "pneumatic muscles"),
-        ([*CABLES, "--fault", "burst,2,2"], "'torn', 'no current', 'slipping brake' of limb 2"),
+        ([*CABLES, "--fault", "burst,2,2"], "'supply drop' of limb 2, which has a motor"),
         ([*CABLES, "--fault", "torn,5,2"], "1 to 4"),
         ([*CABLES, "--supply", "3"], "pneumatic muscles"),
         ([*ABDUCTION, "--fault", "burst,3,99"], "within the run"),

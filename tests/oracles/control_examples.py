@@ -4,7 +4,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.controllers.motor_loop import length_motion
+from exo_pin.control.controllers.wrist_lengths import length_motion
 
 
 def control_examples():

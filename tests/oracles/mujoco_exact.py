@@ -19,6 +19,8 @@ STEP = 1e-3
 #: Singular values of J, its rows of length one, beside the largest: below the first they are zero, above the second
 #: they are not.
 ZERO, CLEAR = 1e-9, 1e-5
+#: Scaled velocities no larger are at rest.
+REST = 1e-9
 
 
 class ExactMujoco:
@@ -153,3 +155,18 @@ def assert_same(one, other, relative=1e-9, what="", least=0.0):
     one, other = np.asarray(one), np.asarray(other)
     size = max(least, np.abs(one).max(initial=0.0), np.abs(other).max(initial=0.0))
     assert np.abs(one - other).max(initial=0.0) <= relative * size, what
+
+
+def problem_of(chain, exact, qpos, v, tau):
+    """Of an :class:`ExactMujoco`: mass matrix, acceleration without friction at rest and stops, friction that slides,
+    and friction at rest.
+    """
+    model, scale = chain.model, chain._state.topology.column
+    low, high = model.lowerDryFrictionLimit, model.upperDryFrictionLimit
+    sliding = np.where(v / scale > REST, low, np.where(v / scale < -REST, high, 0.0))
+    resting = (np.abs(v / scale) <= REST) & ((low != 0.0) | (high != 0.0))
+    T, rate = exact.velocity_map(qpos, v)
+    theirs = exact.acceleration(qpos, T @ v, np.linalg.solve(T.T, tau + sliding))
+    smooth = np.linalg.solve(T, theirs - rate @ v)
+    exact.at(qpos)
+    return T.T @ exact.mass() @ T, smooth, sliding, [(i, low[i], high[i]) for i in np.flatnonzero(resting)]

@@ -23,7 +23,7 @@ TOKEN = "a-token-of-some-length"
 
 @pytest.fixture(scope="module")
 def service():
-    with Service("--workers", "2", "--seconds", "20", "--body", "20000") as running:
+    with Service("--live", "0", "--workers", "2", "--seconds", "20", "--body", "20000") as running:
         yield running
 
 
@@ -75,7 +75,7 @@ def test_a_process_that_ends_is_replaced(service):
 
 
 def test_an_answer_that_takes_too_long_or_too_much_is_ended():
-    with Service("--workers", "1", "--seconds", "2", "--waiting", "1", "--memory", "300") as service:
+    with Service("--live", "0", "--workers", "1", "--seconds", "2", "--waiting", "1", "--memory", "300") as service:
         status, found = service.ask("workspace", {"poses": 1.0, "design": "prototype"})
         assert (status, found["kind"]) in ((422, "TimeLimit"), (422, "MemoryLimit"))
         assert service.metric("exo_pin_restarts") == 1
@@ -86,7 +86,7 @@ def test_an_answer_that_takes_too_long_or_too_much_is_ended():
 
 
 def test_a_token_is_needed_where_there_is_one():
-    with Service("--workers", "1", "--name", "lab.example.org", token=TOKEN) as service:
+    with Service("--live", "0", "--workers", "1", "--name", "lab.example.org", token=TOKEN) as service:
         assert service.send("GET", "/health")[0] == 200
         for given in ({}, {"Authorization": "Bearer "}, {"Authorization": f"Bearer {TOKEN}x"}):
             status, headers, _ = service.send("GET", "/openapi.json", None, given)
@@ -100,7 +100,7 @@ def test_a_token_is_needed_where_there_is_one():
 
 
 def test_killed_under_load_it_starts_again_on_its_port_and_leaves_no_process():
-    service = Service("--workers", "2")
+    service = Service("--live", "0", "--workers", "2")
     left = service.processes()
     with ThreadPoolExecutor(8) as pool:
         load = [pool.submit(service.ask, "reaction", POSE) for _ in range(400)]
@@ -109,10 +109,11 @@ def test_killed_under_load_it_starts_again_on_its_port_and_leaves_no_process():
         service.process.wait()
         service.process.stdout.close()
         wait_until(lambda: not any(map(_lives, left)))
-        with Service("--workers", "1", port=service.port) as again:
+        with Service("--live", "0", "--workers", "1", port=service.port) as again:
             answer = again.ask("reaction", POSE)[1]["answer"]
         done = [each.result()[1]["answer"] for each in load if each.exception() is None]
-    assert len(done) > 40
+    # Those before it, but for what the other threads had under way.
+    assert len(done) > 32
     assert all(each == answer for each in done)
 
 

@@ -57,6 +57,7 @@ class MotionDerivatives(Record):
     _changes: FloatArray
     _reduced: FloatArray
     _independent: NDArray[np.int64]
+    _own: FloatArray
 
     @cached_property
     def motion(self) -> ClosedMotion:
@@ -94,26 +95,21 @@ class MotionDerivatives(Record):
         """Shape (nv, d), of all velocities with q_i at constant v_i."""
         return self._reduced[1]
 
-    @cached_property
-    def _own(self) -> FloatArray:
-        """Shape (3, d, nv), the independent accelerations' rows, taken once."""
-        return frozen(self._changes.take(self._independent, 1))
-
     @property
     def independent_q(self) -> FloatArray:
         """Shape (d, d), of the independent accelerations with q_i at constant v_i."""
-        by_q, by_v, _ = self._own
-        return by_q @ self._reduced[0] + by_v @ self._reduced[1]
+        return self._own[:, : len(self._own)]
 
     @property
     def independent_v(self) -> FloatArray:
         """Shape (d, d), of the independent accelerations with v_i."""
-        return self._own[1] @ self._reduced[0]
+        d = len(self._own)
+        return self._own[:, d : 2 * d]
 
     @property
     def independent_tau(self) -> FloatArray:
         """Shape (d, nv), of the independent accelerations with all efforts."""
-        return self._own[2]
+        return self._own[:, 2 * len(self._own) :]
 
 
 def forward_dynamics_derivatives(
@@ -166,7 +162,7 @@ def forward_dynamics_derivatives(
     work.v[:] = v
     pushes = wrenches_on(state, external) if external is not None else {}
     left = tree_derivatives(state, work, pushes)[2] - efforts
-    changes, reduced, own, choice = acceleration_changes.run(
+    changes, reduced, independent_in_v, own, choice = acceleration_changes.run(
         *work.for_derivatives, work.jacobian, work.gap, left, given, state.tolerance
     )
     if independent is not None:
@@ -176,7 +172,8 @@ def forward_dynamics_derivatives(
         _given=(state, q, v, efforts, kept),
         _changes=frozen(changes),
         _reduced=frozen(reduced),
-        _independent=frozen(own),
+        _independent=frozen(independent_in_v),
+        _own=frozen(own),
     )
 
 
@@ -232,6 +229,8 @@ def acceleration_changes(
         Shape (2, nv, d), Z and v_q of :class:`MotionDerivatives`.
     independent : ndarray of int
         Shape (d,).
+    inner : ndarray
+        Shape (d, 2 d + nv), changes of the independent accelerations with q_i, v_i and τ.
     choice : tuple
         How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there.
     """
@@ -289,7 +288,15 @@ def acceleration_changes(
     for s in range(d):
         _add_outer(response[s], response[s], found[2])
     _add_product(following, Z, 1.0, v_q)
-    return found, reduced, own, (rank, most, cut)
+    inner = np.zeros((d, 2 * d + nv))
+    for s in range(d):
+        for k in range(nv):
+            by_q, by_v = found[0, own[s], k], found[1, own[s], k]
+            for t in range(d):
+                inner[s, t] += by_q * Z[k, t] + by_v * v_q[k, t]
+                inner[s, d + t] += by_v * Z[k, t]
+            inner[s, 2 * d + k] = found[2, own[s], k]
+    return found, reduced, own, inner, (rank, most, cut)
 
 
 @kernel

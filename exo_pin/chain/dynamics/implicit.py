@@ -157,19 +157,26 @@ class _Collocation(scipy.integrate.OdeSolver):
 class Stiffness(OneProcess):
     """The method of every step: DOP853 until stability and not accuracy bounds its steps, collocation afterwards.
 
-    ``derivative`` is the ``jac`` of :class:`_Collocation`.
+    ``derivative`` is the ``jac`` of :class:`_Collocation`; ``implicit`` begins with collocation.
     """
 
-    def __init__(self, derivative: Callable[[float, FloatArray, FloatArray], FloatArray]) -> None:
+    def __init__(
+        self, derivative: Callable[[float, FloatArray, FloatArray], FloatArray], implicit: bool = False
+    ) -> None:
         self._derivative = derivative
         self._last: scipy.integrate.OdeSolver | None = None
-        self._bound = self._others = 0
+        self._bound, self._others = _STIFF if implicit else 0, 0
+
+    @property
+    def implicit(self) -> bool:
+        """Whether steps are those of collocation from now on."""
+        return self._bound >= _STIFF
 
     def solver(self, *arguments: Any, **options: Any) -> scipy.integrate.OdeSolver:
         """For the next step; the last one's has taken its."""
         if isinstance(self._last, scipy.integrate.DOP853):
             self._see(self._last)
-        if self._bound < _STIFF:
+        if not self.implicit:
             self._last = scipy.integrate.DOP853(*arguments, **options)
         else:
             before = self._last if isinstance(self._last, _Collocation) else None

@@ -25,6 +25,8 @@ def serve(
     seconds: Seconds = 30.0,
     body: Annotated[int, called("BYTES")] = 2**20,
     memory: Annotated[int, called("MB")] = 2048,
+    live: Annotated[int, called("N")] = 8,
+    udp: Annotated[int | None, called("PORT")] = None,
 ) -> None:
     """Answer the questions of exo-pin batch over HTTP, for programs in any language (needs the extra 'service').
 
@@ -49,6 +51,10 @@ def serve(
         Largest question, bytes.
     memory : int
         Memory that a process may take for its answers, MB.
+    live : int
+        Most live streams at once, over WebSocket (/live) and UDP; 0 starts no process for them.
+    udp : int, optional
+        Take live streams over UDP, too, at this port.
 
     Examples
     --------
@@ -62,4 +68,5 @@ def serve(
     """
     require_extra("service")
     token = os.environ.get(TOKEN) or None
-    served(ServiceOptions(host, port, token, name, workers, waiting, seconds, body, memory), partial(print, flush=True))
+    options = ServiceOptions(host, port, token, name, workers, waiting, seconds, body, memory, live, udp)
+    served(options, partial(print, flush=True))

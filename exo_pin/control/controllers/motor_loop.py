@@ -24,55 +24,19 @@ left to the integral. The integral has back-calculation with T_t = T_i.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.validation import FloatArray, as_positive, require_type
-from ...design import WristGeometry
-from ..plant.drives import LimbDrive, MotorDrive
+from ..plant.drives import DirectDrive, LimbDrive, MotorDrive
 from ..plant.plant import Plant
+from .planning import planner_of
+from .wrist_lengths import LengthMotion
 
 #: Speed within which the compensated friction changes its sign, m/s.
 _SMOOTH = 0.005
-
-
-class LengthMotion(NamedTuple):
-    """Lengths of n limbs in a motion of the arm.
-
-    Attributes
-    ----------
-    lengths, rates, accelerations : ndarray
-        Shape (n,): l in m, l' in m/s, l'' in m/s².
-    """
-
-    lengths: FloatArray
-    rates: FloatArray
-    accelerations: FloatArray
-
-
-def length_motion(geometry: WristGeometry, state: Any) -> LengthMotion:
-    """Lengths of the limbs, and their first two derivatives, of a motion of the arm about O.
-
-    With b = B_i - O in the base frame, b' = ω × b: l' = s · b', l'' = s · b'' + (|b'|² - l'²)/l.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-    state : ReferenceState
-        ``orientation``, ``angular_velocity`` and ``angular_acceleration``, single.
-    """
-    b = geometry.platform_points @ state.orientation.as_matrix().T
-    w, e = np.asarray(state.angular_velocity), np.asarray(state.angular_acceleration)
-    span = b - geometry.base_points
-    lengths = np.linalg.norm(span, axis=1)
-    s = span / lengths[:, None]
-    velocity = np.cross(w, b)
-    acceleration = np.cross(e, b) + np.cross(w, velocity)
-    rates = np.einsum("ij,ij->i", s, velocity)
-    across = np.einsum("ij,ij->i", velocity, velocity) - rates**2
-    return LengthMotion(lengths, rates, np.einsum("ij,ij->i", s, acceleration) + across / lengths)
 
 
 class MotorLoop:
@@ -84,32 +48,53 @@ class MotorLoop:
         Of the plant that the controller takes for true.
     bandwidth : float
         Ω, rad/s.
+    masses : ndarray, optional
+        Shape (n,), what moves with each drive that acts on its joint without a spring between, kg or kg m². Without
+        them such drives have no loop of their own: the controller plans for all that moves.
 
     Attributes
     ----------
     motors : list of int
         Limbs that have a motor.
+    sign : ndarray
+        1 where the effort pulls in, -1 where it is positive towards larger coordinates, as of a motor in a joint.
     """
 
-    def __init__(self, drives: Sequence[LimbDrive], bandwidth: float) -> None:
-        chosen = [(i, drive) for i, drive in enumerate(drives) if isinstance(drive, MotorDrive)]
+    def __init__(self, drives: Sequence[LimbDrive], bandwidth: float, masses: FloatArray | None = None) -> None:
+        chosen = [(i, d) for i, d in enumerate(drives) if isinstance(d, MotorDrive | DirectDrive)]
         self.motors = [i for i, _ in chosen]
         own = [drive for _, drive in chosen]
-        self.mass = np.array([drive.parameters.mass for drive in own])
-        self.limit = np.array([drive.force_limit for drive in own])
+        self.sign = np.array([-1.0 if drive.of_joint else 1.0 for drive in own])
+        none = np.zeros(len(drives)) if masses is None else masses
+        self.mass = np.array([none[i] if drive.is_direct else drive.parameters.mass for i, drive in chosen])
+        self._low, self._high = np.array([drive.limits for drive in own]).reshape(-1, 2).T
         self.stiffness = np.array([drive.stiffness for drive in own])
         self._viscous = np.array([drive.parameters.viscous for drive in own])
         self._coulomb = np.array([drive.parameters.coulomb for drive in own])
         self._share = np.array([drive.parameters.load_friction for drive in own])
         self._bandwidth = bandwidth
 
+    def clipped(self, force: FloatArray) -> FloatArray:
+        """Forces that pull in, within the motors' limits, N or N m."""
+        return np.asarray(self.sign * np.clip(self.sign * force, self._low, self._high))
+
+    def shares(self, force: FloatArray) -> FloatArray:
+        """Commands for forces that pull in."""
+        effort = self.sign * force
+        limit = np.where((effort < 0.0) & (self._low < 0.0), -self._low, self._high)
+        return np.divide(effort, limit, out=np.zeros(len(effort)), where=limit > 0.0)
+
     def feed_forward(self, tensions: FloatArray, rates: FloatArray, accelerations: FloatArray) -> FloatArray:
         """Motor forces in N for tensions in N, with limbs that move at given rates; shape (m,), of the motors alone."""
         friction = (self._coulomb + self._share * np.abs(tensions)) * np.clip(rates / _SMOOTH, -1.0, 1.0)
         return np.asarray(tensions - self.mass * accelerations - self._viscous * rates - friction)
 
-    def commands(self, tensions: FloatArray, wanted: LengthMotion, measurement: Any) -> FloatArray:
+    def commands(
+        self, tensions: FloatArray, wanted: LengthMotion, measurement: Any, rubbing: bool = True
+    ) -> FloatArray:
         """Commands, shape (m,), of the motors alone, for wanted tensions of all limbs in N.
+
+        Friction is compensated if ``rubbing``: not where the wanted motion is the arm's own, which it would drive on.
 
         Raises
         ------
@@ -117,11 +102,12 @@ class MotorLoop:
             If the drives' positions and speeds are not measured.
         """
         f, lengths, rates, accelerations = (part[self.motors] for part in (tensions, *wanted))
+        f = self.sign * f
         positions, speeds = measured_drives(measurement)
-        force = self.feed_forward(f, rates, accelerations)
+        force = self.feed_forward(f, rates, accelerations) if rubbing else f
         off = positions[self.motors] - (lengths - f / self.stiffness)
         force += self.mass * self._bandwidth * (self._bandwidth * off + 2.0 * (speeds[self.motors] - rates))
-        return np.asarray(force / self.limit)
+        return self.shares(force)
 
 
 def measured_drives(measurement: Any) -> tuple[FloatArray, FloatArray]:
@@ -178,7 +164,9 @@ class LengthController:
             raise InvalidInput("expected a motor in every limb; muscles have the controller of contraction ratios")
         self.plant, self.reference = plant, reference
         self._interval = 1.0 / as_positive("rate", rate)
-        self._loop = MotorLoop(plant.drives, _BANDWIDTH)
+        self._plans = planner_of(plant)
+        masses = self._plans.masses(reference(0.0).orientation)
+        self._loop = MotorLoop(plant.drives, _BANDWIDTH, masses)
         taut = np.array([drive.least_tension > 0.0 for drive in plant.drives])
         self._shorter = np.where(taut, _TENSION / self._loop.stiffness, 0.0)
         self.reset()
@@ -201,16 +189,17 @@ class LengthController:
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
-        wanted = length_motion(self.plant.mechanism.geometry, self.reference(t))
+        wanted = self._plans.motion(self.reference(t))
         positions, speeds = measured_drives(measurement)
         mass = self._loop.mass
         error = positions - (wanted.lengths - self._shorter)
         proportional = mass * _BANDWIDTH**2 * error
         if self._integral is None:
             # A device is switched on with its brakes closed: the first force is what they held.
-            held = self._loop.stiffness * (np.asarray(measurement.lengths) - positions)
+            stretch = np.asarray(measurement.lengths) - positions
+            held = np.where(np.isfinite(self._loop.stiffness), self._loop.stiffness, 0.0) * stretch
             self._integral = held - proportional
         force = proportional + self._integral + 2.0 * mass * _BANDWIDTH * (speeds - wanted.rates)
-        given = np.clip(force, -self._loop.limit, self._loop.limit)
+        given = self._loop.clipped(force)
         self._integral = self._integral + self._interval / _INTEGRAL_TIME * (proportional + given - force)
-        return np.asarray(given / self._loop.limit)
+        return self._loop.shares(given)

@@ -38,9 +38,8 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive, require_type, set_positive
-from ...design import Mechanism
 from ...muscle.valve.flow import LAYOUTS
-from ..plant.drives import Contractions
+from ..plant.contractions import contractions_of
 
 
 @checked
@@ -197,7 +196,7 @@ class ContractionController:
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : Mechanism, or contractions of a plant
         The design that the controller takes for granted; the plant may be another.
     reference : callable
         Orientations over time, ``reference(t).orientation``.
@@ -225,16 +224,16 @@ class ContractionController:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        mechanism: Any,
         reference: Callable[[float], Any],
         gains: Sequence[PIGains] | None = None,
         rate: float = 100.0,
         layout: str = "3/2",
     ) -> None:
-        self.contractions = Contractions(mechanism)
+        self.contractions = contractions_of(mechanism)
         require_type("reference", reference, Callable, "a function of time")
         self._reference = reference
-        count = mechanism.limb_count
+        count = len(self.contractions.nominal)
         if gains is not None and not np.iterable(gains):
             raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {echo(gains)}")
         chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)

@@ -16,9 +16,10 @@ from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable, read_toml
 from ...core.validation import as_choice, as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry, preset
+from ...device import Device
 from ...load_case import RecordingOptions
 from ..imu import PRINTED_DRIFT, Imu
-from ..plant.drives import Contractions
+from ..plant.contractions import Contractions
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..trajectories.paths import AnglePath, abduction, daily_task, flexion
@@ -210,15 +211,15 @@ def reference_of(
     return given
 
 
-def options_for(mechanism: Mechanism) -> PlantOptions:
+def options_for(mechanism: Mechanism | Device) -> PlantOptions:
     """Options of a design that comes without: with the shoulder unit's friction where muscles turn the dummy's.
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
 
     Parameters
     ----------
-    mechanism : Mechanism
-        The design.
+    mechanism : Mechanism or Device
+        The design, or any device.
 
     Returns
     -------
@@ -230,9 +231,9 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
     >>> [options_for(ep.load(name).mechanism).shoulder_coulomb > 0.0 for name in ("prototype", "four-cables")]
     [True, False]
     """
-    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
+    require_type("mechanism", mechanism, Mechanism | Device, "a Mechanism or Device")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
-    if families & {"cable", "linear"}:
+    if families & {"cable", "linear"} or not families:
         return PlantOptions()
     return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB)
 

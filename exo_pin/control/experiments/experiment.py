@@ -14,13 +14,15 @@ from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type, require_types, set_positive
 from ...design import Mechanism
+from ...device import Device
 from ...muscle.valve.flow import ValveUnit
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.motor_loop import LengthController
-from ..controllers.tension_program import tensions_for_motion
+from ..controllers.planning import planner_of
 from ..controllers.thesis_controller import ContractionController
 from ..imu import Imu, ImuSensor
-from ..plant.drives import MuscleDrive, has_motor
+from ..plant.any_device.arm_actions import Payload, Wearer
+from ..plant.drives import MuscleDrive
 from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant
@@ -44,8 +46,8 @@ class Experiment(Record):
     ----------
     name, title : str
         Short name, and what it is.
-    mechanism : Mechanism
-        The design, with an arm and drives.
+    mechanism : Mechanism or Device
+        The design, or any device, with an arm and drives.
     reference : Reference
         Where the arm shall be.
     controller : {"pi", "model"}, callable or None
@@ -65,6 +67,10 @@ class Experiment(Record):
         Of the controller, Hz.
     feedback : FeedbackGains or None
         Of the controller "model".
+    wearer : tuple of callable
+        What the person does, as for :class:`.Plant`. Controllers do not know it.
+    payloads : tuple of Payload
+        What the arm carries for a time; controllers do not know it.
     source : str
         Where it comes from, and what is assumed.
 
@@ -77,7 +83,7 @@ class Experiment(Record):
 
     name: str
     title: str
-    mechanism: Mechanism
+    mechanism: Mechanism | Device
     reference: Reference
     controller: str | Callable[[float, Any], Any] | None = None
     options: PlantOptions = field(default_factory=PlantOptions)
@@ -86,12 +92,14 @@ class Experiment(Record):
     faults: tuple[Fault, ...] = ()
     rate: float = 100.0
     feedback: FeedbackGains | None = None
+    wearer: tuple[Wearer, ...] = ()
+    payloads: tuple[Payload, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
         require_types(
             self,
-            mechanism=Mechanism,
+            mechanism=Mechanism | Device,
             reference=Reference,
             options=PlantOptions,
             imu=Imu | None,
@@ -105,7 +113,7 @@ class Experiment(Record):
             require_type("controller", self.controller, Callable, "a name or a function")
         set_positive(self, "duration", optional=True)
         set_positive(self, "rate")
-        motors = [has_motor(limb) for limb in self.mechanism.limbs]
+        motors = self.plant.motors.tolist() if self.faults else []
         object.__setattr__(self, "faults", as_faults(self.faults, motors, self.duration or self.reference.duration))
 
     def replace(self, **changes: Any) -> Experiment:
@@ -148,7 +156,7 @@ class Experiment(Record):
     @property
     def plant(self) -> Plant:
         """The plant."""
-        return Plant(self.mechanism, self.options)
+        return Plant(self.mechanism, self.options, wearer=self.wearer, payloads=self.payloads)
 
     def made_controller(self, plant: Plant) -> Any:
         """The controller for a plant, reset if it can be.
@@ -169,13 +177,13 @@ class Experiment(Record):
         >>> type(experiment.made_controller(plant)).__name__  # of motors
         'LengthController'
         """
-        if self.controller == "pi" and plant.motors.any():
+        if self.controller == "pi" and (plant.motors.any() or not plant.count):
             made: Any = LengthController(plant, self.reference, rate=self.rate)
         elif self.controller == "pi":
             layouts = {unit.layout for unit in plant.units if isinstance(unit, ValveUnit)}
             if len(layouts) > 1:
                 raise InvalidInput("the controller 'pi' needs one layout for all valves: give one of your own")
-            made = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layouts.pop())
+            made = ContractionController(plant.contractions, self.reference, rate=self.rate, layout=layouts.pop())
         elif self.controller == "model":
             made = ModelController(plant, self.reference, self.feedback, self.rate)
         else:
@@ -213,18 +221,24 @@ class Experiment(Record):
         >>> round(float((state.orientation.inv() * first).magnitude()), 9)  # rad from the reference's first pose
         0.0
         """
-        if all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
+        if plant.count and all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
             return plant.rest()
         pose = self.reference(0.0).orientation
-        lengths = plant.contractions.lengths(pose)
+        plans = planner_of(plant)
+        lengths = plans.lengths(pose)
         for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
             if not drive.spans(length):
+                if drive.is_direct:
+                    raise InvalidInput(
+                        f"drive {i} would have to be at {length:.3g} at the start of the reference; it reaches "
+                        f"{drive.shortest:.3g} to {drive.longest:.3g} (rad or m). Start elsewhere"
+                    )
                 raise InvalidInput(
                     f"limb {i} would have to be {1e3 * length:.0f} mm long at the start of the reference; its "
                     f"{drive.word} spans {1e3 * drive.shortest:.0f} to {1e3 * drive.longest:.0f} mm. Start elsewhere"
                 )
         least, greatest = plant.force_limits(lengths)
-        return plant.held(pose, tensions_for_motion(self.mechanism, pose, None, greatest, least, plant.load).tensions)
+        return plant.held(pose, plans.tensions(pose, None, greatest, least, plant.load).tensions)
 
     def run(self, progress: bool = False) -> Tracking:
         """Run it from its :meth:`start`, recorded at the rate of the controller.
@@ -259,7 +273,7 @@ class Experiment(Record):
         if as_rotation("orientation of the reference", wanted).shape != (2,):
             raise InvalidInput(f"expected a reference that returns one orientation a time, got {wanted.shape} for (2,)")
         sudden = bool(self.faults) and bool(plant.motors.any())
-        sensor: Any = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
+        sensor: Any = None if self.imu is None else ImuSensor(self.imu, plant.contractions)
         run = plant.simulate(
             self.made_controller(plant), duration, self.start(plant), self.rate, self.faults,
             sensor=sensor, sample_rate=max(self.rate, _FAULT_RATE) if sudden else self.rate, progress=progress,

@@ -16,7 +16,7 @@ from ...core.files import write_columns
 from ...core.results import Known, Result, drawn, taken_as_known
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
-from ..controllers.tension_program import missing_moments
+from ..controllers.planning import planner_of
 from ..plant.run import Run
 from .foresight import holdable
 from .tracking_report import columns_of, continuous_angles, findings, known_of, labelled, summary_of, verdict_of
@@ -81,9 +81,10 @@ class Tracking(Result, ReadOnly):
         >>> round(float(np.rad2deg(Tracking.of(experiment, run).rms_error())), 1)  # degrees, of one's own controller
         14.5
         """
-        wanted, contractions = experiment.reference(run.times).orientation, run.plant.contractions
-        ratios = contractions.ratios(contractions.lengths(wanted))
-        return cls(experiment, run, wanted, ratios, run.contraction_ratios, missing_moments(run.plant, wanted))
+        wanted, plans = experiment.reference(run.times).orientation, planner_of(run.plant)
+        lengths = np.array([plans.lengths(pose) for pose in wanted]).reshape(len(wanted), run.plant.count)
+        ratios = run.plant.contractions.ratios(lengths)
+        return cls(experiment, run, wanted, ratios, run.contraction_ratios, plans.missing(wanted))
 
     @property
     def times(self) -> FloatArray:

@@ -10,12 +10,11 @@ from scipy.spatial.transform import Rotation
 from ...core.results import Known
 from ...core.validation import FloatArray
 from ...device.accuracy.pose_accuracy import pose_accuracy
-from ...device.wrist_device import WristDevice, as_device
+from ...device.wrist_device import as_device
 from ...load_case import Case
 from ...load_case.case import beyond_motion
 from ...reaction import Assumptions, solve
-from ...wrist.clearance.gaps import LimbGaps
-from ..plant.equations.drive_kernels import MOTOR_COLUMNS, free_contraction
+from ..plant.equations.drive_kernels import free_contraction
 
 if TYPE_CHECKING:
     from .tracking import Tracking
@@ -179,7 +178,7 @@ def _stall(tracking: Tracking) -> list[str]:
 
 
 def _slack(tracking: Tracking) -> list[str]:
-    cables = np.array([drive.word == "cable" for drive in tracking.run.plant.drives])
+    cables = np.array([drive.word == "cable" for drive in tracking.run.plant.drives], dtype=bool)
     text, slack = "{} is slack for {:.0f} % of the time", tracking.run.slack
     worth = cables | (slack.mean(axis=0) > _HALF)
     return _often(tracking, slack & worth, _SELDOM, text)
@@ -187,8 +186,8 @@ def _slack(tracking: Tracking) -> list[str]:
 
 def _force_limits(tracking: Tracking) -> list[str]:
     plant = tracking.run.plant
-    limits = plant.tables.motors[:, MOTOR_COLUMNS.index("force_limit")]
-    reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits)
+    limits = np.array([drive.force_limit if drive.is_motor else np.inf for drive in plant.drives])
+    reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits) & (limits > 0.0)
     return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
 
 
@@ -196,10 +195,10 @@ def _alike(tracking: Tracking) -> list[str]:
     """The lengths are right and the pose is not."""
     off, run = float(np.degrees(tracking.error[-1])), tracking.run
     wanted = run.plant.contractions.lengths(tracking.wanted[-1:])[0]
-    wrong = float(np.abs(run.lengths[-1] - wanted).max())
-    if off < _OFF or wrong > _RIGHT:
+    wrong = float(np.abs(run.lengths[-1] - wanted).max(initial=0.0))
+    if off < _OFF or wrong > _RIGHT or not run.plant.count:
         return []
-    seen = pose_accuracy(WristDevice.of(tracking.experiment.mechanism), tracking.wanted[-1:])
+    seen = pose_accuracy(as_device(tracking.experiment.mechanism), tracking.wanted[-1:])
     return [
         f"the lengths end within {1e3 * wrong:.1f} mm of those wanted and the arm {off:.1f}° off: "
         f"{seen.sensitivity()}; a sensor of the arm's orientation tells"
@@ -289,7 +288,7 @@ def summary_of(tracking: Tracking) -> dict[str, float]:
         "peak_F_s_N": float(force.max()),
         "mean_F_s_N": float(force.mean()),
         "end_F_s_N": float(force[-1]),
-        "peak_tension_N": float(run.tensions.max()),
+        "peak_tension_N": float(run.tensions.max(initial=0.0)),
     }
     if any(drive.word == "actuator" for drive in run.plant.drives):
         numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
@@ -354,7 +353,7 @@ def verdict_of(tracking: Tracking) -> str:
         end = f"{name} ends at {reached}° of {wanted}°, the arm {numbers['end_error_deg']:.1f}° off"
     force = f"|F_s| up to {numbers['peak_F_s_N']:.0f} N"
     text = f"{tracking.experiment.title}: {end} ({numbers['rms_error_deg']:.1f}° rms); {force}."
-    touching = LimbGaps(tracking.experiment.mechanism, tracking.run.rotations.as_matrix()).words
+    touching = as_device(tracking.experiment.mechanism).gaps(tracking.run.rotations.as_matrix()).words
     return f"{text} {touching}".rstrip()
 
 

@@ -3,119 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
-from ...core.validation import FloatArray, as_finite, as_rotation, require_type
-from ...design import Limb, Mechanism, preset, presets
+from ...core.validation import FloatArray
+from ...design import Limb, preset, presets
 from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel
 from .equations.drive_kernels import COLUMNS, MOTOR_COLUMNS
-from .options import MotorParameters, PlantOptions
-
-
-class Contractions:
-    """Contraction ratios of the muscles of a design.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Every limb with a stroke and its end fitting.
-
-    Attributes
-    ----------
-    nominal, fittings : ndarray
-        l_0 and e, shape (n,), m.
-
-    Raises
-    ------
-    MissingData
-        If a stroke or an end fitting is not known.
-
-    Examples
-    --------
-    >>> from exo_pin.control import Contractions
-    >>> contractions = Contractions(ep.load("prototype").mechanism)
-    >>> (1e3 * contractions.nominal).round(1), (1e3 * contractions.fittings).round(1)  # mm
-    (array([150., 250., 250.]), array([126., 154., 154.]))
-    """
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        require_type("mechanism", mechanism, Mechanism, "a Mechanism")
-        spans, lacking = [], []
-        for i, limb in enumerate(mechanism.limbs, 1):
-            stroke, tackle = limb.stroke, None if limb.actuator is None else limb.actuator.tackle
-            if stroke is None or stroke.end_fitting is None:
-                lacking.append(f"stroke with end_fitting of limb {i}")
-            elif tackle is None:
-                spans.append((stroke.nominal_length + stroke.end_fitting, stroke.nominal_length))
-            else:
-                longest = stroke.nominal_length * stroke.longest + stroke.end_fitting
-                spans.append((longest, tackle.ratio * tackle.muscle_length))
-        if lacking:
-            raise MissingData(lacking, "a contraction ratio", mechanism.name)
-        self._uncontracted, self.nominal = np.array(spans).T
-        self.fittings = self._uncontracted - self.nominal
-        self._base = np.array(mechanism.geometry.base_points)
-        self._platform = np.array(mechanism.geometry.platform_points)
-
-    def lengths(self, poses: Rotation) -> FloatArray:
-        """Limb lengths, shape (..., n), m, of poses of shape (...).
-
-        Parameters
-        ----------
-        poses : Rotation
-            Shape (...).
-
-        Returns
-        -------
-        ndarray
-            Shape (..., n), m.
-
-        Examples
-        --------
-        >>> from exo_pin.control import Contractions
-        >>> exo = ep.load("prototype")
-        >>> pose = exo.pose(flexion=25)
-        >>> bool(np.allclose(Contractions(exo.mechanism).lengths(pose), exo.inverse_kinematics(pose).lengths))  # m
-        True
-        """
-        matrices = as_rotation("poses", poses).as_matrix()
-        turned = self._platform @ np.swapaxes(matrices, -1, -2)
-        return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
-
-    def ratios(self, lengths: ArrayLike) -> FloatArray:
-        """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched.
-
-        Parameters
-        ----------
-        lengths : array_like
-            Shape (..., n), m.
-
-        Returns
-        -------
-        ndarray
-            Shape (..., n).
-
-        Examples
-        --------
-        >>> from exo_pin.control import Contractions
-        >>> exo = ep.load("prototype")
-        >>> contractions = Contractions(exo.mechanism)
-        >>> contractions.ratios(contractions.fittings + 0.9 * contractions.nominal).round(9)
-        array([0.1, 0.1, 0.1])
-        """
-        given = as_finite("lengths", lengths, (len(self.nominal),), stack=True)
-        return np.asarray((self._uncontracted - given) / self.nominal)
-
+from .options import JointMotor, MotorParameters, PlantOptions
 
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6
@@ -152,10 +55,17 @@ class LimbDrive(ABC):
     """
 
     is_motor: ClassVar[bool] = False
+    #: Whether it acts on its coordinate without a spring between.
+    is_direct: ClassVar[bool] = False
     word: str
     shortest: float
     longest: float
     least_tension: float
+
+    @property
+    def pushes(self) -> bool:
+        """Whether it can push."""
+        return False
 
     @abstractmethod
     def row(self) -> FloatArray:
@@ -179,6 +89,8 @@ class MotorDrive(LimbDrive):
     """
 
     is_motor: ClassVar[bool] = True
+    #: Whether its effort is positive towards larger coordinates.
+    of_joint: ClassVar[bool] = False
     parameters: MotorParameters
     pull_limit: float
     push_limit: float
@@ -198,6 +110,24 @@ class MotorDrive(LimbDrive):
         """Of the limb between drive and arm, N/m."""
         return self.parameters.series_stiffness(self.longest)
 
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and greatest tension, N."""
+        return -self.push_limit, self.pull_limit
+
+    @property
+    def brake_force(self) -> float:
+        """Of the brake that closes when the current fails, N."""
+        return self.parameters.brake_force
+
+    def holding(self, command: float) -> float:
+        """What its brake holds in service, N: it is open."""
+        return 0.0
+
+    def demand(self, command: float) -> float:
+        """Force that a command asks for, N."""
+        return self.force_limit * command
+
     def row(self) -> FloatArray:
         """See :meth:`LimbDrive.row`."""
         own = self.parameters
@@ -214,6 +144,71 @@ class MotorDrive(LimbDrive):
             "longest": self.longest,
         }
         return np.array([values[name] for name in MOTOR_COLUMNS])
+
+
+@dataclass(frozen=True)
+class DirectDrive(LimbDrive):
+    """A geared motor in a joint, a source of tension on a cable, or a brake; efforts have the drive's own sign.
+
+    Attributes
+    ----------
+    parameters : JointMotor
+        Of motor and gear.
+    lower, upper : float
+        Least and greatest effort, N m or N; both zero for a brake.
+    speed_limit : float
+        At which no effort is left, rad/s or m/s; infinite where it is not known.
+    of_joint : bool
+        Whether its effort is positive towards larger coordinates; a tension is towards smaller ones.
+    holds : float
+        What a brake holds while its command is below a half, N m or N.
+    """
+
+    is_motor: ClassVar[bool] = True
+    is_direct: ClassVar[bool] = True
+    parameters: JointMotor
+    lower: float
+    upper: float
+    speed_limit: float
+    of_joint: bool
+    holds: float = 0.0
+
+    @property
+    def pushes(self) -> bool:
+        """Whether it can push."""
+        return self.lower < 0.0 or self.word == "brake"
+
+    @property
+    def force_limit(self) -> float:
+        """The larger of the two limits, N m or N."""
+        return max(self.upper, -self.lower)
+
+    @property
+    def brake_force(self) -> float:
+        """Of the brake that closes when the current fails, N m or N."""
+        return self.holds or self.parameters.brake_effort
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and greatest effort, N m or N."""
+        return self.lower - self.holds, self.upper + self.holds
+
+    @property
+    def stiffness(self) -> float:
+        """Of what stands between drive and joint: infinite."""
+        return np.inf
+
+    def demand(self, command: float) -> float:
+        """Effort that a command asks for: the share of the greatest one, or of the least one if it is negative."""
+        return (-self.lower if command < 0.0 < -self.lower else self.upper) * command
+
+    def holding(self, command: float) -> float:
+        """What a brake holds, N m or N: it is open from a command of a half on."""
+        return self.holds if command < 0.5 else 0.0
+
+    def row(self) -> FloatArray:
+        """Zeros: the equations of limbs have no part in it."""
+        return np.zeros(len(MOTOR_COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -296,34 +291,65 @@ def has_motor(limb: Limb) -> bool:
     return actuator is not None and actuator.family != "pneumatic muscle" and actuator.tackle is None
 
 
-def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[LimbDrive, ...]:
-    """The drive of each limb, by the family of its actuator.
+def drives_of(parts: Sequence[Any], name: str, options: PlantOptions) -> tuple[LimbDrive, ...]:
+    """The drive of each limb, or of each drive and brake of a device, by the family of its actuator.
 
     A pneumatic muscle is in line with its limb. A cable is pulled by pneumatic muscles if its actuator has a tackle,
-    and by a winch otherwise. The numbers that a design does not have come from the options.
+    and by a winch otherwise. The numbers that a design does not have come from the options. A drive of a device that
+    has no actuator acts within the limits of its effort.
 
     Raises
     ------
     MissingData
         If an actuator, a force law or limit, a stroke or an end fitting is not known.
     """
-    found, missing = _made(mechanism, options)
+    found, missing = _made(parts, options)
     if missing:
-        complete = [name for name in presets() if not _made(preset(name), options)[1]]
-        raise MissingData(missing, "a plant", mechanism.name, f"presets with all of it: {', '.join(complete)}")
+        complete = [known for known in presets() if not _made(preset(known).limbs, options)[1]]
+        raise MissingData(missing, "a plant", name, f"presets with all of it: {', '.join(complete)}")
     return tuple(found)
 
 
-def _made(mechanism: Mechanism, options: PlantOptions) -> tuple[list[LimbDrive], list[str]]:
+def _made(parts: Sequence[Any], options: PlantOptions) -> tuple[list[LimbDrive], list[str]]:
     """The drives of the limbs that have one, and what the others lack."""
     found: list[LimbDrive] = []
     missing: list[str] = []
-    for i, limb in enumerate(mechanism.limbs):
+    for i, part in enumerate(parts):
+        make = _muscle_drive
+        if not hasattr(part, "actuator"):
+            make = _brake
+        elif has_motor(part):
+            make = _motor_drive
+        elif part.actuator is None and hasattr(part, "route"):
+            make = _direct_drive
         try:
-            found.append((_motor_drive if has_motor(limb) else _muscle_drive)(limb, f"limbs[{i}]", options))
+            found.append(make(part, f"limbs[{i}]", options))
         except MissingData as error:
             missing += error.missing
     return found, missing
+
+
+def _direct_drive(part: Any, place: str, options: PlantOptions) -> LimbDrive:
+    """The motor of a drive without an actuator."""
+    motor, (low, high), (short, long) = options.joint_motor, part.effort_range, part.length_range
+    of_joint = part.joint is not None and not part.pulls
+    given = np.nan if motor.limit is None else motor.limit
+    low, high = (own if np.isfinite(own) else end for own, end in ((low, -given), (high, given)))
+    if np.isnan(low) or np.isnan(high):
+        raise MissingData([f"limits of the drive {part.name!r} (PlantOptions(joint_motor=JointMotor(limit=...)))"],
+                          "a plant")  # fmt: skip
+    word = "cable" if part.route is not None else "motor" if of_joint else "actuator"
+    ends = (-np.inf if np.isnan(short) else short, np.inf if np.isnan(long) else long)
+    speed = np.inf if part.speed_limit is None else part.speed_limit
+    least = max(low, 0.0) if part.route is not None else 0.0
+    return DirectDrive(word, *ends, least, motor, low, high, speed, of_joint)
+
+
+def _brake(part: Any, place: str, options: PlantOptions) -> LimbDrive:
+    """A brake in a joint."""
+    if part.limit is None:
+        raise MissingData([f"limit of the brake {part.name!r}"], "a plant")
+    return DirectDrive("brake", -np.inf, np.inf, 0.0, options.joint_motor, 0.0, 0.0, np.inf, True, part.limit)
 
 
 def _require(limb: Any, place: str, query: str, *paths: str) -> None:

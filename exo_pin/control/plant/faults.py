@@ -22,12 +22,15 @@ from ...core.validation import (
 )
 from ...muscle.valve.flow import Valve
 
-FaultKind = Literal["leak", "burst", "torn", "stuck valve", "no current", "slipping brake"]
+FaultKind = Literal[
+    "leak", "burst", "torn", "stuck valve", "no current", "slipping brake", "jam", "encoder loss", "supply drop"
+]
 
 #: Kinds of faults.
 FAULTS = get_args(FaultKind)
 #: Those of muscles and valves, and those of motors; "torn" is of any limb.
-_OF_MUSCLES, _OF_MOTORS = ("leak", "burst", "stuck valve"), ("no current", "slipping brake")
+_OF_MUSCLES = ("leak", "burst", "stuck valve")
+_OF_MOTORS = ("no current", "slipping brake", "jam", "encoder loss", "supply drop")
 #: A hole of 4 mm: C = 0.8 · 0.685 A/(ρ_0 sqrt(R T_0)), the choked flow of a nozzle with a discharge coefficient of 0.8.
 _BURST = Valve(2e-8, 0.5)
 
@@ -39,6 +42,9 @@ WORDS: dict[str, tuple[FaultKind, float]] = {
     "stuck-open": ("stuck valve", 1.0),
     "stuck-shut": ("stuck valve", -1.0),
     "no-current": ("no current", -1.0),
+    "jam": ("jam", -1.0),
+    "encoder-loss": ("encoder loss", -1.0),
+    "supply-drop": ("supply drop", -1.0),
 }
 
 
@@ -49,12 +55,13 @@ class Fault:
 
     Parameters
     ----------
-    kind : {"leak", "burst", "torn", "stuck valve", "no current", "slipping brake"}
+    kind : {"leak", "burst", "torn", "stuck valve", "no current", "slipping brake", ...}
         Of muscles: "leak": air escapes through ``leak``; "burst": through a hole of 4 mm, and the braid still holds the
         arm; "stuck valve": whatever the command, the valve does what ``command`` would make it do. Of motors: "no
         current": the motor does nothing, and the brake of the drive, if it has one, closes; "slipping brake": the same
-        with a brake that holds only ``brake_force``. Of any limb: "torn": muscle, cable or rod has come off, and the
-        limb carries nothing.
+        with a brake that holds only ``brake_force``; "jam": it is stuck, up to five times its limit; "encoder loss":
+        its position and speed read zero; "supply drop": it gives ``share`` of what is commanded. Of any drive: "torn":
+        muscle, cable, rod or shaft has come off, and it carries nothing.
     limb : int
         From 0.
     start, end : float
@@ -65,6 +72,11 @@ class Fault:
         Of a stuck valve, -1 to 1.
     brake_force : float or None
         Of a slipping brake, along the limb, N.
+    share : float
+        Of the commanded force that is left when the supply drops, 0 to 1.
+    reported_after : float or None
+        Time from its beginning on until the drive's electronics report it (:attr:`.Measurement.faulty`), s; None if
+        they never do.
 
     Raises
     ------
@@ -85,6 +97,8 @@ class Fault:
     leak: Valve | None = None
     command: float = -1.0
     brake_force: float | None = None
+    share: float = 0.5
+    reported_after: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("kind", self.kind, FAULTS)
@@ -99,6 +113,9 @@ class Fault:
             raise InvalidInput('expected brake_force with kind "slipping brake", and with no other kind')
         if self.brake_force is not None:
             set_positive(self, "brake_force", zero=True)
+        if not 0.0 <= float(as_finite("share", self.share, ())) <= 1.0:
+            raise InvalidInput(f"expected share from 0 to 1, got {self.share!r}")
+        set_positive(self, "reported_after", zero=True, optional=True)
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
 
@@ -157,6 +174,26 @@ class Fault:
         [False, True, False]
         """
         return self.start <= time < self.end
+
+    def is_reported(self, time: float) -> bool:
+        """Whether the drive's electronics report it at a time in s.
+
+        Parameters
+        ----------
+        time : float
+            s.
+
+        Returns
+        -------
+        bool
+
+        Examples
+        --------
+        >>> jam = ep.Fault("jam", limb=1, start=1.0, reported_after=0.05)
+        >>> [jam.is_reported(time) for time in (0.5, 1.0, 1.1)]  # s
+        [False, False, True]
+        """
+        return self.reported_after is not None and self.acts(time) and time >= self.start + self.reported_after
 
 
 def as_faults(

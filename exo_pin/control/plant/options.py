@@ -20,6 +20,7 @@ from ...muscle.valve.flow import Supply, Valve, ValveUnit
 _MAY_BE_ZERO = {
     "viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension",
     "drum_inertia", "routing_length", "screw_inertia", "shoulder_viscous", "shoulder_coulomb", "pulley_friction",
+    "inertia", "brake_effort",
 }  # fmt: skip
 
 
@@ -227,6 +228,65 @@ class LinearActuator(MotorParameters):
         return self.stiffness
 
 
+@dataclass(frozen=True, kw_only=True)
+class JointMotor:
+    """A geared motor in a joint or on a cable of a device that says no more of it than its limits.
+
+    It acts on the joint's coordinate without a spring between: its inertia is added to that of the joint, and what the
+    device's file has of the joint (armature, damping, dry friction) counts besides. N m and rad of a hinge, N and m of
+    a slide. A cable's is a source of tension: of these numbers only the limit and the speed count.
+
+    Parameters
+    ----------
+    limit : float or None
+        Greatest effort of drives whose limits the device does not have, N m or N, either way; a cable only pulls.
+    inertia : float
+        Of rotor and gear, carried over to the joint, kg m² or kg.
+    viscous : float
+        Friction over speed, N m s/rad or N s/m.
+    coulomb : float
+        Dry friction, N m or N.
+    load_friction : float
+        Dry friction over the effort: losses of the gear.
+    presliding : float
+        Displacement over which dry friction and a closed brake build up, rad or m.
+    stall_ratio : float
+        Effort at full voltage and no speed over the limit; counts for drives with a speed limit, at which none is left.
+    brake_effort : float
+        Of the brake that a spring closes when the current fails, N m or N; zero for none.
+    stop_depth : float
+        By how much the greatest effort presses the joint into the elastic end of its range, rad or m.
+    stop_time : float
+        Damping over stiffness of that end, s.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> from exo_pin.control import JointMotor
+    >>> motor = JointMotor(inertia=2e-5 * 50.0**2, coulomb=0.5)  # a rotor behind a gear of 50 : 1
+    >>> motor.inertia  # kg m²
+    0.05
+    """
+
+    limit: float | None = estimate(None, "N m or N", "limits are those of the device")
+    inertia: float = estimate(0.0, "kg m² or kg", "no data of the motor: that of the joint alone, by the device's file")
+    viscous: float = estimate(0.0, "N m s/rad or N s/m", "no data of the motor: that of the joint alone")
+    coulomb: float = estimate(0.0, "N m or N", "no data of the motor: that of the joint alone")
+    load_friction: float = estimate(0.0, "", "no data of the gear: without loss")
+    presliding: float = estimate(2e-3, "rad or m", "a tenth of a degree")
+    stall_ratio: float = estimate(4.0, "", "such motors stall far above the effort that they can give for long")
+    brake_effort: float = estimate(0.0, "N m or N", "no brake is known")
+    stop_depth: float = estimate(0.01, "rad or m", "a rubber buffer: half a degree, or 10 mm, at the greatest effort")
+    stop_time: float = estimate(0.01, "s", "the same buffer, well damped")
+
+    def __post_init__(self) -> None:
+        check_estimates(self)
+
+
 def _unit() -> ValveUnit:
     return ValveUnit(Valve(1e-9, 0.3), Valve(1e-9, 0.3), restrictor=Valve(2e-10, 0.5))
 
@@ -275,6 +335,8 @@ class PlantOptions:
         Of every cable without a tackle.
     linear_actuator : LinearActuator
         Of every linear actuator.
+    joint_motor : JointMotor
+        Of every drive of a device that states no more than its limits.
 
     Raises
     ------
@@ -325,6 +387,7 @@ class PlantOptions:
     )
     winch: Winch = field(default_factory=Winch)
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)
+    joint_motor: JointMotor = field(default_factory=JointMotor)
 
     def __post_init__(self) -> None:
         units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
@@ -345,6 +408,7 @@ class PlantOptions:
             muscle_damping=Damping | None,
             winch=Winch,
             linear_actuator=LinearActuator,
+            joint_motor=JointMotor,
             muscle_friction=ConstantFriction | LoadDependentFriction | None,
         )
 

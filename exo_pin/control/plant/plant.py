@@ -14,19 +14,31 @@ from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, as_single_rotation, require_type
-from ...device import as_device
+from ...core.validation import as_finite, as_positive, as_single_rotation, require_type
+from ...device import Device, as_device
 from ...load_case import Load
-from ...load_case.pose_stacks import require_massless
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
-from .drives import Contractions, MotorDrive, drives_of
-from .equations.drive_kernels import pressures_for, static_tensions
+from .any_device.arm_actions import Payload, Wearer
+from .any_device.device_equations import DeviceEquations
+from .any_device.device_motion import device_rest, started
+from .contractions import Contractions
+from .drives import DirectDrive, MotorDrive, MuscleDrive, drives_of
 from .faults import Fault, as_faults
+from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
-from .simulation import SAME, Clock, DriveSchedule, PlantSimulation, RunInstant, as_tolerance, end_time
-from .state import FIRST_STEP, Controller, DriveStates, PlantState, Sensor, equations_state, settled
+from .simulation import (
+    SAME,
+    Clock,
+    DriveSchedule,
+    PlantSimulation,
+    RunInstant,
+    as_tolerance,
+    end_time,
+    events_of,
+)
+from .state import FIRST_STEP, Controller, PlantState, Sensor, equations_state, settled
 
 if TYPE_CHECKING:
     from ...design import Mechanism
@@ -35,20 +47,27 @@ if TYPE_CHECKING:
 
 @checked
 class Plant(Record):
-    """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.
+    """A device on an arm with its drives: muscles with air and valves, winches, linear actuators, motors in joints.
 
-    Assumptions: the arm is one rigid body that turns about O; limbs are massless; drives are those of the design's
+    Assumptions: the arm is one rigid body that turns about O; drives are those of the design's
     actuators, muscles through their end fittings; muscles and cables never push; the rest are :class:`PlantOptions`.
+    A wrist with massless limbs moves by compiled closed forms; any other device, and one with a wearer's moments or a
+    payload, as its closed chain. Both give the same motion.
 
     Parameters
     ----------
-    exo : ShoulderExo or Mechanism
-        The design, with an arm, and with actuators: muscles whose force law and end fitting are known, or cables and
-        linear actuators whose strokes and force limits are.
+    exo : ShoulderExo, Mechanism or Device
+        The device, with an arm, and with drives: muscles whose force law and end fitting are known, cables and linear
+        actuators whose strokes and force limits are, or drives with limits of their effort.
     options : PlantOptions, optional
         Air, motors, friction, shoulder unit.
     load : Load, optional
         One constant force on the arm, base frame.
+    wearer : callable or sequence of callable
+        What the person does: from time in s and :class:`ArmState` to the moment on the arm about O, shape (3,), N m,
+        base frame, or to a force at O and that moment (:mod:`exo_pin.control.wearer`). Several add up.
+    payloads : Payload or sequence of Payload
+        What the arm carries for a time.
 
     Raises
     ------
@@ -66,126 +85,60 @@ class Plant(Record):
     """
 
     def __init__(
-        self, exo: ShoulderExo | Mechanism, options: PlantOptions | None = None, load: Load | None = None
+        self,
+        exo: ShoulderExo | Mechanism | Device,
+        options: PlantOptions | None = None,
+        load: Load | None = None,
+        wearer: Wearer | Sequence[Wearer] = (),
+        payloads: Payload | Sequence[Payload] = (),
     ) -> None:
-        mechanism = as_device(exo).accelerate("plant")
-        if mechanism is None:
-            raise InvalidInput(f"expected a wrist of limbs, whose drives a plant moves, got the device {exo.name!r}")
-        require_massless(mechanism)
-        self.mechanism = mechanism
+        device = as_device(exo)
+        record = device.accelerate("plant")
+        self.mechanism = device if record is None else record
         self.options = PlantOptions() if options is None else options
         require_type("options", self.options, PlantOptions, "PlantOptions")
+        self.load = load
+        chain = None if record is not None else device.as_chain()
+        parts = self.mechanism.limbs if chain is None else (*chain.drives, *chain.brakes)
+        self.drives = drives_of(parts, self.mechanism.name, self.options)
         if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
             raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
-        self.load = load
-        self.drives = drives_of(mechanism, self.options)
-        self.supply = supply_of(self.drives, self.options)
-        self.tables = plant_tables(mechanism, self.drives, self.options, load, self.supply)
-        self.contractions = Contractions(mechanism)
+        self.supply, geometry = supply_of(self.drives, self.options), None if record is None else record.geometry
+        self.tables = plant_tables(self.mechanism, geometry, self.drives, self.options, load, self.supply)
+        self.wearer = (wearer,) if callable(wearer) else tuple(wearer)
+        for each in self.wearer:
+            require_type("wearer", each, Callable, "functions (t, arm) -> moment")
+        self.payloads = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
+        for each in self.payloads:
+            require_type("payloads", each, Payload, "Payload records")
+        #: Equations of the closed chain; None where closed forms move the arm.
+        self.equations: DeviceEquations | None = None
+        if chain is not None or self.wearer or self.payloads or not self.mechanism.limbs_are_massless:
+            whole = device.as_chain()
+            self.equations = DeviceEquations(whole, self.drives, self.tables, self.wearer, self.payloads)
+        self.contractions = Contractions(record) if record is not None else self.equations
 
     @property
     def count(self) -> int:
         """Number of limbs n."""
-        return self.mechanism.limb_count
+        return len(self.drives)
 
     @property
     def motors(self) -> np.ndarray:
         """Whether a limb has a motor, shape (n,), bool; the others have pneumatic muscles."""
-        return np.array([drive.is_motor for drive in self.drives])
+        return np.array([drive.is_motor for drive in self.drives], dtype=bool)
 
     @property
-    def units(self) -> tuple[ValveUnit | MotorDrive, ...]:
+    def units(self) -> tuple[ValveUnit | MotorDrive | DirectDrive, ...]:
         """What a command goes to, one a limb: valves of muscles, motors."""
         given = self.options.valves
         valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
         return tuple(
-            drive if isinstance(drive, MotorDrive) else unit for drive, unit in zip(self.drives, valves, strict=True)
+            unit if isinstance(drive, MuscleDrive) else drive for drive, unit in zip(self.drives, valves, strict=True)
         )
 
-    def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
-
-        Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut
-        by the least tension of their drives if they can be, unless ``slack`` allows them to be without.
-
-        Parameters
-        ----------
-        lengths : array_like
-            Shape (n,), m.
-        slack : bool
-            Whether cables may be without tension.
-
-        Returns
-        -------
-        tuple of ndarray
-            Least and greatest, shape (n,), N.
-
-        Raises
-        ------
-        InvalidInput
-            If lengths are not finite, or not one a limb.
-
-        Examples
-        --------
-        >>> exo = ep.load("three-linear-actuators")
-        >>> least, greatest = ep.Plant(exo).force_limits(exo.inverse_kinematics(exo.pose(flexion=45)).lengths)
-        >>> least, greatest  # N: these push as well
-        (array([-400., -400., -400.]), array([400., 400., 400.]))
-        """
-        least, greatest, given = np.zeros(self.count), np.zeros(self.count), self._each("lengths", lengths)
-        if self.supply is not None:
-            static_tensions(self.tables.law, self.tables.muscles, given, 0.0, least)
-            static_tensions(self.tables.law, self.tables.muscles, given, self.supply.pressure, greatest)
-        for i, drive in enumerate(self.drives):
-            if isinstance(drive, MotorDrive):
-                least[i], greatest[i] = -drive.push_limit, drive.pull_limit
-            greatest[i] = max(greatest[i], least[i])
-            if drive.least_tension > 0.0 and not slack:
-                least[i] = max(least[i], min(drive.least_tension, greatest[i]))
-        return least, greatest
-
-    def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
-        """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
-
-        Drives that cannot pull as much pull no more than they can.
-
-        Parameters
-        ----------
-        lengths : array_like
-            Shape (n,), m.
-        tensions : array_like
-            Shape (n,), N.
-
-        Returns
-        -------
-        DriveStates
-
-        Raises
-        ------
-        InvalidInput
-            If lengths or tensions are not finite, or not one a limb.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> plant = ep.Plant(exo)
-        >>> lengths = exo.inverse_kinematics(exo.pose(abduction=30)).lengths
-        >>> stretch = lengths - plant.drive_states(lengths, np.full(4, 20.0)).positions
-        >>> (1e3 * stretch).round(2)  # mm, by 20 N in each cable
-        array([0.37, 0.31, 0.34, 0.35])
-        """
-        pressures, positions = np.zeros(self.count), np.zeros(self.count)
-        given, held = self._each("lengths", lengths), self._each("tensions", tensions)
-        if self.supply is not None:
-            pressures_for(self.tables.law, self.tables.muscles, given, held, self.supply.pressure, pressures)
-        for i, drive in enumerate(self.drives):
-            if isinstance(drive, MotorDrive):
-                pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
-        return DriveStates(pressures, positions)
-
-    def _each(self, name: str, values: ArrayLike) -> FloatArray:
-        """One finite number a limb, as the kernels take them."""
-        return np.array(as_finite(name, values, (self.count,)))
+    force_limits = force_limits
+    drive_states = drive_states
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
@@ -237,12 +190,13 @@ class Plant(Record):
         out = self.contractions.lengths(pose) if drive_positions is None else drive_positions
         out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
         n, drives = self.count, DriveSchedule(self.units)
-        return PlantState(
+        state = PlantState(
             time=0.0, quaternion=pose.as_quat(), angular_velocity=as_finite("angular_velocity", angular_velocity, (3,)),
             pressures=np.where(self.motors, 0.0, given), drive_positions=out, drive_speeds=np.zeros(n),
             drive_friction=np.zeros(n), shoulder_friction=np.zeros(3), supply_pressure=self.tables.air[1] - ATMOSPHERE,
             commands=drives.commands, pulses=drives.pulses, integrals=np.zeros(4 * n + 3), step=FIRST_STEP,
         )  # fmt: skip
+        return state if self.equations is None else replace(state, chain=started(self.equations, state))
 
     def rest(
         self, pressures: ArrayLike = 0.0, near: Rotation | None = None, drive_positions: ArrayLike | None = None
@@ -279,6 +233,8 @@ class Plant(Record):
         array([13. , -5.4,  0.6])
         """
         start = self.state(near, pressures=pressures, drive_positions=drive_positions)
+        if self.equations is not None:
+            return device_rest(self, start)
         pose = settled(self.tables, equations_state(start, self.motors), start.orientation)
         return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
 
@@ -342,6 +298,7 @@ class Plant(Record):
             s, from the time of ``state0`` on.
         state0 : PlantState, optional
             The start; :meth:`rest` if left out: the arm at rest, muscles empty, motors as long as an arm that hangs.
+            Of a device that moves as a chain :meth:`state`: the arm hanging.
         control_rate : float
             Hz.
         faults : Fault or sequence of Fault
@@ -373,13 +330,14 @@ class Plant(Record):
         >>> (1e-5 * run.pressures[-1]).round(1), run.status  # bar
         (array([1.1, 0. , 0. ]), 'completed')
         """
-        start = self._of_this_plant("state0", self.rest() if state0 is None else state0)
+        usual = self.rest if self.equations is None else self.state
+        start = self._of_this_plant("state0", usual() if state0 is None else state0)
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:
             require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
-        instants = clock.instants(every)
+        instants = clock.instants([*every, *self.payloads, *self.wearer])
         return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
 
     def step(
@@ -430,7 +388,7 @@ class Plant(Record):
             raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
         every = as_faults(faults, self.motors.tolist())
         held = as_finite("commands", commands, (self.count,))
-        events = {t for fault in every for t in (fault.start, fault.end) if start + SAME < t < end - SAME}
+        events = {t for t in events_of([*every, *self.payloads, *self.wearer]) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
         motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
         # A sensor takes no part in a step.
@@ -439,6 +397,8 @@ class Plant(Record):
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:
             raise InvalidInput(f"expected {name} to be a PlantState of {self.count} limbs, got {echo(state)}")
+        if len(state.chain) != (0 if self.equations is None else self.equations.size):
+            raise InvalidInput(f"expected {name} of this plant, got that of one with other joints, wearer or payloads")
         return state
 
     def __repr__(self) -> str:

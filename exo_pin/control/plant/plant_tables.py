@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, require_type
-from ...design import Mechanism
+from ...design import WristGeometry
 from ...design.actuator import is_law_text
 from ...load_case import Load
 from ...muscle.io.model_files import muscle_model
@@ -40,7 +40,12 @@ def supply_of(drives: Sequence[LimbDrive], options: PlantOptions) -> Supply | No
 
 
 def plant_tables(
-    mechanism: Mechanism, drives: Sequence[LimbDrive], options: PlantOptions, load: Load | None, supply: Supply | None
+    mechanism: Any,
+    geometry: WristGeometry | None,
+    drives: Sequence[LimbDrive],
+    options: PlantOptions,
+    load: Load | None,
+    supply: Supply | None,
 ) -> Tables:
     """The tables of a plant.
 
@@ -56,9 +61,11 @@ def plant_tables(
     c = arm.centre_of_mass
     inertia = arm.inertia + arm.mass * (c @ c * np.eye(3) - np.outer(c, c))
     force, point = _constant_force(load)
-    geometry = mechanism.geometry
+    # The equations of a closed chain read all but these.
+    nowhere = np.zeros((len(drives), 3))
+    ends = (nowhere, nowhere) if geometry is None else (geometry.base_points, geometry.platform_points)
     return Tables(
-        _own(geometry.base_points), _own(geometry.platform_points), _own(c), _own(mechanism.gravity), float(arm.mass),
+        _own(ends[0]), _own(ends[1]), _own(c), _own(mechanism.gravity), float(arm.mass),
         _own(inertia), _own(np.asarray(np.linalg.inv(inertia))), force, point, _laws(drives),
         _rows(drives, False, NO_MUSCLE), _rows(drives, True, np.zeros(len(MOTOR_COLUMNS))),
         _shoulder(mechanism, options), _air(supply, options),
@@ -82,13 +89,16 @@ def _constant_force(load: Load | None) -> tuple[FloatArray, FloatArray]:
 
 def _rows(drives: Sequence[LimbDrive], motors: bool, other: FloatArray) -> FloatArray:
     """One row a limb; ``other`` for a limb whose drive is of the other kind."""
-    return np.array([drive.row() if drive.is_motor == motors else other for drive in drives])
+    rows = [drive.row() if drive.is_motor == motors else other for drive in drives]
+    return np.array(rows).reshape(len(drives), len(other))
 
 
 def _laws(drives: Sequence[LimbDrive]) -> FloatArray:
     """Coefficients, shape (n, I, J), N, by powers of strain and of pressure in bar; zero without a muscle."""
     tables = [_polynomial(d.model) if isinstance(d, MuscleDrive) else np.zeros((1, 1)) for d in drives]
-    shape = np.max([table.shape for table in tables], axis=0)
+    shape = np.max([table.shape for table in tables], axis=0, initial=1)
+    if not tables:
+        return np.zeros((0, 1, 1))
     return np.array([np.pad(t, [(0, s - k) for s, k in zip(shape, t.shape, strict=True)]) for t in tables])
 
 
@@ -119,7 +129,7 @@ def _polynomial(model: StaticModel) -> FloatArray:
     return np.array(table[: used[0], : used[1]])
 
 
-def _shoulder(mechanism: Mechanism, options: PlantOptions) -> FloatArray:
+def _shoulder(mechanism: Any, options: PlantOptions) -> FloatArray:
     joint = mechanism.shoulder
     values = {
         "viscous": options.shoulder_viscous,
@@ -173,7 +183,7 @@ class Assumption:
         return f"{self.name} = {self.value}: {self.basis}"
 
 
-def assumptions_of(mechanism: Mechanism, drives: Sequence[LimbDrive], options: PlantOptions) -> tuple[Assumption, ...]:
+def assumptions_of(mechanism: Any, drives: Sequence[LimbDrive], options: PlantOptions) -> tuple[Assumption, ...]:
     """Every estimated parameter of a plant, those of the design first."""
     found = _fittings(mechanism)
     muscles = [drive for drive in drives if isinstance(drive, MuscleDrive)]
@@ -185,8 +195,11 @@ def assumptions_of(mechanism: Mechanism, drives: Sequence[LimbDrive], options: P
         found += _estimates(options, [*names, *(["presliding"] if options.muscle_friction is not None else [])])
     if any(drive.over_tackle for drive in muscles):
         found += _estimates(options, ["pulley_friction"])
+    if any(drive.is_direct for drive in drives):
+        own = [item.name for item in fields(options.joint_motor)]
+        found += [replace(each, name=f"joint_motor.{each.name}") for each in _estimates(options.joint_motor, own)]
     for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):
-        pairs = zip(mechanism.limbs, drives, strict=True)
+        pairs = zip(mechanism.limbs, drives, strict=False)
         motors = [limb.actuator for limb, drive in pairs if isinstance(drive, MotorDrive) and drive.word == word]
         if motors:
             # The design's speed limits take the place of the estimate.
@@ -211,7 +224,7 @@ def _estimates(record: Any, names: Sequence[str], head: str = "") -> list[Assump
     return found
 
 
-def _fittings(mechanism: Mechanism) -> list[Assumption]:
+def _fittings(mechanism: Any) -> list[Assumption]:
     return [
         Assumption(f"limbs[{i}].stroke.end_fitting", f"{1e3 * limb.stroke.end_fitting:g} mm",
                    "not printed; from the muscle lengths that Section 5.4 remarks on, which disagree: 105 to 147 mm "
@@ -248,7 +261,7 @@ def _paths(unit: ValveUnit) -> str:
     )
 
 
-def _law_estimates(mechanism: Mechanism) -> list[Assumption]:
+def _law_estimates(mechanism: Any) -> list[Assumption]:
     pulled = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
     laws = [law for a in pulled if (law := (a.tackle or a).force_law) is not None]
     named = [law for law in dict.fromkeys(laws) if not is_law_text(law)]
@@ -270,7 +283,7 @@ def _law_estimates(mechanism: Mechanism) -> list[Assumption]:
     return [volume, *found]
 
 
-def _shoulder_estimates(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
+def _shoulder_estimates(mechanism: Any, options: PlantOptions) -> list[Assumption]:
     found = _estimates(options, ["shoulder_viscous", "shoulder_coulomb"])
     if options.shoulder_coulomb > 0.0:
         found += _estimates(options, ["shoulder_presliding"])

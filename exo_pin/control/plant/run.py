@@ -13,11 +13,13 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
+from ...device import as_device
 from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...muscle.laws.static import BAR
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
+from .any_device.arm_actions import ArmState
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot
@@ -113,6 +115,13 @@ class Run(Result, ReadOnly):
         Shape (N, n), J, that each motor took; what one that brakes gives back goes into a resistor and does not count.
     shoulder_loss : ndarray
         Shape (N,), energy that friction and stops of the shoulder took since the start, J.
+    wearer_force, wearer_moment : ndarray
+        Shape (N, 3), force at O and moment about it of the wearer on the arm, N and N m, base frame.
+    link_force : ndarray
+        Shape (N, 3), F_s by the equations of the device's links, N, base frame; NaN where they do not determine it.
+        Zero for a wrist in closed form.
+    chain : ndarray
+        Shape (N, size), of a device that moves as a chain; see :attr:`.PlantState.chain`.
     air_used, air_vented : ndarray
         Shape (N,), air from the supply and air to the atmosphere since the start, kg.
     status : str
@@ -159,6 +168,10 @@ class Run(Result, ReadOnly):
     shoulder_loss: FloatArray
     air_used: FloatArray
     air_vented: FloatArray
+    wearer_force: FloatArray
+    wearer_moment: FloatArray
+    link_force: FloatArray
+    chain: FloatArray
     status: str
     steps: int
     snapshots: tuple[Snapshot, ...]
@@ -234,13 +247,29 @@ class Run(Result, ReadOnly):
     @property
     def slack(self) -> np.ndarray:
         """Whether a limb that only pulls carries nothing, shape (N, n), bool."""
-        return (self.tensions <= 0.0) & np.array([drive.word != "actuator" for drive in self.plant.drives])
+        pulls = np.array([not drive.pushes for drive in self.plant.drives], dtype=bool)
+        return np.asarray((self.tensions <= 0.0) & pulls)
+
+    @property
+    def configurations(self) -> FloatArray:
+        """Of a device that moves as a chain, shape (N, nq), its arm on a ball joint; shape (N, 0) else."""
+        return self.chain[:, : 0 if self.plant.equations is None else self.plant.equations.nq]
+
+    @property
+    def wearer_work(self) -> FloatArray:
+        """Work of the wearer on the arm, and energy of payloads caught and dropped, since the start, shape (N,), J."""
+        return self.chain[:, -3] if self.chain.shape[1] else np.zeros(len(self.times))
+
+    @property
+    def joint_loss(self) -> FloatArray:
+        """Energy that damping and friction of the device's joints took since the start, shape (N,), J."""
+        return self.chain[:, -2] if self.chain.shape[1] else np.zeros(len(self.times))
 
     @property
     def energy_residual(self) -> FloatArray:
         """Gain of energy less work and loss since the start, shape (N,), J: the integration's own error."""
         energy = self.kinetic_energy + self.potential_energy
-        change = energy - self.tension_work.sum(axis=1) + self.shoulder_loss
+        change = energy - self.tension_work.sum(axis=1) - self.wearer_work + self.shoulder_loss + self.joint_loss
         return np.asarray(change - change[0])
 
     @property
@@ -258,11 +287,12 @@ class Run(Result, ReadOnly):
         return Motion(self.angular_velocity, self.angular_acceleration)
 
     def load(self) -> Load:
-        """Load on the arm besides weight and limbs: the given force, and the moments of friction and stops.
+        """Load on the arm besides weight and drives: the given force, payloads, wearer, moments of friction and stops.
 
         Returns
         -------
         Load
+            Base frame; forces are moved to O.
 
         Examples
         --------
@@ -271,8 +301,98 @@ class Run(Result, ReadOnly):
         >>> bool(np.allclose(run.load().moment, run.friction_moment + run.stop_moment))  # N m, about O
         True
         """
-        tables = self.plant.tables
-        return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
+        force, moment = self._carried
+        return Load(force + self.wearer_force, moment + self.wearer_moment + self.friction_moment + self.stop_moment)
+
+    @property
+    def _carried(self) -> tuple[FloatArray, FloatArray]:
+        """Force and moment about O of the given force and of payloads with their inertia, shape (N, 3) each."""
+        tables, w, e = self.plant.tables, self.angular_velocity, self.angular_acceleration
+        force = np.tile(tables.force, (len(self.times), 1))
+        moment = np.cross(self.rotations.apply(tables.point), force)
+        for own in self.plant.payloads:
+            at = self.rotations.apply(own.at)
+            acceleration = np.cross(e, at) + np.cross(w, np.cross(w, at))
+            push = np.where(
+                own.is_held(self.times, before=True)[:, None], own.mass * (tables.gravity - acceleration), 0.0
+            )
+            force, moment = force + push, moment + np.cross(at, push)
+        return force, moment
+
+    @property
+    def needed_moment(self) -> FloatArray:
+        """What device and wearer together put on the arm about O, shape (N, 3), N m, base frame.
+
+        It moves the arm and bears its weight, payloads, the given force, and friction and stops of the shoulder.
+        """
+        tables, R = self.plant.tables, self.rotations.as_matrix()
+        own, along = (np.einsum("kji,kj->ki", R, part) for part in (self.angular_velocity, self.angular_acceleration))
+        rate = along @ tables.inertia.T + np.cross(own, own @ tables.inertia.T)
+        inertial, weight = np.einsum("kij,kj->ki", R, rate), np.cross(R @ tables.centre, tables.mass * tables.gravity)
+        return np.asarray(inertial - weight - self._carried[1] - self.friction_moment - self.stop_moment)
+
+    @property
+    def cuff_wrench(self) -> FloatArray:
+        """Force of the device on the arm, N, and its moment about O, N m, shape (N, 6), base frame.
+
+        The moment is what the arm needs less what the wearer makes; it depends on no split. The force is that of
+        :attr:`shoulder_force`.
+        """
+        tables, load = self.plant.tables, self.load()
+        force = tables.mass * (self._centre_acceleration - tables.gravity) - load.force - self.shoulder_force
+        return np.concatenate([force, self.needed_moment - self.wearer_moment], axis=1)
+
+    @property
+    def cuff_power(self) -> FloatArray:
+        """Power of the device on the arm, shape (N,), W."""
+        return np.einsum("ki,ki->k", self.needed_moment - self.wearer_moment, self.angular_velocity)
+
+    @property
+    def assistance(self) -> float:
+        """Share of :attr:`needed_moment` that the device carries, over the whole run; 1 where the wearer does nothing.
+
+        Both moments are multiplied and summed over the samples, so that a moment across the needed one is no help.
+        """
+        needed = self.needed_moment
+        size = float((needed**2).sum())
+        return float((needed * (needed - self.wearer_moment)).sum()) / size if size > 0.0 else 1.0
+
+    @property
+    def _centre_acceleration(self) -> FloatArray:
+        """Of the arm's centre of mass, shape (N, 3), m/s²."""
+        C, w = self.rotations.apply(self.plant.tables.centre), self.angular_velocity
+        return np.cross(self.angular_acceleration, C) + np.cross(w, np.cross(w, C))
+
+    def external_load(self, rows: Any = slice(None)) -> Load:
+        """What acts on the arm from outside, beside weight, device and wearer: given force, payloads, pushes.
+
+        Parameters
+        ----------
+        rows : index
+            Which samples.
+
+        Returns
+        -------
+        Load
+            Of shape (k,), base frame; forces are moved to O.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo, shove = ep.load("four-cables"), control.Push(ep.Load([20.0, 0.0, 0.0], at=(0.0, 0.0, -0.3)))
+        >>> plant = ep.Plant(exo, wearer=shove)
+        >>> run = plant.simulate(lambda t, seen: np.full(4, 0.1), 0.02, plant.held(exo.pose(), np.full(4, 40.0)))
+        >>> run.external_load().force[0]  # N
+        array([20.,  0.,  0.])
+        """
+        force, moment = (part[rows].copy() for part in self._carried)
+        pushes = [action for action in self.plant.wearer if getattr(action, "external", False)]
+        states = zip(self.times[rows], self.rotations[rows].as_matrix(), self.angular_velocity[rows], strict=True)
+        for k, (t, R, w) in enumerate(states):
+            for push in pushes:
+                found = push(float(t), ArmState(R, w))
+                force[k], moment[k] = force[k] + found[0], moment[k] + found[1]
+        return Load(force, moment)
 
     def question(self, rows: Any = slice(None)) -> Question:
         """What this motion asks of :meth:`exo_pin.ShoulderExo.reaction`, at all samples or some of them.
@@ -296,10 +416,13 @@ class Run(Result, ReadOnly):
         load = self.load()
         query: Question = {
             "motion": Motion(self.angular_velocity[rows], self.angular_acceleration[rows]),
-            "load": Load(load.force, np.asarray(load.moment)[rows], load.at),
+            "load": Load(np.asarray(load.force)[rows], np.asarray(load.moment)[rows]),
         }
-        if self.plant.count > _DETERMINED:
-            query["limits"] = given_forces(self.tensions[rows])
+        device = self.plant.mechanism
+        if self.plant.count > _DETERMINED or not as_device(device).holds_alone:
+            # What an answer lists besides drives and brakes are moments of the wearer, which are part of the load.
+            more = device.limb_count - self.plant.count
+            query["limits"] = given_forces(self.tensions[rows], more)
         return query
 
     def reaction(
@@ -342,13 +465,13 @@ class Run(Result, ReadOnly):
     def shoulder_force(self) -> FloatArray:
         """F_s of the run's own tensions and bare muscles, shape (N, 3), N, base frame, of the shoulder on the arm.
 
-        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical").
+        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical"). Of a
+        device whose links have mass it is that of its links, or of :meth:`reaction` where these do not determine it.
         """
-        tables = self.plant.tables
-        C = self.rotations.apply(tables.centre)
-        w, e = self.angular_velocity, self.angular_acceleration
-        acceleration = np.cross(e, C) + np.cross(w, np.cross(w, C))
+        tables, mechanism = self.plant.tables, self.plant.mechanism
+        if not mechanism.limbs_are_massless:
+            return self.link_force if np.isfinite(self.link_force).all() else np.asarray(self.reaction().shoulder_force)
         span = self.rotations.as_matrix() @ tables.platform.T
         directions = (span.transpose(0, 2, 1) - tables.base) / self.lengths[..., None]
         pull = np.einsum("ki,kij->kj", self.tensions, directions)
-        return np.asarray(tables.mass * (acceleration - tables.gravity) - tables.force + pull)
+        return np.asarray(tables.mass * (self._centre_acceleration - tables.gravity) - self.load().force + pull)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from traceback import format_exception_only
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,8 @@ from ...core.progress import track
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
 from ...muscle.valve.flow import ValveUnit
-from .drives import MotorDrive
+from .any_device.device_motion import DeviceMotion, Piece, observed
+from .drives import DirectDrive, MotorDrive
 from .equations.drive_kernels import FLOWS
 from .equations.plant_kernels import DONE, TOO_SMALL, advance, observe, tolerances
 from .faults import Fault
@@ -33,15 +34,9 @@ if TYPE_CHECKING:
 
 #: Two instants nearer than this, s, are one.
 SAME = 1e-9
+#: What a jammed drive withstands, over its own limit.
+_JAMMED = 5.0
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
-
-
-class Piece(NamedTuple):
-    """A time in which no valve switches: its ends, s, and the flows, as the equations read them."""
-
-    start: float
-    end: float
-    flows: FloatArray
 
 
 @dataclass
@@ -50,14 +45,14 @@ class DriveSchedule(Record):
 
     Attributes
     ----------
-    units : tuple of ValveUnit or MotorDrive
+    units : tuple of ValveUnit, MotorDrive or DirectDrive
         One a limb.
     faults : tuple of Fault
     commands : ndarray
         Shape (n,), the last commands, -1 to 1.
     """
 
-    units: tuple[ValveUnit | MotorDrive, ...]
+    units: tuple[ValveUnit | MotorDrive | DirectDrive, ...]
     faults: tuple[Fault, ...] = ()
     commands: FloatArray = field(init=False)
 
@@ -130,8 +125,9 @@ class DriveSchedule(Record):
         table = np.zeros((len(self.units), len(FLOWS)))
         table[:, _INTACT] = table[:, _POWERED] = 1.0
         for i, unit in enumerate(self.units):
-            if isinstance(unit, MotorDrive):
-                table[i, _EFFORT] = unit.force_limit * self.commands[i]
+            if not isinstance(unit, ValveUnit):
+                command = float(self.commands[i])
+                table[i, _EFFORT], table[i, _BRAKE] = unit.demand(command), unit.holding(command)
                 continue
             fill, vent = unit.paths
             table[i, :4] = fill.conductance, fill.critical_ratio, vent.conductance, vent.critical_ratio
@@ -148,9 +144,15 @@ class DriveSchedule(Record):
             row[4:6] = hole.conductance, hole.critical_ratio
         if fault.kind == "torn":
             row[_INTACT] = 0.0
-        elif isinstance(unit, MotorDrive):
+        elif isinstance(unit, ValveUnit) or fault.kind == "encoder loss":
+            return
+        elif fault.kind == "supply drop":
+            row[_EFFORT] *= fault.share
+        elif fault.kind == "jam":
+            row[_BRAKE] = _JAMMED * max(unit.force_limit, unit.brake_force)
+        else:
             row[_POWERED] = 0.0
-            row[_BRAKE] = unit.parameters.brake_force if fault.brake_force is None else fault.brake_force
+            row[_BRAKE] = unit.brake_force if fault.brake_force is None else fault.brake_force
 
     def _open(self, i: int, unit: ValveUnit, time: float) -> tuple[float, float]:
         """How far fill and vent path are open, 0 to 1 each."""
@@ -211,10 +213,10 @@ class Clock:
         first = int(np.ceil((self.start - SAME) * rate))
         return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
 
-    def instants(self, faults: tuple[Fault, ...]) -> list[RunInstant]:
-        """Those that are known beforehand: of controller, samples and faults."""
+    def instants(self, sudden: Sequence[Any] = ()) -> list[RunInstant]:
+        """Those that are known beforehand: of controller, samples, and what begins and ends, such as faults."""
         controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
-        events = [t for fault in faults for t in (fault.start, fault.end) if self.start < t < self.end]
+        events = [t for t in events_of(sudden) if self.start < t < self.end]
         # Start and end are samples; the controller is not called at the end any more.
         samples = np.concatenate([[self.start], samples, [self.end]])
         fixed = np.unique(np.concatenate([controls, samples, events]))
@@ -222,6 +224,12 @@ class Clock:
         controlled = _among(fixed, controls) & (fixed < self.end - SAME)
         each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
         return [RunInstant(*one) for one in each]
+
+
+def events_of(sudden: Sequence[Any]) -> list[float]:
+    """When faults, payloads and pushes begin and end, s; a wearer's moment without these goes on smoothly."""
+    ends = (getattr(each, name, np.inf) for each in sudden for name in ("start", "end"))
+    return [float(time) for time in ends if np.isfinite(time)]
 
 
 def as_tolerance(rtol: float) -> float:
@@ -258,10 +266,12 @@ _OF_SHOULDER = ("angular_acceleration", "friction_moment", "stop_moment")
 
 
 class MinimalMotion:
-    """A plant at one instant, which can be moved on; limbs are massless.
+    """A plant at one instant, which can be moved on, by closed forms; limbs are massless.
 
     Attributes
     ----------
+    chain : ndarray
+        Empty; see :attr:`.PlantState.chain`.
     q, y : ndarray
         Quaternion (4,), and state of the equations with ξ = 0.
     step, steps : float, int
@@ -271,11 +281,15 @@ class MinimalMotion:
     def __init__(self, plant: Plant, start: PlantState, rtol: float) -> None:
         self._tables, self._rtol, self._atol = plant.tables, rtol, tolerances(plant.tables, rtol)
         self.q, self.y, self.step = start.quaternion.copy(), equations_state(start, plant.motors), start.step
-        self.steps = 0
+        self.steps, self.chain, self._lengths = 0, np.zeros(0), plant.contractions.lengths
 
     def kinematics(self) -> tuple[FloatArray, FloatArray]:
         """Quaternion and state of the equations, with ξ = 0."""
         return self.q, self.y
+
+    def lengths(self) -> FloatArray:
+        """Of the limbs, shape (n,), m."""
+        return self._lengths(Rotation.from_quat(self.q))
 
     def advance(self, pieces: list[Piece]) -> str:
         """Move on through some pieces of time; return when and why that did not succeed, or nothing."""
@@ -290,12 +304,17 @@ class MinimalMotion:
         return ""
 
 
+def motion_of(plant: Plant, start: PlantState, rtol: float) -> MinimalMotion | DeviceMotion:
+    """What moves a plant on from a state."""
+    return (MinimalMotion if plant.equations is None else DeviceMotion)(plant, start, rtol)
+
+
 class PlantSimulation:
     """A plant under a controller from a start on: its motion, its drives, and their record.
 
     Attributes
     ----------
-    motion : MinimalMotion
+    motion : MinimalMotion or DeviceMotion
         What moves the plant on; any object with its methods does.
     """
 
@@ -309,7 +328,7 @@ class PlantSimulation:
         sensor: Sensor | None,
         rtol: float,
     ) -> None:
-        self.motion = MinimalMotion(plant, start, rtol)
+        self.motion: MinimalMotion | DeviceMotion = motion_of(plant, start, rtol)
         self._plant, self._controller, self._instants, self._sensor = plant, controller, instants, sensor
         self._schedule = DriveSchedule(plant.units, faults)
         self._schedule.resume(start.commands, start.pulses)
@@ -342,7 +361,8 @@ class PlantSimulation:
         if instant.sample or instant.control:
             memory = getattr(self._sensor, "memory", None)
             commands = schedule.commands.copy()
-            now = Snapshot(time, q.copy(), y.copy(), commands, schedule.pulses, self.motion.step, memory)
+            now = Snapshot(time, q.copy(), y.copy(), commands, schedule.pulses, self.motion.step, self.motion.chain,
+                           memory)  # fmt: skip
         wrong = self._command(time, q, y) if instant.control else ""
         schedule.start(time)
         if now is not None and (instant.sample or wrong):
@@ -351,7 +371,7 @@ class PlantSimulation:
 
     def _command(self, time: float, q: FloatArray, y: FloatArray) -> str:
         """Call the controller; return what was wrong with it, or nothing."""
-        seen = self._measured(q, y)
+        seen = self._measured(time, q, y)
         who = "sensor"
         try:
             if self._sensor is not None:
@@ -368,20 +388,25 @@ class PlantSimulation:
         self._schedule.commands = frozen(np.clip(valid, -1.0, 1.0))
         return ""
 
-    def _measured(self, q: FloatArray, y: FloatArray) -> Measurement:
-        """What exact sensors report."""
+    def _measured(self, time: float, q: FloatArray, y: FloatArray) -> Measurement:
+        """What exact sensors report; an encoder that is lost reads zero."""
         contractions, values = self._plant.contractions, state_values(y, self._plant.motors)
-        orientation = Rotation.from_quat(q)
-        lengths = contractions.lengths(orientation)
+        lengths, positions, speeds = self.motion.lengths(), values["drive_positions"], values["drive_speeds"].copy()
+        faulty = np.zeros(self._plant.count, dtype=bool)
+        for fault in self._schedule.faults:
+            faulty[fault.limb] |= fault.is_reported(time + SAME)
+            if fault.kind == "encoder loss" and fault.acts(time + SAME):
+                positions[fault.limb] = speeds[fault.limb] = 0.0
         return Measurement(
-            orientation,
+            Rotation.from_quat(q),
             values["angular_velocity"].copy(),
             values["pressures"],
             float(values["supply_pressure"]),
             lengths,
             contractions.ratios(lengths),
-            values["drive_positions"],
-            values["drive_speeds"].copy(),
+            positions,
+            speeds,
+            faulty=faulty,
         )
 
     def run(self, progress: bool = False) -> Run:
@@ -403,7 +428,11 @@ def recorded(plant: Plant, record: Sequence[tuple[Snapshot, FloatArray, FloatArr
     count, n = len(record), plant.count
     Q, Y = np.array([each.q for each in snapshots]), np.array([each.y for each in snapshots])
     motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 6)), np.zeros((count, 2))
-    observe(Q, Y, np.array(flows)[..., 6:].copy(), plant.tables, motion, limbs, energy)
+    more, acts = np.zeros((count, 9)), np.array(flows)
+    if plant.equations is None:
+        observe(Q, Y, acts[..., 6:].copy(), plant.tables, motion, limbs, energy)
+    else:
+        more = observed(plant.equations, snapshots, acts, (motion, limbs, energy))
     values = state_values(Y, plant.motors)
     for name in ("turn", "drive_friction", "shoulder_friction"):
         del values[name]
@@ -411,6 +440,8 @@ def recorded(plant: Plant, record: Sequence[tuple[Snapshot, FloatArray, FloatArr
     values |= zip(_OF_LIMBS, np.moveaxis(limbs, -1, 0), strict=True)
     values |= zip(_OF_SHOULDER, np.split(motion, 3, axis=1), strict=True)
     values |= {"kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1], "commands": np.array(commands)}
+    values |= {"wearer_force": more[:, :3], "wearer_moment": more[:, 3:6], "link_force": more[:, 6:],
+               "chain": np.array([each.chain for each in snapshots])}  # fmt: skip
     own = {name: np.array(each) for name, each in values.items()}
     times, turns = np.array([each.time for each in snapshots]), Rotation.from_quat(Q)
     return Run(plant=plant, times=times, rotations=turns, status=status, steps=steps, snapshots=snapshots, **own)

@@ -10,11 +10,11 @@ Where the plant comes to rest with constant pressures: the stable equilibrium th
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, SolverFailed
@@ -54,6 +54,8 @@ class Measurement(NamedTuple):
         them; zero for muscles. None where they are not measured.
     lost : bool
         Whether the pose is an old one, because its sensor has no reading now.
+    faulty : ndarray of bool or None
+        Shape (n,), drives whose electronics report a fault.
 
     Examples
     --------
@@ -73,6 +75,7 @@ class Measurement(NamedTuple):
     drive_positions: FloatArray | None = None
     drive_speeds: FloatArray | None = None
     lost: bool = False
+    faulty: NDArray[np.bool_] | None = None
 
 
 class DriveStates(NamedTuple):
@@ -168,6 +171,10 @@ class PlantState(Record):
         integration's step is measured by them, too.
     step : float
         The step that the integration tries next, s.
+    chain : ndarray
+        Of a device that moves as a closed chain, one after the other: configuration of all joints with the arm on a
+        ball joint, their velocities, bent bristles of joints with dry friction, work of the wearer and loss in the
+        joints since the motion began, J, and 1 where the integration is implicit. Empty for a wrist in closed form.
     sensor : object
         ``memory`` of a sensor that has one, such as the count of its noise; None otherwise.
 
@@ -196,6 +203,7 @@ class PlantState(Record):
     pulses: FloatArray
     integrals: FloatArray
     step: float
+    chain: FloatArray = field(default_factory=lambda: np.zeros(0))
     sensor: Any = None
 
     def __post_init__(self) -> None:
@@ -203,7 +211,7 @@ class PlantState(Record):
         shapes = {
             "time": (), "quaternion": (4,), "angular_velocity": (3,), "pressures": (n,), "drive_positions": (n,),
             "drive_speeds": (n,), "drive_friction": (n,), "shoulder_friction": (3,), "supply_pressure": (),
-            "commands": (n,), "pulses": (n, 3), "integrals": (4 * n + 3,), "step": (),
+            "commands": (n,), "pulses": (n, 3), "integrals": (4 * n + 3,), "step": (), "chain": (None,),
         }  # fmt: skip
         arrays = {name: as_finite(name, getattr(self, name), shape) for name, shape in shapes.items()}
         set_fields(self, **{name: float(array) if shapes[name] == () else array for name, array in arrays.items()})
@@ -252,6 +260,7 @@ class Snapshot(NamedTuple):
     commands: FloatArray
     pulses: FloatArray
     step: float
+    chain: FloatArray
     sensor: Any
 
     def state(self, motors: np.ndarray) -> PlantState:
@@ -259,8 +268,14 @@ class Snapshot(NamedTuple):
         values = state_values(self.y, motors)
         integrals = np.concatenate([values.pop(name) for name in _INTEGRALS])
         del values["turn"]
-        own = {"time": self.time, "quaternion": self.q, "commands": self.commands, "pulses": self.pulses}
+        own = {"time": self.time, "quaternion": self.q, "commands": self.commands, "pulses": self.pulses,
+               "chain": self.chain}  # fmt: skip
         return PlantState(**own, **values, integrals=integrals, step=self.step, sensor=self.sensor)  # type: ignore[arg-type]
+
+
+def first_chain(q: FloatArray, v: FloatArray, rubbing: int) -> FloatArray:
+    """:attr:`PlantState.chain` of a motion that begins, with so many joints of dry friction."""
+    return np.concatenate([q, v, np.zeros(rubbing + 3)])
 
 
 def equations_state(state: PlantState, motors: np.ndarray) -> FloatArray:
@@ -288,6 +303,20 @@ _ROUNDING = 2e-16
 _DIFFERENCE, _NEAR = 1e-6, 1e-3
 
 
+def still_tables(tables: Tables, damping: float) -> Tables:
+    """Tables of a plant with constant pressures, motors that stand still, no friction and a viscous shoulder."""
+    air, shoulder = tables.air.copy(), tables.shoulder.copy()
+    air[AIR.index("exponent")] = 0.0  # the pressures stay
+    shoulder[SHOULDER.index("viscous")] = damping
+    shoulder[SHOULDER.index("coulomb")] = 0.0
+    muscles = tables.muscles.copy()
+    muscles[:, COLUMNS.index("friction") : COLUMNS.index("presliding")] = 0.0
+    muscles[:, COLUMNS.index("pulley_friction")] = 0.0
+    motors = tables.motors.copy()
+    motors[:, MOTOR_COLUMNS.index("inverse_mass")] = 0.0
+    return tables._replace(air=air, shoulder=shoulder, muscles=muscles, motors=motors)
+
+
 def settled(tables: Tables, start: FloatArray, near: Rotation) -> Rotation:
     """Orientation at rest, from ``near``, with pressures and positions of the drives as in the state ``start``.
 
@@ -299,16 +328,7 @@ def settled(tables: Tables, start: FloatArray, near: Rotation) -> Rotation:
         If it does not come to rest.
     """
     n = len(tables.base)
-    air, shoulder = tables.air.copy(), tables.shoulder.copy()
-    air[AIR.index("exponent")] = 0.0  # the pressures stay
-    shoulder[SHOULDER.index("viscous")] = _DAMPING
-    shoulder[SHOULDER.index("coulomb")] = 0.0
-    muscles = tables.muscles.copy()
-    muscles[:, COLUMNS.index("friction") : COLUMNS.index("presliding")] = 0.0
-    muscles[:, COLUMNS.index("pulley_friction")] = 0.0
-    motors = tables.motors.copy()
-    motors[:, MOTOR_COLUMNS.index("inverse_mass")] = 0.0
-    still = tables._replace(air=air, shoulder=shoulder, muscles=muscles, motors=motors)
+    still = still_tables(tables, _DAMPING)
     flows = np.zeros((n, len(FLOWS)))
     flows[:, FLOWS.index("intact")] = 1.0
     q, y = near.as_quat(), start.copy()

@@ -140,6 +140,8 @@ class _Loaded(dict[str, Any]):
 def _is_array(hint: Any) -> bool:
     hint = _without_aliases(hint)
     arguments = get_args(hint)
+    # Those of a callable are a list.
+    arguments = tuple(part for part in arguments if not isinstance(part, list))
     return get_origin(hint) is np.ndarray or set(arguments) >= _ARRAY_LIKE or any(map(_is_array, arguments))
 
 

@@ -246,18 +246,23 @@ def are_actuators(bounds: Any) -> bool:
 
 
 class _GivenForce(NamedTuple):
-    """An actuator whose force is known in each of N poses, shape (N,), N."""
+    """An actuator whose force is known in each of N poses, least and greatest, shape (N,), N."""
 
-    force: FloatArray
+    lower: FloatArray
+    upper: FloatArray
 
     def force_limits(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The force itself, as both limits."""
-        return self.force, self.force
+        return self.lower, self.upper
 
 
-def given_forces(tensions: FloatArray) -> list[ForceLimited]:
-    """Limits that leave no choice but these tensions, shape (N, n), N, such as those of a simulation."""
-    return [_GivenForce(column) for column in tensions.T]
+def given_forces(tensions: FloatArray, more: int = 0) -> list[ForceLimited]:
+    """Limits that leave no choice but these tensions, shape (N, n), N, such as those of a simulation.
+
+    So many ``more`` efforts of an answer, moments of a wearer who helps, are free.
+    """
+    free = np.full(len(tensions), np.inf)
+    return [*(_GivenForce(column, column) for column in tensions.T), *[_GivenForce(-free, free)] * more]
 
 
 def _each_limb(given: Any, limb_count: int) -> list[ForceLimited]:

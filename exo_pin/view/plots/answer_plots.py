@@ -14,12 +14,13 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, right_scale, tidy
+from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, pyplot, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...uncertainty.force_uncertainty import ForceUncertainty
+    from ...uncertainty.total_uncertainty import TotalUncertainty
 
 
 #: A curve that goes higher than so many times what it stays below in nine of ten poses is cut there, half as high.
@@ -321,3 +322,37 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
     top.set_xlabel("")
     legend_below(top, 3)
     return figure
+
+
+def total_uncertainty_figure(spread: TotalUncertainty) -> Figure:
+    """Figure of all that is uncertain at once; :meth:`exo_pin.uncertainty.total_uncertainty.TotalUncertainty.plot`."""
+    looks = [("|F_s|, N", spread.shoulder_forces, spread.magnitude, "of_F_s", BLUE)]
+    looks += [("force in the joint, N", spread.joint_forces, spread.joint_N, "of_joint", ORANGE)]
+    looks = [look for look in looks if np.isfinite(look[1]).any()]
+    quantiles = list(spread.quantiles.values())
+    named = [each for each in spread.explained if max(np.nan_to_num((each.of_F_s, each.of_joint))) >= 0.01]
+    rows = np.arange(len(named))
+    canvas = pyplot().figure(figsize=(9.0, 3.2 + 0.3 * len(named)), layout="constrained")
+    panels = canvas.subplots(2, len(looks), squeeze=False, height_ratios=(1.0, 0.5 + 0.16 * len(named)))
+    for column, (label, values, asked, share, colour) in enumerate(looks):
+        above, below = panels[:, column]
+        above.hist(values[np.isfinite(values)], bins=24, color=colour)
+        low, middle, high = quantiles[column]
+        above.axvspan(low, high, color="0.5", alpha=0.18, zorder=0)
+        above.axvline(asked, color=BLACK, linewidth=1.4)
+        above.set(xlabel=label, yticks=[])
+        above.set_title(f"{low:.0f} to {high:.0f} N in nine of ten, median {middle:.0f}; line: as asked", fontsize=9)
+        below.barh(rows, [100.0 * np.nan_to_num(getattr(each, share)) for each in named], height=0.65, color=colour)
+        sizes = [f"{'0 to ' if each.name == 'tone_percent' else '±'}{each.size:g}" for each in named]
+        words = zip(named, sizes, strict=True)
+        below.set_yticks(
+            rows, [f"{quantity_words(n.name)} {size}{unit_words(n.name)}" for n, size in words], fontsize=8
+        )
+        below.set_yticklabels([] if column else below.get_yticklabels())
+        below.invert_yaxis()
+        below.set_xlabel("explains alone, % of the variance")
+        for axes in (above, below):
+            tidy(axes)
+            axes.grid(False, axis="y")
+    figure_title(canvas, f"{spread.title}: everything uncertain at once")
+    return canvas

@@ -10,12 +10,11 @@ import pytest
 from complementarity_program import complementary_acceleration
 from gauss_principle import gauss_acceleration
 from mjcf_chains import random_robot
-from mujoco_exact import ZERO, ExactMujoco
+from mujoco_exact import REST, ZERO, ExactMujoco, problem_of
 
 from exo_pin.chain import ClosedChain
 
 SEEDS = [pytest.param(seed, marks=() if seed < 20 else pytest.mark.full) for seed in range(400)]
-REST = 1e-9
 
 
 def with_contacts(chain, q, v, rng):
@@ -55,19 +54,6 @@ def state_of(seed):
     else:
         v = np.zeros(chain.model.nv)
     return *with_contacts(chain, q, v, rng), exact, robot.qpos, q, v, Z, 3.0 * rng.normal(size=chain.model.nv)
-
-
-def problem_of(chain, exact, qpos, v, tau):
-    """Mass matrix, acceleration without friction at rest and stops, friction that slides, and friction at rest."""
-    model, scale = chain.model, chain._state.topology.column
-    low, high = model.lowerDryFrictionLimit, model.upperDryFrictionLimit
-    sliding = np.where(v / scale > REST, low, np.where(v / scale < -REST, high, 0.0))
-    resting = (np.abs(v / scale) <= REST) & ((low != 0.0) | (high != 0.0))
-    T, rate = exact.velocity_map(qpos, v)
-    theirs = exact.acceleration(qpos, T @ v, np.linalg.solve(T.T, tau + sliding))
-    smooth = np.linalg.solve(T, theirs - rate @ v)
-    exact.at(qpos)
-    return T.T @ exact.mass() @ T, smooth, sliding, [(i, low[i], high[i]) for i in np.flatnonzero(resting)]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

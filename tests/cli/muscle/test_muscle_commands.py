@@ -10,13 +10,17 @@ from places import DOCS, REPOSITORY
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.cli.command import answer
 from exo_pin.cli.muscle_commands import _DYNAMIC, _STATIC
+from exo_pin.control import muscle_loop
 from exo_pin.muscle import (
     OutsideValidity,
+    PolynomialModel,
     PressureStep,
     dynamic_model,
+    identify_static,
     load_dynamic,
     load_parameters,
     muscle_model,
+    read_measurements,
     simulate,
     steady_states,
 )
@@ -101,6 +105,25 @@ def test_the_tutorial_shows_the_numbers_of_the_command(run):
     assert [f"{float(value):.2f}" for value in re.findall(r"([0-9.]+) N", out.splitlines()[1])] == list(shown)
 
 
+def test_the_page_on_muscle_data_shows_the_numbers_of_command_and_python(run, tmp_path):
+    page = (DOCS / "howto" / "muscle_data.md").read_text()
+    command = re.search(r"exo-pin muscle (identify examples/.*)", page)[1].split()
+    out = run(*(str(REPOSITORY / word) if word.endswith(".csv") else word for word in command))
+    data = read_measurements(REPOSITORY / "examples" / "muscle.csv", nominal_length=0.3)
+    fit = identify_static(data.contraction, data.pressure, data.force, 0.3, diameter=0.006)
+    gauge, ruler, _ = (each.effects["force_percent"] for each in fit.known)
+    assert f"zero changes\nthe force by {gauge:.2g} % of the middle one" in page
+    assert f"the contraction's zero by {ruler:.2g} %" in page
+    assert f"{gauge:.2g} % of the force; 1 mm of the contraction's zero: {ruler:.2g} % of the force" in out
+    assert f"rms {fit.rms:.3g} N, leave-one-out {fit.leave_one_out_rms:.3g} N" in out
+    (tmp_path / "law.toml").write_text(re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1])
+    law = load_parameters(tmp_path / "law.toml")
+    made = PolynomialModel.tondu_lopez(0.010, np.radians(25.0), 0.25, k=1.2, name="braid", validity=law.validity)
+    assert law.force(0.03, 3e5) == pytest.approx(made.force(0.03, 3e5))
+    shown = run("force", "--contraction-mm", 30, "--pressure-bar", 3, "--model", tmp_path / "law.toml")
+    assert f"{law.force(0.03, 3e5):.2f}" in shown
+
+
 def test_step_and_identify_have_one_default_law():
     assert dynamic_model(_DYNAMIC).static.name == _STATIC
 
@@ -165,6 +188,8 @@ def test_pictures(run, tmp_path):
     page = (DOCS / "howto" / "muscle_data.md").read_text()
     error, overshoot = (re.search(rf"{word} +(-?[0-9.]+) %", out)[1] for word in ("steady error", "overshoot"))
     assert f"the steady error is {error.lstrip('-')} % (it sticks beyond), the overshoot {overshoot} %" in page
+    loop = muscle_loop(muscle_model("best", 0.25), 12.74 / 9.81, 0.15)
+    assert (f"{100 * loop.steady_error:.2g}", f"{100 * loop.overshoot:.2g}") == (error, overshoot)
     for path in (map_path, step_path, loop_path):
         assert path.read_bytes().startswith(b"\x89PNG")
 

@@ -9,7 +9,7 @@ from drive_plants import held, holding
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData, control
 from exo_pin.control.controllers.model_controller import gains_for
-from exo_pin.control.controllers.motor_loop import length_motion
+from exo_pin.control.controllers.wrist_lengths import length_motion
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
 

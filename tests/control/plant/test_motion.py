@@ -7,7 +7,6 @@ from drive_plants import limb_mjcf
 from plant_chain import chain_run
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 from exo_pin.control.plant.equations.drive_kernels import air_volume
 from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
@@ -189,8 +188,16 @@ def test_a_right_shoulder_is_the_mirror_image(prototype, abducted):
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ mirror, atol=1e-3)
 
 
-def test_limbs_with_mass_are_refused(prototype):
-    body = ep.LimbBody.rod(0.02, 0.15, 0.01)
-    heavy = [type(limb)(**{**vars(limb), "base_body": body, "platform_body": body}) for limb in prototype.limbs]
-    with pytest.raises(InvalidInput, match="limb index 0 has mass"):
-        ep.Plant(prototype.replace(limbs=heavy))
+def test_limbs_with_mass_move_as_a_chain(prototype):
+    def heavy(mass):
+        body = ep.LimbBody.rod(mass, 0.15, 0.01)
+        limbs = [type(limb)(**{**vars(limb), "base_body": body, "platform_body": body}) for limb in prototype.limbs]
+        return ep.Plant(prototype.replace(limbs=limbs))
+
+    pose = prototype.pose(flexion=40.0)
+    runs = [
+        plant.simulate(lambda t, seen: [-1.0, -1.0, -1.0], 0.02, plant.state(pose), control_rate=50.0)
+        for plant in (ep.Plant(prototype), heavy(1e-9), heavy(0.05))
+    ]
+    light, lightest, other = (run.rotations[-1] for run in runs)
+    assert (light * lightest.inv()).magnitude() < 1e-7 < 1e-4 < (light * other.inv()).magnitude()

@@ -306,7 +306,7 @@ def motor_tension(row: Any, length: float, speed: float, s: float, rate: float) 
     return elastic + damped, damped * opening
 
 
-@kernel
+@kernel(cost=301)
 def motor_force(row: Any, demanded: float, pulling_in: float) -> float:
     """Force in N that the amplifier's current and voltage allow, at the speed at which the drive pulls in."""
     relative = pulling_in / row[_SPEED]
@@ -349,7 +349,7 @@ def motor_rates(row: Any, flow: Any, length: float, speed: float, s: float, rate
     return pull, acceleration, bristle, force, loss + friction * rate + stop_loss, heat - force * rate
 
 
-@kernel
+@kernel(cost=301)
 def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) -> float:
     """Energy in J of the moving drive, of the stretched limb and of the stops."""
     stretch = length - s
@@ -361,7 +361,7 @@ def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) 
     return energy
 
 
-@kernel
+@kernel(cost=301)
 def limb_tension(t: Any, i: int, y: Any, speed: float, length: float) -> Any:
     """Tension of a whole limb in N, and the contraction of its muscle's bladder in m, which a motor drive has not."""
     n = t.base.shape[0]
@@ -418,7 +418,7 @@ def _muscle_limb(t: Any, flows: Any, i: int, y: Any, speed: float, length: float
     return pull, count * filled, count * vented
 
 
-@kernel
+@kernel(cost=301)
 def drive_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: float, out: Any) -> Any:
     """Fill the rates of the drive of limb ``i``; return its tension, and the air drawn and let out in kg/s."""
     if is_motor(t.motors[i]):
@@ -426,7 +426,7 @@ def drive_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: float,
     return _muscle_limb(t, flows, i, y, speed, length, out)
 
 
-@kernel
+@kernel(cost=301)
 def manifold_rates(t: Any, y: Any, drawn: float, let_out: float, out: Any) -> None:
     """Pressure of the manifold, if it is not held by its regulator, and the air that comes and goes."""
     n = t.base.shape[0]

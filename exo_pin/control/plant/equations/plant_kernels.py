@@ -56,7 +56,7 @@ def _rounded(value: float) -> Any:
     return root - _CORNER, value / root
 
 
-@kernel
+@kernel(cost=301)
 def stop_moment(R: Any, w: Any, centre: float, half: float, side: float, stiffness: float, damping: float) -> Any:
     """Moment of the stops on the arm about O in N m, the power that they take in W, and their potential in J.
 

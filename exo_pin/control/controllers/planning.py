@@ -1,0 +1,198 @@
+"""What a controller that knows the device asks of it: lengths, their motion, and efforts for a wanted motion.
+
+A wrist with massless limbs answers by closed forms, with efforts of least shoulder force
+(:mod:`exo_pin.control.controllers.tension_program`). Any other device answers by its closed chain. For an angular
+acceleration η of the arm, whose joints follow with the least motion a,
+
+    Z' Σ f_i p_i = Z' (M a + h - springs) - M_load,      Z the motions of all joints for turns of the arm
+
+and of the efforts within limits that come nearest, those are taken whose shares of their limits have the least sum of
+squares. Freedoms that leave the arm at rest are left alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...chain.dynamics.equations.equations_of_motion import open_tree
+from ...chain.dynamics.nonsmooth.projected_motion import response_at
+from ...chain.kinematics.closing import close
+from ...chain.kinematics.loops import constraint_drift
+from ...core.validation import FloatArray
+from ...load_case import Load, Motion
+from ...reaction.holding.least_held_forces import nearest_tensions
+from ..plant.any_device.device_equations import DeviceEquations
+from ..plant.plant import Plant
+from .tension_program import Tensions, missing_moments, tensions_for_motion
+from .wrist_lengths import LengthMotion, length_motion
+
+#: Step of the rate at which lengths change with a motion, s.
+_STEP = 1e-6
+
+
+class Planner(Protocol):
+    """What a controller asks of a device."""
+
+    def lengths(self, pose: Rotation) -> FloatArray:
+        """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""
+
+    def motion(self, state: Any) -> LengthMotion:
+        """Their motion with a state of a reference."""
+
+    def masses(self, pose: Rotation) -> FloatArray:
+        """What moves with each drive where all others are free, shape (n,), kg or kg m²."""
+
+    def tensions(
+        self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
+    ) -> Tensions:
+        """Efforts that move the arm as wanted, or as nearly as they can."""
+
+    def missing(self, poses: Rotation) -> FloatArray:
+        """Moment that lacks for equilibrium in poses, shape (N,), N m."""
+
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """Moment of a motion that given efforts do not make, shape (3,), N m, base frame: that of others."""
+
+
+class WristPlanner(NamedTuple):
+    """A wrist with massless limbs."""
+
+    plant: Plant
+
+    def lengths(self, pose: Rotation) -> FloatArray:
+        """See :class:`Planner`."""
+        return self.plant.contractions.lengths(pose)
+
+    def motion(self, state: Any) -> LengthMotion:
+        """See :class:`Planner`."""
+        return length_motion(self.plant.mechanism.geometry, state)
+
+    def masses(self, pose: Rotation) -> FloatArray:
+        """See :class:`Planner`: all of its motors have springs between."""
+        return np.zeros(self.plant.count)
+
+    def tensions(
+        self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
+    ) -> Tensions:
+        """See :class:`Planner`."""
+        return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
+
+    def missing(self, poses: Rotation) -> FloatArray:
+        """See :class:`Planner`."""
+        return missing_moments(self.plant, poses)
+
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """See :class:`Planner`."""
+        return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
+
+
+class DevicePlanner:
+    """Any device; its joints are those nearest to where they were asked last, so that a call takes a millisecond.
+
+    Parameters
+    ----------
+    plant : Plant
+        What the controller takes for true, without its wearer and payloads.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self._of = DeviceEquations(plant.mechanism.as_chain(), plant.drives, plant.tables)
+        self._q: FloatArray | None = None
+
+    def _at(self, pose: Rotation) -> FloatArray:
+        """The closed configuration in a pose."""
+        own = self._of
+        if self._q is None:
+            self._q = own.configuration(pose)
+        q = self._q.copy()
+        q[own.model.arm_q] = pose.as_quat()
+        if own.state.row_count:
+            q = close(own.state, q, hold=[str(own.state.model.names[own.model.arm])], restarts=0)
+        self._q = q
+        return q
+
+    def lengths(self, pose: Rotation) -> FloatArray:
+        """See :class:`Planner`."""
+        return self._of.coordinates(self._at(pose))
+
+    def _follow(self, q: FloatArray, R: FloatArray, velocity: Any, acceleration: Any) -> tuple[FloatArray, FloatArray]:
+        """Velocity and acceleration of all joints with those of the arm, base frame."""
+        own = self._of
+        v = own.following(q, R.T @ np.asarray(velocity))
+        opening = constraint_drift(own.state, q, v) if own.state.row_count else None
+        return v, own.following(q, R.T @ np.asarray(acceleration), opening)
+
+    def motion(self, state: Any) -> LengthMotion:
+        """See :class:`Planner`."""
+        own, q = self._of, self._at(state.orientation)
+        v, a = self._follow(q, own.rotation(q), state.angular_velocity, state.angular_acceleration)
+        x = own.coordinates(q)
+        P = own.columns()
+        own.state.buffers.linearise(own.moved(q, _STEP * v))
+        turning = (own.columns() - P) / _STEP
+        return LengthMotion(x, own.signs * (P.T @ v), own.signs * (P.T @ a + turning.T @ v))
+
+    def masses(self, pose: Rotation) -> FloatArray:
+        """See :class:`Planner`."""
+        own, q = self._of, self._at(pose)
+        response = response_at(own.state, q).response
+        own.coordinates(q)
+        return np.asarray(1.0 / np.maximum(((own.columns().T @ response) ** 2).sum(axis=1), 1e-9))
+
+    def tensions(
+        self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
+    ) -> Tensions:
+        """See :class:`Planner`; the shoulder's force is not asked, and NaN.
+
+        The missing moment is what the arm would have to be relieved of, as that of a wrist.
+        """
+        own, q = self._of, self._at(pose)
+        R, none = own.rotation(q), np.zeros(3)
+        v, a = self._follow(
+            q, R, *((none, none) if motion is None else (motion.angular_velocity, motion.angular_acceleration))
+        )
+        left = open_tree(own.state, q, v, a, None)
+        own.coordinates(q)
+        P, (springs, _) = own.columns(), own.springs(q)
+        turns = own.following(q, np.eye(3))
+        moment = turns.T @ (left - springs) - R.T @ _moment(load, R)
+        arms = turns.T @ P
+        # Shares of the limits; a drive without any counts by newtons or newton metres.
+        size = np.maximum(np.maximum(np.abs(least), np.abs(greatest)), 1e-6)
+        size = np.where(np.isfinite(size), size, 1.0)
+        f = np.zeros(len(size))
+        if len(f):
+            low, high, nothing = least / size, greatest / size, np.zeros((3, len(f)))
+            f = np.clip(size * nearest_tensions(arms * size, moment, nothing, np.zeros(3), low, high), least, greatest)
+        return Tensions(f, R @ (arms @ f - moment), np.full(3, np.nan))
+
+    def missing(self, poses: Rotation) -> FloatArray:
+        """See :class:`Planner`."""
+        out = np.empty(len(poses))
+        for k, pose in enumerate(poses):
+            least, greatest = self._plant.force_limits(self.lengths(pose), slack=True)
+            out[k] = np.linalg.norm(self.tensions(pose, None, greatest, least, self._plant.load).missing_moment)
+        return out
+
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """See :class:`Planner`."""
+        return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
+
+
+def _moment(load: Load | None, R: FloatArray) -> FloatArray:
+    """Of a load on the arm about O, base frame."""
+    if load is None:
+        return np.zeros(3)
+    force, moment = np.asarray(load.force, dtype=float), np.asarray(load.moment, dtype=float)
+    if load.frame == "arm":
+        force, moment = R @ force, R @ moment
+    return np.asarray(moment + np.cross(R @ np.asarray(load.at), force))
+
+
+def planner_of(plant: Plant) -> WristPlanner | DevicePlanner:
+    """The planner of a plant."""
+    return WristPlanner(plant) if plant.mechanism.limbs_are_massless else DevicePlanner(plant)

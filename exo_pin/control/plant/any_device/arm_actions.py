@@ -1,0 +1,110 @@
+"""What acts on the arm besides device and weight: what a wearer's moment is asked with, and payloads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....core.errors import InvalidInput
+from ....core.errors.checked import checked
+from ....core.validation import FloatArray, as_finite, as_positive, as_real, set_fields, set_positive
+
+#: Two times nearer than this, s, are one.
+_SAME = 1e-9
+
+
+class ArmState(NamedTuple):
+    """Where the arm is and how it turns, as the wearer's moments are asked.
+
+    Attributes
+    ----------
+    matrix : ndarray
+        Shape (3, 3), {O_B} to {O_A}.
+    angular_velocity : ndarray
+        Shape (3,), rad/s, base frame.
+
+    Examples
+    --------
+    >>> from exo_pin.control import ArmState
+    >>> arm = ArmState(np.eye(3), np.array([0.0, 0.5, 0.0]))
+    >>> -0.4 * arm.angular_velocity + 0.0  # N m, of a damper
+    array([ 0. , -0.2,  0. ])
+    """
+
+    matrix: FloatArray
+    angular_velocity: FloatArray
+
+
+@checked
+@dataclass(frozen=True)
+class Payload:
+    """A point mass that is part of the arm from a time to another.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    at : array_like
+        Where the arm holds it, shape (3,), m, arm frame.
+    start, end : float
+        When it is caught, at rest, and dropped, s. With a start of zero it is there from the beginning.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of its range.
+
+    Examples
+    --------
+    >>> from exo_pin.control import Payload
+    >>> exo, cup = ep.load("four-cables"), Payload(0.5, (0.0, 0.0, -0.5), end=0.05)
+    >>> plant = ep.Plant(exo, payloads=cup)
+    >>> run = plant.simulate(lambda t, seen: np.full(4, 0.1), 0.1, plant.held(exo.pose(30), np.full(4, 40.0)))
+    >>> bool(np.abs(run.energy_residual).max() < 1e-7)  # J: what is dropped takes its energy with it
+    True
+    """
+
+    mass: float
+    at: tuple[float, float, float]
+    start: float = 0.0
+    end: float = np.inf
+
+    def __post_init__(self) -> None:
+        set_positive(self, "mass")
+        set_fields(self, at=tuple(as_finite("at", self.at, (3,)).tolist()))
+        as_positive("start", self.start, zero=True)
+        if not float(as_real("end", self.end)) > self.start:
+            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+
+    def is_held(self, time: Any, before: bool = False) -> Any:
+        """Whether the arm holds it just after times in s, or just before them; at zero it is there before, too.
+
+        Parameters
+        ----------
+        time : array_like
+            Shape (...), s.
+        before : bool
+            Whether before.
+
+        Returns
+        -------
+        bool or ndarray of bool
+            Shape (...).
+
+        Examples
+        --------
+        >>> from exo_pin.control import Payload
+        >>> cup = Payload(0.5, (0.0, 0.0, -0.5), start=0.2, end=1.0)
+        >>> [cup.is_held(time) for time in (0.0, 0.2, 1.0)], [cup.is_held(time, True) for time in (0.0, 0.2, 1.0)]
+        ([False, True, False], [False, False, True])
+        """
+        if not before:
+            return (self.start <= time + _SAME) & (time + _SAME < self.end)
+        return ((self.start <= 0.0) | (self.start < time - _SAME)) & (time - _SAME < self.end)
+
+
+#: Moment of the wearer on the arm about O, N m, base frame; or a force at O, N, and that moment.
+Wearer = Callable[..., Any]

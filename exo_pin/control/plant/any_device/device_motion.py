@@ -1,0 +1,227 @@
+"""The motion of any device in time: what :class:`.MinimalMotion` is for a wrist in closed form.
+
+Steps are those of :mod:`exo_pin.chain.dynamics`: DOP853 on the configuration manifold until stability and not accuracy
+bounds them, then collocation at Radau's points, so that stiff drives cost few steps. After each of them the loops are
+closed. Every piece of time begins with what :attr:`DeviceMotion.chain` holds and nothing else, so that a motion that is
+cut goes on bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+from ....chain.dynamics.implicit import Stiffness
+from ....chain.kinematics.closing import close
+from ....chain.kinematics.loops import project_velocity, refined
+from ....core.errors import ExoPinError, SolverFailed
+from ....core.validation import FloatArray
+from ..equations.drive_kernels import FLOWS
+from ..equations.plant_kernels import state_places, tolerances
+from ..state import equations_state, first_chain
+from .device_equations import DeviceEquations
+
+if TYPE_CHECKING:
+    from ..plant import Plant
+    from ..state import PlantState, Snapshot
+
+
+class Piece(NamedTuple):
+    """A time in which no valve switches: its ends, s, and the flows, as the equations read them."""
+
+    start: float
+    end: float
+    flows: FloatArray
+
+
+#: Step of the derivative of the rates, the shortest step, s, and how far before its end a piece ends for the wearer, s.
+_DIFFERENCE, _SHORTEST, _INSIDE = 1e-7, 1e-12, 1e-12
+#: Viscous moment over angular velocity while a device settles, N m s/rad; its pieces of time, s, and their number; and
+#: velocity below which it is at rest, rad/s.
+_DAMPING, _PIECE, _PIECES, _STILL = 2.0, 0.5, 240, 1e-7
+
+
+class DeviceMotion:
+    """A plant of any device at one instant, which can be moved on.
+
+    Attributes
+    ----------
+    step, steps : float, int
+        The step tried next, s, and the steps taken.
+    """
+
+    def __init__(self, plant: Plant, start: PlantState, rtol: float, equations: DeviceEquations | None = None) -> None:
+        own = plant.equations if equations is None else equations
+        assert own is not None
+        self._of: DeviceEquations = own
+        self._rtol, self.step, self.steps = rtol, start.step, 0
+        self._y = equations_state(start, plant.motors)
+        places = np.cumsum([own.nq, own.nv, len(own.rubbing), 2])
+        q, v, bristles, sums, self._implicit = np.split(start.chain, places)
+        self._q, self._v, self._more = q.copy(), v.copy(), np.concatenate([bristles, sums])
+        own.carry(own.held(start.time, before=True))
+        self._atol = np.concatenate(
+            [np.full(2 * own.nv, rtol), tolerances(plant.tables, rtol)[6:], np.full(len(self._more), rtol)]
+        )
+        self._tell()
+
+    @property
+    def chain(self) -> FloatArray:
+        """:attr:`.PlantState.chain`."""
+        return np.concatenate([self._q, self._v, self._more, self._implicit])
+
+    def _tell(self) -> None:
+        """Tell the state of limbs where the arm and the direct drives are."""
+        own, places = self._of, state_places(self._of.count)
+        self._y[3:6] = own.rotation(self._q) @ self._v[own.model.arm_v]
+        if len(own.direct):
+            x = own.coordinates(self._q)
+            self._y[places["drives"]][own.direct] = x[own.direct]
+            self._y[places["drive_speeds"]][own.direct] = (own.signs * (own.columns().T @ self._v))[own.direct]
+
+    @property
+    def speed(self) -> float:
+        """Largest of its velocities, rad/s and m/s."""
+        return float(np.abs(self._v).max(initial=0.0))
+
+    def lengths(self) -> FloatArray:
+        """Coordinates of the drives, shape (n,), m or rad."""
+        return self._of.coordinates(self._q)
+
+    def kinematics(self) -> tuple[FloatArray, FloatArray]:
+        """Quaternion of the arm and state of the equations of limbs, with ξ = 0."""
+        return self._q[self._of.model.arm_q], self._y
+
+    def advance(self, pieces: Sequence[Piece]) -> str:
+        """Move on through some pieces of time; return when and why that did not succeed, or nothing."""
+        for piece in pieces:
+            try:
+                stopped = self._through(piece)
+            except ExoPinError as error:
+                stopped = f"stopped after {piece.start:.6g} s: {error}"
+            if stopped:
+                return stopped
+        return ""
+
+    def _through(self, piece: Piece) -> str:
+        own, nv = self._of, self._of.nv
+        self._take(piece)
+        stiffness = Stiffness(self._derivative, bool(self._implicit[0]))
+        state, time, n = own.state, piece.start, len(self._y) - 6
+        while time < piece.end:
+            base = self._q
+
+            def rate(t: float, Y: FloatArray, base: FloatArray = base) -> FloatArray:
+                q, v = pin.integrate(state.model, base, Y[:nv]), Y[nv : 2 * nv]
+                y = np.concatenate([np.zeros(6), Y[2 * nv : 2 * nv + n]])
+                # What ends with this piece acts up to its end.
+                found, out, more = own.rates(min(t, piece.end - _INSIDE), q, v, y, Y[2 * nv + n : -2], piece.flows)
+                turn = v
+                if state.nq != nv:
+                    turn = np.linalg.solve(np.reshape(pin.dIntegrate(state.model, base, Y[:nv])[1], (nv, nv)), v)
+                return np.concatenate([turn, found.a, out[6:], more])
+
+            self._rate = rate
+            Y = np.concatenate([np.zeros(nv), self._v, self._y[6:], self._more])
+            step = min(self.step, piece.end - time)
+            solver = stiffness.solver(
+                rate, time, Y, piece.end, first_step=step, rtol=self._rtol, atol=self._atol
+            )  # fmt: skip
+            message = solver.step()
+            if solver.status == "failed" or (solver.step_size or 1.0) < _SHORTEST:
+                return f"stopped at {time:.6g} s: {message or 'steps would have to be too small'}"
+            last, grown = solver.t >= piece.end, float(solver.h_abs)
+            # A step cut short at the end says nothing about the next one.
+            self.step = max(self.step, grown) if last else grown
+            time, self.steps = float(solver.t), self.steps + 1
+            self._place(solver.y)
+        self._implicit = np.array([float(stiffness.implicit)])
+        self._tell()
+        return ""
+
+    def _take(self, piece: Piece) -> None:
+        """Catch and drop payloads at the start of a piece; the wearer gains or loses their energy."""
+        own, held = self._of, self._of.held(piece.start)
+        if held == own.carried:
+            return
+        before = sum(own.energies(self._q, self._v, np.zeros(own.count)))
+        self._v = own.caught(held, self._q, self._v)
+        self._more[-2] += sum(own.energies(self._q, self._v, np.zeros(own.count))) - before
+        self._tell()
+
+    def _place(self, Y: FloatArray) -> None:
+        """Take over the end of a step, with closed loops."""
+        own, nv, n = self._of, self._of.nv, len(self._y) - 6
+        state = own.state
+        self._q, self._v = pin.integrate(state.model, self._q, Y[:nv]), Y[nv : 2 * nv].copy()
+        if state.row_count:
+            self._q = refined(state, close(state, self._q, restarts=0))
+            self._v = project_velocity(state, self._q, self._v)
+        self._y[6:], self._more = Y[2 * nv : 2 * nv + n], Y[2 * nv + n :].copy()
+
+    def _derivative(self, t: float, Y: FloatArray, rate: FloatArray) -> FloatArray:
+        """Of the rates by the state, by differences: it serves Newton's method alone."""
+        found = np.zeros((len(Y), len(Y)))
+        for k in range(len(Y) - 2):
+            moved = Y.copy()
+            moved[k] += _DIFFERENCE * max(1.0, abs(Y[k]))
+            found[:, k] = (self._rate(t, moved) - rate) / (moved[k] - Y[k])
+        return found
+
+
+def started(own: DeviceEquations, state: PlantState) -> FloatArray:
+    """:attr:`.PlantState.chain` of a motion that begins with the arm's pose and angular velocity of a state.
+
+    Joints are where the straight turn of the arm from rest leads them, and follow it with the least motion.
+    """
+    q = own.configuration(state.orientation)
+    v = own.following(q, own.rotation(q).T @ state.angular_velocity)
+    return first_chain(q, v, len(own.rubbing))
+
+
+def device_rest(plant: Plant, start: PlantState) -> PlantState:
+    """The state of rest that a damped motion from another leads to, without friction and with drives that stand still.
+
+    Raises
+    ------
+    SolverFailed
+        If it does not come to rest.
+    """
+    own = plant.equations
+    assert own is not None
+    motion = DeviceMotion(plant, start, 1e-6, own.still(_DAMPING))
+    flows = np.zeros((own.count, len(FLOWS)))
+    flows[:, FLOWS.index("intact")] = 1.0
+    for k in range(_PIECES):
+        stopped = motion.advance([Piece(_PIECE * k, _PIECE * (k + 1), flows)])
+        if stopped:
+            raise SolverFailed("rest of the plant", np.inf, stopped)
+        if motion.speed < _STILL:
+            q = motion.kinematics()[0]
+            return plant.state(Rotation.from_quat(q), pressures=start.pressures, drive_positions=start.drive_positions)
+    raise SolverFailed("rest of the plant", motion.speed, "it goes on moving")
+
+
+def observed(
+    own: DeviceEquations,
+    snapshots: Sequence[Snapshot],
+    flows: FloatArray,
+    arrays: tuple[FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Fill what :func:`.plant_kernels.observe` fills; force and moment of the wearer, and F_s, shape (N, 9)."""
+    (motion, limbs, energy), more = arrays, np.zeros((len(snapshots), 9))
+    places: Any = np.cumsum([own.nq, own.nv, len(own.rubbing)])
+    for k, now in enumerate(snapshots):
+        q, v, bristles, _ = np.split(now.chain, places)
+        own.carry(own.held(now.time, before=True))
+        found, _, _ = own.rates(now.time, q, v, now.y, bristles, flows[k])
+        R = own.rotation(q)
+        motion[k] = np.concatenate([R @ found.a[own.model.arm_v], found.friction, found.stops])
+        limbs[k] = own.limb_numbers(found, now.y, flows[k])
+        energy[k] = own.energies(q, v, found.rates)
+        more[k] = np.concatenate([found.wearer_force, found.wearer_moment, own.shoulder_force(q, v, found)])
+    return more

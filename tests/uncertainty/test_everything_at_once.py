@@ -1,0 +1,86 @@
+"""Everything uncertain at once: spreads with a known answer, and forces of single draws asked again."""
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+
+#: All that is uncertain of the design below, taken as certain.
+CERTAIN = {"offset_mm": 0, "pose_deg": 0, "A_mm": 0, "B_mm": 0, "mass_percent": 0, "centre_of_mass_mm": 0}
+
+
+@pytest.fixture(scope="module")
+def exo():
+    return ep.load("four-linear-actuators-worn")
+
+
+def test_weight_alone_spreads_the_force_as_itself(exo):
+    found = exo.total_uncertainty(exo.pose(60, 30), uncertainties=CERTAIN | {"mass_percent": 5}, draws=400)
+    assert found.magnitude == pytest.approx(float(exo.reaction(exo.pose(60, 30)).magnitude))
+    share = found.shoulder_forces / found.magnitude - 1.0
+    assert np.abs(share).max() <= 0.05 + 1e-9
+    assert share.std() == pytest.approx(0.05 / np.sqrt(3.0), rel=0.1)
+    low, middle, high = found.quantiles["F_s_N"]
+    assert [low, middle, high] == pytest.approx(found.magnitude * np.array([0.955, 1.0, 1.045]), rel=0.01)
+    (only,) = found.explained
+    assert only.name == "mass_percent"
+    assert only.of_F_s == pytest.approx(1.0, abs=0.25)
+    assert np.isnan(only.of_joint)
+    assert np.isnan(found.joint_forces).all()
+    assert found.held.all()
+
+
+def test_the_centre_dominates_and_stays_within_the_worst_offset(exo):
+    pose = exo.pose(60, 30)
+    found = exo.total_uncertainty(pose, uncertainties=CERTAIN | {"offset_mm": 15, "mass_percent": 1}, draws=100)
+    worst = exo.uncertainty(pose, uncertainties=CERTAIN | {"offset_mm": 15}).effects[0]
+    assert [each.name for each in found.explained] == ["offset_mm", "mass_percent"]
+    assert worst.least * 0.99 <= found.shoulder_forces.min()
+    assert found.shoulder_forces.max() <= worst.greatest * 1.01
+    assert found.shoulder_forces.max() - found.shoulder_forces.min() > 0.5 * (worst.greatest - worst.least)
+
+
+def test_tone_adds_what_muscles_keep(exo):
+    pytest.importorskip("myo_sim", reason="needs the extra person")
+    man, pose = ep.Person(1.755, 85, "male"), exo.pose(60, 30)
+    found = exo.total_uncertainty(pose, man, uncertainties=CERTAIN | {"tone_percent": 30}, draws=16)
+    assert found.joint_N == pytest.approx(float(exo.joint_contact(pose, man, exo.reaction(pose)).magnitude), rel=1e-6)
+    most = exo.joint_contact(pose, man, 0.7, options=ep.ContactOptions(kept_activation=0.3))
+    assert found.joint_forces.max() > found.joint_N + 10.0
+    assert found.joint_forces.max() < 1.2 * float(most.magnitude)
+    assert found.explained[0].name == "tone_percent"
+    assert "0 to 30" in str(found)
+
+
+def test_draws_are_those_of_their_seed(exo):
+    few = exo.total_uncertainty(exo.pose(30), draws=8, seed=3)
+    again = exo.total_uncertainty(exo.pose(30), draws=8, seed=3)
+    np.testing.assert_array_equal(few.shoulder_forces, again.shoulder_forces)
+    other = exo.total_uncertainty(exo.pose(30), draws=8, seed=4)
+    assert (few.shoulder_forces != other.shoulder_forces).all()
+
+
+def test_the_text_says_what_the_arrays_hold(exo):
+    found = exo.total_uncertainty(exo.pose(60, 30), draws=40)
+    low, _, high = found.quantiles["F_s_N"]
+    assert f"{low:.0f} and {high:.0f} N" in str(found)
+    assert found.columns()["explains_F_s_percent"][0] == 100.0 * found.explained[0].of_F_s
+
+
+def test_what_cannot_be_asked_is_refused(exo):
+    with pytest.raises(ep.UnknownName):
+        exo.total_uncertainty(exo.pose(30), uncertainties={"nothing_mm": 1.0})
+    with pytest.raises(ep.InvalidInput, match="draws"):
+        exo.total_uncertainty(exo.pose(30), draws=2)
+    with pytest.raises(ep.InvalidInput):
+        exo.total_uncertainty(exo.pose([30, 60]))
+
+
+@pytest.mark.full
+def test_other_kinds_and_pictures_too(tmp_path):
+    exo = ep.load("urdf/serial-y-x-z.urdf").worn_by(ep.Wearer(1.755, 85, "male"))
+    stated = {"offset_mm": 0, "joint_mm": 0, "end_b_mm": 0}
+    found = exo.total_uncertainty(exo.pose(60, 30), uncertainties=stated, draws=12)
+    assert np.isfinite(found.shoulder_forces).all()
+    found.plot().savefig(tmp_path / "spread.png")
+    assert (tmp_path / "spread.png").stat().st_size > 10_000

@@ -6,16 +6,20 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import shoulder_angles
 from ..core.errors import MissingExtra
 from ..core.optional_packages import require_extra
 from ..core.records import Record
+from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.pose_report import PoseReport, report_on_pose
 from ..exo.shoulder_exo import ShoulderExo
 from ..person import Person
+from ..view.scene.panels import ANGLES
 
 __all__: list[str] = []
 
@@ -99,6 +103,26 @@ class Asked(Record):
     def pose(self) -> Rotation:
         """The arm's pose, {O_B} to {O_A}."""
         return self.exo.pose(*self.angles)
+
+    @property
+    def hand(self) -> FloatArray:
+        """The end of the hand in the arm's frame, shape (3,), m."""
+        person, bend = self.person, self.person.elbow_flexion
+        forearm = person.forearm_length * np.array([np.sin(bend), 0.0, -np.cos(bend)])
+        return np.asarray(forearm - [0.0, 0.0, person.upper_arm_length])
+
+    def with_hand_at(self, place: FloatArray) -> dict[str, float]:
+        """Angles of the pose that brings the hand towards a place, shape (3,), m, by the shortest turn, in degrees."""
+        here = self.pose.apply(self.hand)
+        axis = np.cross(here, place)
+        turn = np.arctan2(np.linalg.norm(axis), here @ place)
+        size = float(np.linalg.norm(axis))
+        turned = self.pose if size < 1e-9 else Rotation.from_rotvec(turn * axis / size) * self.pose
+        angles = shoulder_angles(turned, self.side, degrees=True)
+        return {
+            name: float(np.clip(round(float(angle)), *ends))
+            for (name, ends), angle in zip(ANGLES.items(), angles, strict=True)
+        }
 
     def report(self, moving: bool = False) -> PoseReport:
         """The answer; ``moving`` leaves out what can wait while the arm moves: remedy, and tension that is kept."""

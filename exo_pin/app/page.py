@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import secrets
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,6 +12,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 from nicegui import run, ui
 
 from ..core.errors import ExoPinError
@@ -56,7 +58,7 @@ class Visit(OneProcess):
     def __init__(self, asked: Asked) -> None:
         self.key = secrets.token_urlsafe(9)
         self._asked, self._loop = asked, asyncio.get_running_loop()
-        self.feed = SceneFeed(lambda _: None)
+        self.feed = SceneFeed(self._drag)
         self._following = Following(self._send, self.feed.show)
         self._map, self._columns = PoseMap(self._send_map), dict[float, list[float | None]]()
         self._search, self._best = Search(self._send_found), dict[str, float]()
@@ -107,6 +109,15 @@ class Visit(OneProcess):
             self._chart.options.clear()
             self._chart.options.update(chart_of(self._columns, self._asked))
             self._chart.update()
+
+    def _drag(self, message: str) -> None:
+        """Bring the hand where the scene's handle was dragged."""
+        try:
+            place = np.array([float(part) for part in json.loads(message)["to"]])
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return
+        if place.shape == (3,) and np.isfinite(place).all() and 1e-6 < np.linalg.norm(place) < 10.0:
+            self.pose(**self._asked.with_hand_at(place))
 
     def _pick(self, event: Any) -> None:
         """Go to the pose of a cell of the map."""

@@ -149,6 +149,23 @@ def test_a_clinician_sets_up_a_light_person_with_a_flaccid_arm_and_gets_the_repo
         assert downloaded(tmp_path, f"{asked.exo.device.name}-report.pdf").startswith(b"%PDF-")
 
 
+def test_the_hand_is_dragged_in_the_picture(window):
+    with served("--flexion", "60") as url:
+        window.open(url)
+        frame = "document.querySelector('.scene iframe')"
+        window.wait_for(f"{frame}.contentDocument.querySelector('.handle')")
+        x, y = window.evaluate(
+            f"(() => {{ const outer = {frame}.getBoundingClientRect();"
+            f"const inner = {frame}.contentDocument.querySelector('.handle').getBoundingClientRect();"
+            "return [outer.left + inner.left + inner.width / 2, outer.top + inner.top + inner.height / 2]; })()"
+        )
+        window.drag_from(x, y, (0, -60), 6)
+        window.settled("Number(document.querySelector('.pose .value').innerText) > 62")
+        flexion = float(window.text(".pose .value"))
+        assert f"exo.pose({flexion:g}, " in window.text(".call")
+        keep(window, "dragged_hand")
+
+
 def test_only_who_has_the_address_sees_the_page():
     with served() as url:
         place = urlsplit(url)

@@ -96,6 +96,10 @@ class AppWindow(BrowserWindow):
             f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
             "return [b.left + b.width / 2, b.top + b.height / 2]; })()"
         )
+        self.drag_from(x, y, by, steps)
+
+    def drag_from(self, x, y, by, steps=1):
+        """Press at a place, move by so many pixels, and let go."""
         self._mouse("mousePressed", x, y)
         for k in range(1, steps + 1):
             self._mouse("mouseMoved", x + by[0] * k / steps, y + by[1] * k / steps)

@@ -1,3 +1,6 @@
+from .controllers.interaction import AdmittanceController as AdmittanceController
+from .controllers.interaction import gravity_compensation as gravity_compensation
+from .controllers.interaction import impedance as impedance
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.motor_loop import LengthController as LengthController
@@ -48,3 +51,8 @@ from .trajectories.reference import Reference as Reference
 from .trajectories.reference import ReferenceState as ReferenceState
 from .trajectories.reference import Trajectory as Trajectory
 from .trajectories.reference import read_reference as read_reference
+from .wearer import Intent as Intent
+from .wearer import Passive as Passive
+from .wearer import Push as Push
+from .wearer import Spasticity as Spasticity
+from .wearer import Tremor as Tremor

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 #: Axes and origin of the torso's frame, as those of the joints.
 _TORSO = np.concatenate([np.eye(3), np.zeros((1, 3))])[None]
 _CABLE = LIMB_RADII["cable"]
+#: Units of work of a pose: some hundred pairs of segments.
+_COST = 50
 
 
 def gaps(
@@ -387,7 +389,7 @@ def _cable_pairs(pieces: list[_Piece], shapes: int) -> tuple[NDArray[np.intp], F
     return np.array(pairs, dtype=np.intp).reshape(-1, 2), np.array(cuts, dtype=float).reshape(-1, 4)
 
 
-@kernel(stack=True)
+@kernel(stack=True, cost=_COST)
 def _fill_gaps(
     first: Any, second: Any, radii: Any, owner: Any, R: Any, shift: Any, torso: Any, arm: Any, out: Any
 ) -> None:

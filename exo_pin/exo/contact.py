@@ -184,7 +184,9 @@ def joint_contact(
 
 @checked
 def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False) -> JointContact:
-    """Contact force of the wearer's shoulder joint along a simulated motion, with the tensions of the run.
+    """Contact force of the wearer's shoulder joint along a simulated motion, with the efforts of the run.
+
+    The wearer's own muscles carry what the device leaves of weight, motion, payloads and pushes.
 
     Parameters
     ----------
@@ -209,11 +211,17 @@ def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, 
     """
     run, count = tracking.run, len(tracking.times)
     rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
+    forces: Any = run.tensions[rows]
+    if not self.device.limbs_are_massless:
+        own = run.question(rows)
+        case = Case(run.rotations[rows], own["motion"], own["load"])
+        forces = solve(self.device, case, Assumptions(limits=own.get("limits", "none")))
     return self.joint_contact(
         run.rotations[rows],
         person,
-        forces=run.tensions[rows],
+        forces=forces,
         motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        load=run.external_load(rows),
         outside="mark",
         progress=progress,
     )

@@ -100,6 +100,8 @@ def _coordinates(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> FloatAr
 _NEAR = 0.05
 #: By so much the device's centre is beside the shoulder's, m, and in at most so many poses of the list, evenly spaced.
 _OFF, _OFF_POSES = 0.01, 6
+#: So many of the directions in which it is are asked first.
+_ASKED_FIRST = 6
 #: Kinds and states of poses that a device does not reach.
 _UNREACHED = ("out_of_reach", "beyond_singular")
 #: Of the arm's weight, N m: below it is zero but for rounding.
@@ -292,14 +294,22 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
     reached = _answered(exo.reaction(poses, limits="none", **split))
     if not reached.any():
         return np.nan, np.nan
-    # The aligned device first: that is where a search for the others begins.
-    offsets = _OFF * np.concatenate([np.zeros((1, 3)), DIRECTIONS])
-    every = Rotation.from_quat(np.broadcast_to(poses[reached].as_quat(), (len(offsets), reached.sum(), 4)))
-    moved = exo.reaction(every, limits="none", centre_offset=offsets[:, None], **split)
-    change = np.linalg.norm(moved.shoulder_force[1:] - moved.shoulder_force[0], axis=-1)
-    worst = np.where(_answered(moved)[1:], change, np.inf).max(axis=0)
-    # Where data of a spring end within the offset, it is not known what the offset does.
-    worst = worst[~(moved.status == "not_evaluated").any(axis=0)]
+    kept, worst = poses[reached].as_quat(), np.zeros(int(reached.sum()))
+    known = np.ones(len(worst), dtype=bool)
+    # A pose that does not follow in one direction is asked in no more: a search that finds nothing takes longest.
+    for asked in np.split(DIRECTIONS, [_ASKED_FIRST]):
+        left = np.flatnonzero(np.isfinite(worst) & known)
+        if not left.size:
+            break
+        # The aligned device first: that is where a search for the others begins.
+        offsets = _OFF * np.concatenate([np.zeros((1, 3)), asked])
+        every = Rotation.from_quat(np.broadcast_to(kept[left], (len(offsets), left.size, 4)))
+        moved = exo.reaction(every, limits="none", centre_offset=offsets[:, None], **split)
+        change = np.linalg.norm(moved.shoulder_force[1:] - moved.shoulder_force[0], axis=-1)
+        worst[left] = np.maximum(worst[left], np.where(_answered(moved)[1:], change, np.inf).max(axis=0))
+        # Where data of a spring end within the offset, it is not known what the offset does.
+        known[left] = ~(moved.status == "not_evaluated").any(axis=0)
+    worst = worst[known]
     if not worst.size:
         return np.nan, np.nan
     follows = np.isfinite(worst)

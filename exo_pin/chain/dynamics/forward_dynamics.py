@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, LoopNotClosed, SolverFailed
 from ...core.records import Record
 from ...core.validation import FloatArray, as_mapping, as_real, frozen
-from ..structure.chain_state import ChainState
+from ..structure.chain_state import CLOSED, ChainState
 from .equations.equation_kernels import missed
 from .equations.equations_of_motion import (
+    STILL,
     equations_of_motion,
     moving_loops,
     refuse_missing,
@@ -163,32 +164,35 @@ def forward_dynamics(
     efforts = (
         efforts_of(state, tau) if rough or type(tau) is not np.ndarray else state.sized("tau", tau, state.nv).copy()
     )
-    work, top, applied = state.buffers, state.topology, Applied(efforts, external)
     a, error, forces = None, None, None
     if rough:
         found = moving_loops(state, q, v)
     else:
-        found, a, error = clear_acceleration(state, q, v, applied)
+        found, a, error = clear_acceleration(state, q, v, efforts, external)
     worst, gap, opening, speed, regular, finite = found
     if not finite or state.nq != state.nv:
         state.configuration(q)
         state.tangent("v", v)
-    if not state.is_closed(worst, gap):
+    # What is certain without a call needs none.
+    if not worst <= CLOSED and not state.is_closed(worst, gap):
         raise LoopNotClosed(q, worst, 0)
-    refuse_opening(state, opening, speed)
+    if not opening <= STILL:
+        refuse_opening(state, opening, speed)
     if rough:
-        a, forces = with_contacts(state, q, v, applied, stops)
+        a, forces = with_contacts(state, q, v, Applied(efforts, external), stops)
     elif a is None:
-        a = projected_motion(state, q, v, applied).a
+        a = projected_motion(state, q, v, Applied(efforts, external)).a
     if error is None:
+        work, top = state.buffers, state.topology
         error = missed.run(work.jacobian, work.drift, a, top.row_scale, top.column)
     largest, missing, size, finite = error
     if not finite:
         state.vector("tau", efforts, state.nv)
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
-    refuse_missing(state, q, v, missing, size + speed * speed)
+    if not missing <= STILL:
+        refuse_missing(state, q, v, missing, size + speed * speed)
     if not regular or state.tolerance:
-        refuse_near_singular(state, q, work.jacobian, gap)
+        refuse_near_singular(state, q, state.buffers.jacobian, gap)
     # Copies: gravity and the caller's arrays may have changed when forces are computed.
     given = None
     if external is not None:

@@ -46,6 +46,7 @@ from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
 from ..plant.equations.drive_kernels import air_volume, tension
 from ..plant.plant import Plant
+from ..trajectories.reference import ReferenceState
 from .motor_loop import MotorLoop, measured_drives
 from .planning import planner_of
 from .tension_program import Tensions
@@ -150,6 +151,8 @@ class FeedbackGains:
         Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
     air_ahead : bool
         Whether valves also pass the air that the reference is going to need.
+    weight_share : float
+        Share of the arm's weight that the device carries, 0 to 1; the wearer carries the rest.
     fault_aware : bool
         Whether drives whose electronics report a fault (:attr:`.Measurement.faulty`) count as lost, so that the others
         take their load.
@@ -174,9 +177,12 @@ class FeedbackGains:
     air_ahead: bool = False
     lost_beyond: float = np.inf
     fault_aware: bool = False
+    weight_share: float = 1.0
 
     def __post_init__(self) -> None:
-        set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", zero=True)
+        set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", "weight_share", zero=True)
+        if self.weight_share > 1.0:
+            raise InvalidInput(f"expected weight_share from 0 to 1, got {self.weight_share:g}")
         for name in ("integral_time", "lost_beyond"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
@@ -220,8 +226,9 @@ class ModelController:
     ----------
     plant : Plant
         What the controller takes for true; the plant that is simulated may be another.
-    reference : callable
-        ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``.
+    reference : callable or None
+        ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``. None for wherever the
+        arm is: the weight is carried, and nothing else is wanted.
     gains : FeedbackGains, optional
         Of the feedback; :func:`gains_for` the arm if left out.
     rate : float
@@ -246,16 +253,20 @@ class ModelController:
     """
 
     def __init__(
-        self, plant: Plant, reference: Callable[[float], Any], gains: FeedbackGains | None = None, rate: float = 100.0
+        self,
+        plant: Plant,
+        reference: Callable[[float], Any] | None,
+        gains: FeedbackGains | None = None,
+        rate: float = 100.0,
     ) -> None:
         require_type("plant", plant, Plant, "a Plant")
         require_type("gains", gains, FeedbackGains | None, "FeedbackGains")
-        require_type("reference", reference, Callable, "a function of time")
+        require_type("reference", reference, Callable | None, "a function of time")
         self.plant, self.reference = plant, reference
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
         self._valves = ValveLoop(plant, self.gains.pressure)
-        self._motors, self._plans = MotorLoop(plant.drives, self.gains.bandwidth), planner_of(plant)
+        self._motors, self.plans = MotorLoop(plant.drives, self.gains.bandwidth), planner_of(plant)
         self.reset()
 
     def reset(self) -> None:
@@ -278,18 +289,18 @@ class ModelController:
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
-        wanted = self.reference(t)
+        wanted = self._wanted(t, measurement)
         if getattr(measurement, "lost", False):
             pose, velocity, error = wanted.orientation, wanted.angular_velocity, np.zeros(3)
         else:
             pose, velocity = measurement.orientation, measurement.angular_velocity
             error = (wanted.orientation * pose.inv()).as_rotvec()
         g, tables = self.gains, self.plant.tables
-        lengths = self._plans.lengths(pose)
+        lengths = self.plans.lengths(pose)
         if not getattr(measurement, "lost", False):
             self._notice(lengths, measurement)
         turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
-        feedback = self._shared(turned, pose) + self._integral
+        feedback = self._shared(turned, pose) + self._integral - (1.0 - g.weight_share) * self._weight(pose)
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
         load = Load(tables.force, -feedback, tables.point)
         self.planned = self._tensions(pose, Motion(velocity, wanted.angular_acceleration), lengths, load)
@@ -298,9 +309,22 @@ class ModelController:
         flows = self._needed_flows(t)
         commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:
-            motion = self._plans.motion(wanted)
-            commands[self._motors.motors] = self._motors.commands(self.planned.tensions, motion, measurement)
+            motion = self.plans.motion(wanted)
+            commands[self._motors.motors] = self._motors.commands(
+                self.planned.tensions, motion, measurement, self.reference is not None
+            )
         return np.clip(commands, -1.0, 1.0)
+
+    def _wanted(self, t: float, measurement: Any) -> Any:
+        """State of the reference; where there is none, the arm's own without acceleration."""
+        if self.reference is not None:
+            return self.reference(t)
+        return ReferenceState(measurement.orientation, measurement.angular_velocity, np.zeros(3))
+
+    def _weight(self, pose: Rotation) -> FloatArray:
+        """Moment that bears the arm's weight, shape (3,), N m."""
+        tables = self.plant.tables
+        return np.asarray(-np.cross(pose.as_matrix() @ tables.centre, tables.mass * tables.gravity))
 
     def _shared(self, vector: FloatArray, pose: Rotation) -> FloatArray:
         """A vector in the base frame with its part along the arm's own axis reduced."""
@@ -320,15 +344,15 @@ class ModelController:
 
     def _tensions(self, pose: Rotation, motion: Motion, lengths: FloatArray, load: Load | None) -> Tensions:
         least, greatest = (np.where(self.lost, 0.0, each) for each in self.plant.force_limits(lengths))
-        return self._plans.tensions(pose, motion, greatest, least, load)
+        return self.plans.tensions(pose, motion, greatest, least, load)
 
     def _needed_flows(self, t: float) -> FloatArray | None:
         """Flow that each muscle is going to need for the reference's own motion, kg/s; None without feed-forward."""
-        if not self.gains.air_ahead or self.plant.supply is None:
+        if not self.gains.air_ahead or self.plant.supply is None or self.reference is None:
             return None
         masses = []
         for state in (self.reference(t), self.reference(t + _AHEAD)):
-            lengths = self._plans.lengths(state.orientation)
+            lengths = self.plans.lengths(state.orientation)
             motion = Motion(state.angular_velocity, state.angular_acceleration)
             found = self._tensions(state.orientation, motion, lengths, self.plant.load)
             masses.append(self._valves.air(found.tensions, lengths))

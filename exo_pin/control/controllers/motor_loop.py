@@ -89,8 +89,12 @@ class MotorLoop:
         friction = (self._coulomb + self._share * np.abs(tensions)) * np.clip(rates / _SMOOTH, -1.0, 1.0)
         return np.asarray(tensions - self.mass * accelerations - self._viscous * rates - friction)
 
-    def commands(self, tensions: FloatArray, wanted: LengthMotion, measurement: Any) -> FloatArray:
+    def commands(
+        self, tensions: FloatArray, wanted: LengthMotion, measurement: Any, rubbing: bool = True
+    ) -> FloatArray:
         """Commands, shape (m,), of the motors alone, for wanted tensions of all limbs in N.
+
+        Friction is compensated if ``rubbing``: not where the wanted motion is the arm's own, which it would drive on.
 
         Raises
         ------
@@ -100,7 +104,7 @@ class MotorLoop:
         f, lengths, rates, accelerations = (part[self.motors] for part in (tensions, *wanted))
         f = self.sign * f
         positions, speeds = measured_drives(measurement)
-        force = self.feed_forward(f, rates, accelerations)
+        force = self.feed_forward(f, rates, accelerations) if rubbing else f
         off = positions[self.motors] - (lengths - f / self.stiffness)
         force += self.mass * self._bandwidth * (self._bandwidth * off + 2.0 * (speeds[self.motors] - rates))
         return self.shares(force)

@@ -53,6 +53,9 @@ class Planner(Protocol):
     def missing(self, poses: Rotation) -> FloatArray:
         """Moment that lacks for equilibrium in poses, shape (N,), N m."""
 
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """Moment of a motion that given efforts do not make, shape (3,), N m, base frame: that of others."""
+
 
 class WristPlanner(NamedTuple):
     """A wrist with massless limbs."""
@@ -80,6 +83,10 @@ class WristPlanner(NamedTuple):
     def missing(self, poses: Rotation) -> FloatArray:
         """See :class:`Planner`."""
         return missing_moments(self.plant, poses)
+
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """See :class:`Planner`."""
+        return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 
 class DevicePlanner:
@@ -139,7 +146,10 @@ class DevicePlanner:
     def tensions(
         self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
     ) -> Tensions:
-        """See :class:`Planner`; the shoulder's force is not asked, and NaN."""
+        """See :class:`Planner`; the shoulder's force is not asked, and NaN.
+
+        The missing moment is what the arm would have to be relieved of, as that of a wrist.
+        """
         own, q = self._of, self._at(pose)
         R, none = own.rotation(q), np.zeros(3)
         v, a = self._follow(
@@ -158,7 +168,7 @@ class DevicePlanner:
         if len(f):
             low, high, nothing = least / size, greatest / size, np.zeros((3, len(f)))
             f = np.clip(size * nearest_tensions(arms * size, moment, nothing, np.zeros(3), low, high), least, greatest)
-        return Tensions(f, R @ (moment - arms @ f), np.full(3, np.nan))
+        return Tensions(f, R @ (arms @ f - moment), np.full(3, np.nan))
 
     def missing(self, poses: Rotation) -> FloatArray:
         """See :class:`Planner`."""
@@ -167,6 +177,10 @@ class DevicePlanner:
             least, greatest = self._plant.force_limits(self.lengths(pose), slack=True)
             out[k] = np.linalg.norm(self.tensions(pose, None, greatest, least, self._plant.load).missing_moment)
         return out
+
+    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
+        """See :class:`Planner`."""
+        return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 
 def _moment(load: Load | None, R: FloatArray) -> FloatArray:

@@ -65,7 +65,7 @@ class Plant(Record):
         One constant force on the arm, base frame.
     wearer : callable or sequence of callable
         What the person does: from time in s and :class:`ArmState` to the moment on the arm about O, shape (3,), N m,
-        base frame, or to a force at O and that moment Several add up.
+        base frame, or to a force at O and that moment (:mod:`exo_pin.control.wearer`). Several add up.
     payloads : Payload or sequence of Payload
         What the arm carries for a time.
 

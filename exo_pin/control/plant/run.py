@@ -19,6 +19,7 @@ from ...muscle.laws.static import BAR
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
+from .any_device.arm_actions import ArmState
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot
@@ -361,6 +362,37 @@ class Run(Result, ReadOnly):
         """Of the arm's centre of mass, shape (N, 3), m/s²."""
         C, w = self.rotations.apply(self.plant.tables.centre), self.angular_velocity
         return np.cross(self.angular_acceleration, C) + np.cross(w, np.cross(w, C))
+
+    def external_load(self, rows: Any = slice(None)) -> Load:
+        """What acts on the arm from outside, beside weight, device and wearer: given force, payloads, pushes.
+
+        Parameters
+        ----------
+        rows : index
+            Which samples.
+
+        Returns
+        -------
+        Load
+            Of shape (k,), base frame; forces are moved to O.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> exo, shove = ep.load("four-cables"), control.Push(ep.Load([20.0, 0.0, 0.0], at=(0.0, 0.0, -0.3)))
+        >>> plant = ep.Plant(exo, wearer=shove)
+        >>> run = plant.simulate(lambda t, seen: np.full(4, 0.1), 0.02, plant.held(exo.pose(), np.full(4, 40.0)))
+        >>> run.external_load().force[0]  # N
+        array([20.,  0.,  0.])
+        """
+        force, moment = (part[rows].copy() for part in self._carried)
+        pushes = [action for action in self.plant.wearer if getattr(action, "external", False)]
+        states = zip(self.times[rows], self.rotations[rows].as_matrix(), self.angular_velocity[rows], strict=True)
+        for k, (t, R, w) in enumerate(states):
+            for push in pushes:
+                found = push(float(t), ArmState(R, w))
+                force[k], moment[k] = force[k] + found[0], moment[k] + found[1]
+        return Load(force, moment)
 
     def question(self, rows: Any = slice(None)) -> Question:
         """What this motion asks of :meth:`exo_pin.ShoulderExo.reaction`, at all samples or some of them.

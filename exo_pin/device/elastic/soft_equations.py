@@ -40,8 +40,8 @@ _CLOSED = 1e-12
 _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
 #: Part of load and offset by which loops are tried beyond the end of a path.
 _BEYOND = 1e-3
-#: Corrections after the path, against rounding.
-_POLISH = 3
+#: Most corrections after the path, against rounding, and one that is rounding.
+_POLISH, _ROUNDED = 3, 1e-14
 
 
 class OutOfReach(SolverFailed):
@@ -358,7 +358,10 @@ class SoftEquations:
             raise kind("equilibrium on springs", reached, "displacements of the parts that give way")
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
-            x = x - np.linalg.solve(J[0], r[0])
+            change = np.linalg.solve(J[0], r[0])
+            x = x - change
+            if np.abs(change).max() <= _ROUNDED:
+                break
         self._settled = self._settled or _Start(x, 1.0, self.base, self.cuff, self.start, self.columns)
         return self.at(x, 1.0), x, reached
 

@@ -44,9 +44,10 @@ def moving_loops(
     row_scale, column, _ = scales
     scratch = new_scratch()
     worst = fill_residual(poses, J, loops, q, scratch, gap, jacobian)
-    fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
     scaled = _scaled(gap, row_scale)
-    _, opening, speed, finite = missed(jacobian, np.zeros(len(gap)), v, row_scale, column)
+    drift[:] = 0.0
+    _, opening, speed, finite = missed(jacobian, drift, v, row_scale, column)
+    fill_rate(poses, J, dJ, v, loops, q, scratch, rate, drift)
     finite = finite and math.isfinite(q.sum())
     regular = singular and finite and math.isfinite(worst)
     if regular:

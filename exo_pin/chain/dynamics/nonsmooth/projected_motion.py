@@ -192,7 +192,7 @@ Missed = tuple[float, float, float, bool]
 
 
 def clear_acceleration(
-    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied
+    state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray, external: Mapping[str, ArrayLike] | None
 ) -> tuple[LoopMotion, FloatArray | None, Missed | None]:
     """The loops of a moving chain, and its acceleration by projection, without friction and stops.
 
@@ -203,15 +203,15 @@ def clear_acceleration(
         :func:`~exo_pin.chain.dynamics.equations.equation_kernels.missed` returns for it, None where it is in doubt.
     """
     work = state.buffers
-    work.jacobian_rates(q, v)
-    if applied.external is None and not state.passive.act:
+    pin.computeJointJacobiansTimeVariation(state.model, work.data, q, v)
+    if external is None and not state.passive.act:
         pin.rnea(state.model, work.data, q, v, work.still)
-        forces = applied.efforts - work.tau
+        forces = efforts - work.tau
     else:
-        forces = applied.efforts - open_tree(state, q, v, work.still, applied.external)
+        forces = efforts - open_tree(state, q, v, work.still, external)
     pin.crba(state.model, work.data, q)
     found, clear, a, error = clear_motion.run(
-        work.poses, work.J, work.dJ, v, work.q, work.constants, work.gap, work.jacobian, work.jacobian_rate,
+        work.poses, work.J, work.dJ, v, q, work.constants, work.gap, work.jacobian, work.jacobian_rate,
         work.drift, work.trees[2], forces, (state.tolerance, CLOSED, MASSLESS),
     )  # fmt: skip
     return (found, a, error) if clear else (found, None, None)
@@ -227,7 +227,7 @@ def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Appli
     SolverFailed
         If the answer is not finite.
     """
-    _, a, _ = clear_acceleration(state, q, v, applied)
+    _, a, _ = clear_acceleration(state, q, v, applied.efforts, applied.external)
     if a is None:
         moving_loops(state, q, v)
         a = projected_motion(state, q, v, applied).a

@@ -230,8 +230,8 @@ def nearest_motion(J: Any, right: Any, scales: Any, joints: int, residual: float
         for i in range(n):
             for k in range(m):
                 W[i, k] = J[own[i], mine[k]] * row_scale[own[i]] * column[mine[k]]
-        order, y = np.empty(n, dtype=np.int64), np.empty(max(n, m))
-        diagonal, half = np.empty(min(n, m)), np.empty(min(n, m))
+        order, memory = np.empty(n, dtype=np.int64), np.empty((3, max(n, m)))
+        y, diagonal, half = memory[0], memory[1, : min(n, m)], memory[2, : min(n, m)]
         rank = pivoted_qr(W, np.ones(n, dtype=np.bool_), order, zero, diagonal, half)
         # The sum of squares of the triangle's inverse is at least one over the square of the least singular value.
         total = 0.0

@@ -38,8 +38,8 @@ class Piece(NamedTuple):
     flows: FloatArray
 
 
-#: Step of the derivative of the rates, and the shortest step, s.
-_DIFFERENCE, _SHORTEST = 1e-7, 1e-12
+#: Step of the derivative of the rates, the shortest step, s, and how far before its end a piece ends for the wearer, s.
+_DIFFERENCE, _SHORTEST, _INSIDE = 1e-7, 1e-12, 1e-12
 #: Viscous moment over angular velocity while a device settles, N m s/rad; its pieces of time, s, and their number; and
 #: velocity below which it is at rest, rad/s.
 _DAMPING, _PIECE, _PIECES, _STILL = 2.0, 0.5, 240, 1e-7
@@ -118,7 +118,8 @@ class DeviceMotion:
             def rate(t: float, Y: FloatArray, base: FloatArray = base) -> FloatArray:
                 q, v = pin.integrate(state.model, base, Y[:nv]), Y[nv : 2 * nv]
                 y = np.concatenate([np.zeros(6), Y[2 * nv : 2 * nv + n]])
-                found, out, more = own.rates(t, q, v, y, Y[2 * nv + n : -2], piece.flows)
+                # What ends with this piece acts up to its end.
+                found, out, more = own.rates(min(t, piece.end - _INSIDE), q, v, y, Y[2 * nv + n : -2], piece.flows)
                 turn = v
                 if state.nq != nv:
                     turn = np.linalg.solve(np.reshape(pin.dIntegrate(state.model, base, Y[:nv])[1], (nv, nv)), v)

@@ -46,6 +46,8 @@ class Asked(Record):
         Girth of the upper arm (0 for that of the person's size) and thickness of clothing, mm.
     flexion, abduction, internal_rotation : float
         The pose, degrees.
+    shown : str
+        What the design's file is called where it came from; empty where ``design`` says it.
     """
 
     design: str = DEFAULT_PRESET
@@ -62,6 +64,7 @@ class Asked(Record):
     flexion: float = 0.0
     abduction: float = 0.0
     internal_rotation: float = 0.0
+    shown: str = ""
 
     @property
     def angles(self) -> tuple[float, float, float]:
@@ -77,6 +80,15 @@ class Asked(Record):
     def exo(self) -> ShoulderExo:
         """The device on its wearer."""
         return _worn(self.anywhere)
+
+    @property
+    def bare(self) -> ShoulderExo:
+        """The device as its file has it, with what is changed."""
+        return _bare(self.design, self.side, self.changes)
+
+    def changed(self, name: str, value: float) -> Asked:
+        """The same with another value of a dimension."""
+        return replace(self, changes=tuple(sorted((dict(self.changes) | {name: value}).items())))
 
     @property
     def person(self) -> Person:
@@ -107,7 +119,7 @@ class Asked(Record):
         angles = ", ".join(f"{angle:g}" for angle in self.angles)
         lines += [
             f'person = ep.Person({self.height:g}, {self.mass:g}, "{self.sex}"{said})',
-            f'exo = ep.load("{self.design}", side="{self.side}")',
+            f'exo = ep.load("{self.shown or self.design}", side="{self.side}")',
         ]
         if self.changes:
             changed = ", ".join(f'"{name}": {value:.9g}' for name, value in self.changes)

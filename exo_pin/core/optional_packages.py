@@ -21,6 +21,7 @@ _MODULES = {
     "app": ("nicegui",),
     "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
+    "gym": ("gymnasium",),
     "test": ("pytest",),
 }
 #: Versions whose compiled models are known: least, and the first that is not.

@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 
 from ..core.errors import InvalidInput
+from ..core.files.atomic import write_bytes
 from ..core.records import OneProcess
 from .asked import Asked
 
@@ -43,7 +44,7 @@ class PageFiles(OneProcess):
         if len(content) > LARGEST_DESIGN:
             raise InvalidInput(f"expected a design of at most {LARGEST_DESIGN:,} bytes, got {len(content):,}")
         path = self._place() / own
-        path.write_bytes(content)
+        write_bytes(path, content)
         return str(path)
 
     def design(self, asked: Asked) -> tuple[str, bytes]:

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -111,9 +112,13 @@ def restart(kills=5):
     print(f"{kills} kills under load: {500 * kills - lost} answers, {lost} connections lost, {len(answers)} answer")
 
 
+def framed(text):
+    """A message of WebSocket, with a mask of zeros."""
+    return bytes((0x81, 0x80 | 126, *len(text).to_bytes(2, "big"), 0, 0, 0, 0)) + text.encode()
+
+
 def live(seconds=180.0):
     """A recorded movement again and again at 100 Hz, beside a stream whose reader has stalled: times and answers."""
-    from websockets.exceptions import ConnectionClosed
     from websockets.sync.client import connect
 
     exo = ep.load("four-cables")
@@ -123,20 +128,20 @@ def live(seconds=180.0):
     opening = json.dumps({"open": {"design": "four-cables"}, "rate": 100.0})
     sent, took, answers = {}, [], {}
 
-    with Service("--workers", "1") as service:
+    with Service("--workers", "1") as service, ExitStack() as streams:
         address = f"ws://127.0.0.1:{service.port}/live"
 
-        def opened(**options):
-            # Without pings of its own, which a reader that has stalled does not see answered.
-            found = connect(address, ping_interval=None, **options)
-            found.send(opening)
-            found.recv()
-            return found
-
         def stall():
-            small = socket.create_connection(("127.0.0.1", service.port))
-            small.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            return opened(sock=small, max_queue=1, close_timeout=1)
+            """A reader that says what it wants, and reads nothing."""
+            found = socket.create_connection(("127.0.0.1", service.port))
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            head = (
+                f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{service.port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            )
+            found.sendall(f"{head}Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {'A' * 22}==\r\n\r\n".encode())
+            found.recv(4096)
+            found.sendall(framed(opening))
+            return found
 
         def receive():
             while max(answers, default=-1) < count - 1:
@@ -144,7 +149,9 @@ def live(seconds=180.0):
                 took.append(time.perf_counter() - sent[found["seq"]])
                 answers[found["seq"]] = found
 
-        stream, stalled, closed = opened(), stall(), 0
+        stream, stalled, closed = streams.enter_context(connect(address)), stall(), 0
+        stream.send(opening)
+        stream.recv()
         reader = threading.Thread(target=receive)
         reader.start()
         start = time.perf_counter()
@@ -154,13 +161,12 @@ def live(seconds=180.0):
             sent[number] = time.perf_counter()
             stream.send(sample)
             try:
-                stalled.send(sample)
-            except ConnectionClosed:
+                stalled.sendall(framed(sample))
+            except OSError:
                 # The service gives up a reader that answers no ping; here comes the next one.
                 closed, stalled = closed + 1, stall()
         reader.join()
-        for each in (stream, stalled):
-            each.close()
+        stalled.close()
     worst = max(abs(each["magnitude"] / own[number % len(own)] - 1.0) for number, each in answers.items())
     p50, p99 = (1e3 * sorted(took)[int(share * len(took))] for share in (0.5, 0.99))
     lost = {key: sum(each[key] for each in answers.values()) for key in ("skipped", "dropped")}

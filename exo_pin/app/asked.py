@@ -6,16 +6,20 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import shoulder_angles
 from ..core.errors import MissingExtra
 from ..core.optional_packages import require_extra
 from ..core.records import Record
+from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.pose_report import PoseReport, report_on_pose
 from ..exo.shoulder_exo import ShoulderExo
 from ..person import Person
+from ..view.scene.panels import ANGLES
 
 __all__: list[str] = []
 
@@ -46,6 +50,8 @@ class Asked(Record):
         Girth of the upper arm (0 for that of the person's size) and thickness of clothing, mm.
     flexion, abduction, internal_rotation : float
         The pose, degrees.
+    shown : str
+        What the design's file is called where it came from; empty where ``design`` says it.
     """
 
     design: str = DEFAULT_PRESET
@@ -62,6 +68,7 @@ class Asked(Record):
     flexion: float = 0.0
     abduction: float = 0.0
     internal_rotation: float = 0.0
+    shown: str = ""
 
     @property
     def angles(self) -> tuple[float, float, float]:
@@ -79,6 +86,15 @@ class Asked(Record):
         return _worn(self.anywhere)
 
     @property
+    def bare(self) -> ShoulderExo:
+        """The device as its file has it, with what is changed."""
+        return _bare(self.design, self.side, self.changes)
+
+    def changed(self, name: str, value: float) -> Asked:
+        """The same with another value of a dimension."""
+        return replace(self, changes=tuple(sorted((dict(self.changes) | {name: value}).items())))
+
+    @property
     def person(self) -> Person:
         """Who wears it."""
         return _person(self.anywhere)
@@ -87,6 +103,26 @@ class Asked(Record):
     def pose(self) -> Rotation:
         """The arm's pose, {O_B} to {O_A}."""
         return self.exo.pose(*self.angles)
+
+    @property
+    def hand(self) -> FloatArray:
+        """The end of the hand in the arm's frame, shape (3,), m."""
+        person, bend = self.person, self.person.elbow_flexion
+        forearm = person.forearm_length * np.array([np.sin(bend), 0.0, -np.cos(bend)])
+        return np.asarray(forearm - [0.0, 0.0, person.upper_arm_length])
+
+    def with_hand_at(self, place: FloatArray) -> dict[str, float]:
+        """Angles of the pose that brings the hand towards a place, shape (3,), m, by the shortest turn, in degrees."""
+        here = self.pose.apply(self.hand)
+        axis = np.cross(here, place)
+        turn = np.arctan2(np.linalg.norm(axis), here @ place)
+        size = float(np.linalg.norm(axis))
+        turned = self.pose if size < 1e-9 else Rotation.from_rotvec(turn * axis / size) * self.pose
+        angles = shoulder_angles(turned, self.side, degrees=True)
+        return {
+            name: float(np.clip(round(float(angle)), *ends))
+            for (name, ends), angle in zip(ANGLES.items(), angles, strict=True)
+        }
 
     def report(self, moving: bool = False) -> PoseReport:
         """The answer; ``moving`` leaves out what can wait while the arm moves: remedy, and tension that is kept."""
@@ -107,7 +143,7 @@ class Asked(Record):
         angles = ", ".join(f"{angle:g}" for angle in self.angles)
         lines += [
             f'person = ep.Person({self.height:g}, {self.mass:g}, "{self.sex}"{said})',
-            f'exo = ep.load("{self.design}", side="{self.side}")',
+            f'exo = ep.load("{self.shown or self.design}", side="{self.side}")',
         ]
         if self.changes:
             changed = ", ".join(f'"{name}": {value:.9g}' for name, value in self.changes)

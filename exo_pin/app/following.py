@@ -111,6 +111,7 @@ class Following(OneProcess):
             elif asked.anywhere != self._drawn.anywhere:
                 scene.replace_exo(asked.exo)
             scene.show(asked.pose)
+            scene.offer(hand=asked.pose.apply(asked.hand))
             if scene is not self._scene:
                 self._draw(scene)
             self._scene, self._drawn = scene, asked

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import secrets
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,16 +12,22 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from nicegui import ui
+import numpy as np
+from nicegui import run, ui
 
+from ..core.errors import ExoPinError
 from ..core.records import OneProcess
 from ..design import presets
+from ..exo.loading import load
 from ..view.colours import BLUE
 from ..view.scene.panels import ANGLES
 from .asked import Asked
+from .dimensions import dimensions_of
+from .files import LARGEST_DESIGN, PageFiles
 from .following import Following, Shown
 from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of
 from .scene_feed import SceneFeed
+from .searching import Found, Search
 from .words import answer_html
 
 __all__: list[str] = []
@@ -51,10 +58,11 @@ class Visit(OneProcess):
     def __init__(self, asked: Asked) -> None:
         self.key = secrets.token_urlsafe(9)
         self._asked, self._loop = asked, asyncio.get_running_loop()
-        self.feed = SceneFeed(lambda _: None)
+        self.feed = SceneFeed(self._drag)
         self._following = Following(self._send, self.feed.show)
         self._map, self._columns = PoseMap(self._send_map), dict[float, list[float | None]]()
-        self._sliders: dict[str, Any] = {}
+        self._search, self._best = Search(self._send_found), dict[str, float]()
+        self._files, self._sliders = PageFiles(), dict[str, Any]()
         self.answers = 0
         self._build()
         self.change()
@@ -62,6 +70,8 @@ class Visit(OneProcess):
     def close(self) -> None:
         """End what works for the page."""
         self._following.close()
+        self._files.close()
+        self._search.stop()
         self._map.close()
 
     def change(self, **fields: Any) -> None:
@@ -100,6 +110,15 @@ class Visit(OneProcess):
             self._chart.options.update(chart_of(self._columns, self._asked))
             self._chart.update()
 
+    def _drag(self, message: str) -> None:
+        """Bring the hand where the scene's handle was dragged."""
+        try:
+            place = np.array([float(part) for part in json.loads(message)["to"]])
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return
+        if place.shape == (3,) and np.isfinite(place).all() and 1e-6 < np.linalg.norm(place) < 10.0:
+            self.pose(**self._asked.with_hand_at(place))
+
     def _pick(self, event: Any) -> None:
         """Go to the pose of a cell of the map."""
         i, j, *_ = event.value
@@ -117,6 +136,13 @@ class Visit(OneProcess):
         with ui.element("header").classes("top"):
             _tag("h1", "exo_pin")
             self._title = ui.label().classes("title")
+            for label, make in (
+                ("Save design", self._files.design),
+                ("Report, PDF", partial(self._files.report, ending=".pdf")),
+                ("Report, HTML", partial(self._files.report, ending=".html")),
+            ):
+                button = ui.button(label).props("outline dense no-caps")
+                button.on_click(partial(self._give, button, make))
         with ui.element("main").classes("board"):
             with ui.element("div").classes("column"):
                 self._build_device()
@@ -140,34 +166,151 @@ class Visit(OneProcess):
     def _build_device(self) -> None:
         with _card("device"):
             _tag("h2", "Device")
-            names = list(dict.fromkeys([self._asked.design, *presets()]))
+            self._designs = {name: name for name in dict.fromkeys([self._asked.design, *presets()])}
             with ui.element("div").classes("fields"):
-                _choice("Design", names, self._asked.design, lambda value: self.change(design=value)).classes("wide")
-                sides = ["left", "right"]
+                self._design = _choice("Design", self._designs, self._asked.design, self._choose_design).classes("wide")
+                sides = {side: side for side in ("left", "right")}
                 _choice("Side", sides, self._asked.side, lambda value: self.change(side=value))
+            self._dimensions = ui.element("div").classes("dimensions")
+            self._build_dimensions()
+            given = ui.upload(
+                label="Load a design (.toml)", auto_upload=True, max_file_size=LARGEST_DESIGN,
+                on_upload=self._take_design,
+            )  # fmt: skip
+            given.props('accept=".toml" flat bordered')
+
+    async def _give(self, button: Any, make: Callable[[Asked], tuple[str, bytes]]) -> None:
+        """Make a file, which may take seconds, and hand it to the browser."""
+        button.props("loading")
+        try:
+            name, content = await run.io_bound(make, self._asked)
+            ui.download.content(content, name)
+        except (ExoPinError, OSError) as error:
+            ui.notify(str(error), type="warning", multi_line=True, close_button=True)
+        finally:
+            button.props(remove="loading")
+
+    async def _take_design(self, event: Any) -> None:
+        """Ask about a design that was given as a file."""
+        path = event.file.name
+        try:
+            path = self._files.keep_design(event.file.name, await event.file.read())
+            load(path)
+        except (ExoPinError, OSError) as error:
+            ui.notify(str(error).replace(path, event.file.name), type="warning", multi_line=True, close_button=True)
+            return
+        finally:
+            event.sender.reset()
+        self._designs[path] = event.file.name
+        self._design.set_options(self._designs, value=path)
+
+    def _choose_design(self, path: str) -> None:
+        self.change(design=path, changes=(), shown=self._designs[path] if path != self._designs[path] else "")
+        self._build_dimensions()
+
+    def _build_dimensions(self) -> None:
+        """Sliders of the dimensions that are changed, and a list of the others."""
+        self._dimensions.clear()
+        try:
+            known = {each.name: each for each in dimensions_of(replace(self._asked, changes=()).bare.device)}
+        except (ExoPinError, OSError):
+            return  # the answer says what is wrong
+        changed = dict(self._asked.changes)
+        shown = [name for name in known if name in changed or name == next(iter(known))]
+        with self._dimensions:
+            for name in shown:
+                each = known[name]
+                self._build_slider(
+                    _words(name), name, each.low, each.high, changed.get(name, each.value), 0.5, self._resize
+                )
+            others = [name for name in known if name not in shown]
+            if others:
+                choice = ui.select(others, label="Change another dimension", on_change=lambda e: self._add(e.value))
+                choice.props("dense outlined options-dense")
+            with ui.element("div").classes("row-of-buttons"):
+                self._searching = ui.button("Search within sliders", on_click=self._start_or_stop)
+                self._searching.props("outline dense no-caps").set_visibility(bool(shown))
+                self._taken = ui.button("Take the best", on_click=self._take_best).props("outline dense no-caps")
+                self._taken.set_visibility(False)
+            self._found = ui.label().classes("found").props('role="status"')
+            self._bounds = {name: (known[name].low, known[name].high) for name in shown}
+            if changed:
+                ui.button("As designed", on_click=self._as_designed).props("flat dense no-caps")
+
+    def _start_or_stop(self) -> None:
+        if self._search.works:
+            self._search.stop()
+            self._take_found(None)
+        else:
+            self._search.start(self._asked.exo, self._bounds)
+            self._searching.set_text("Stop the search")
+            self._found.set_text("Searching ...")
+
+    def _send_found(self, found: Found | None) -> None:
+        self._loop.call_soon_threadsafe(self._take_found, found)
+
+    def _take_found(self, found: Found | None) -> None:
+        """Show what a search has found; None at its end."""
+        if self._found.is_deleted:
+            return
+        if found is None:
+            self._searching.set_text("Search within sliders")
+            return
+        self._found.set_text(found.words)
+        if found.values:
+            self._best = dict(found.values)
+            self._taken.set_visibility(found.index > found.start)
+
+    def _take_best(self) -> None:
+        self._search.stop()
+        self.change(changes=tuple(sorted((dict(self._asked.changes) | dict(self._best)).items())))
+        self._build_dimensions()
+
+    def _add(self, name: str) -> None:
+        known = {each.name: each.value for each in dimensions_of(replace(self._asked, changes=()).bare.device)}
+        self._resize(name, known[name])
+        self._build_dimensions()
+
+    def _as_designed(self) -> None:
+        self.change(changes=())
+        self._build_dimensions()
+
+    def _resize(self, name: str, value: float) -> None:
+        self.change(changes=self._asked.changed(name, value).changes)
 
     def _build_pose(self) -> None:
         with _card("pose"):
             _tag("h2", "Pose of the arm")
             for name, (low, high) in ANGLES.items():
-                self._build_angle(name, low, high)
+                words, value = f"{name.replace('_', ' ').capitalize()}, °", getattr(self._asked, name)
+                self._sliders[name] = self._build_slider(
+                    words, name, low, high, value, 1.0, lambda key, angle: self.change(**{key: angle})
+                )
 
-    def _build_angle(self, name: str, low: float, high: float) -> None:
-        words = name.replace("_", " ").capitalize()
+    def _build_slider(
+        self,
+        words: str,
+        name: str,
+        low: float,
+        high: float,
+        value: float,
+        step: float,
+        change: Callable[[str, float], None],
+    ) -> Any:
         with ui.element("div").classes("angle"):
             ui.label(words)
-            value = ui.label().classes("value")
-            slider = ui.slider(min=low, max=high, step=1, value=getattr(self._asked, name))
-            self._sliders[name] = slider
-            slider.props(f'aria-label="{words}, degrees" dense')
-            value.bind_text_from(slider, "value", lambda angle: f"{angle:.0f}°".replace("-", "−"))
-            slider.on("update:model-value", lambda event: self.change(**{name: float(event.args)}), throttle=_PACE)
+            shown = ui.label().classes("value")
+            slider = _Slider(min=low, max=high, step=step, value=value).props(f'aria-label="{words}" dense')
+            shown.bind_text_from(slider, "value", lambda number: f"{number:g}".replace("-", "−"))
+            slider.on("update:model-value", lambda event: change(name, float(event.args)), throttle=_PACE)
+        return slider
 
     def _build_person(self) -> None:
         with _card("person"):
             _tag("h2", "Person")
             with ui.element("div").classes("fields"):
-                _choice("Sex", ["male", "female"], self._asked.sex, lambda value: self.change(sex=value))
+                sexes = {sex: sex for sex in ("male", "female")}
+                _choice("Sex", sexes, self._asked.sex, lambda value: self.change(sex=value))
                 for name, label, low, high, step in _PERSON:
                     box = ui.number(label, value=getattr(self._asked, name), min=low, max=high, step=step)
                     box.props(f'dense outlined debounce=300 aria-label="{label}"')
@@ -177,6 +320,20 @@ class Visit(OneProcess):
         # A box that is being emptied asks nothing.
         if event.value is not None:
             self.change(**{name: float(event.value)})
+
+
+class _Slider(ui.slider):
+    """A slider that leads: what the server has heard of it so far does not put it back while keys move it on."""
+
+    LOOPBACK = False
+
+
+def _words(name: str) -> str:
+    """A dimension's name with its unit apart."""
+    if name == "cuff_height_mm":
+        return "Cuff below shoulder, mm"
+    stem, _, unit = name.rpartition("_")
+    return f"{stem.replace('_', ' ').capitalize()}, {unit.replace('deg', '°')}"
 
 
 def _tag(tag: str, text: str) -> Any:
@@ -189,6 +346,6 @@ def _card(classes: str = "") -> Any:
     return ui.element("section").classes(f"card {classes}")
 
 
-def _choice(label: str, options: list[str], value: str, change: Callable[[str], None]) -> Any:
+def _choice(label: str, options: dict[str, str], value: str, change: Callable[[str], None]) -> Any:
     made = ui.select(options, label=label, value=value, on_change=lambda event: change(event.value))
     return made.props("dense outlined options-dense")

@@ -98,7 +98,7 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str
     held = [cell for cell in cells if cell[2] is not None]
     others = [[i, j, 0.0] for i, j, value in cells if value is None]
     # A few poses near singular ones would take all colours.
-    top = float(np.percentile([cell[2] for cell in held], 95.0)) if held else 1.0
+    most = max(round(float(np.percentile([cell[2] for cell in held], 95.0))), 1) if held else 1
     here = [(asked.flexion - FLEXIONS[0]) / _STEP, (asked.abduction - ABDUCTIONS[0]) / _STEP]
 
     def axis(name: str, values: list[float], gap: int) -> dict[str, Any]:
@@ -110,9 +110,9 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str
     series = {"type": "heatmap", "animation": False, "progressive": 0}
     ring = {"type": "scatter", "symbolSize": 15, "silent": True, "animation": False, "z": 5}
     scale = {
-        "type": "continuous", "min": 0, "max": max(round(top), 1), "seriesIndex": 0, "orient": "horizontal",
-        "left": "center", "top": 0, "itemHeight": 150, "text": ["", "|F_s|, N   0"], "inRange": {"color": CIVIDIS},
-        "calculable": False, "precision": 0,
+        "type": "continuous", "min": 0, "max": most, "seriesIndex": 0, "orient": "horizontal",
+        "left": "center", "top": 0, "itemHeight": 150, "text": [f"{most}", "|F_s|, N   0"],
+        "calculable": False, "precision": 0, "inRange": {"color": CIVIDIS},
     }  # fmt: skip
     cross = {"show": True, "formatter": "×", "color": _DARK}
     return {

@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from ..core.errors.base import echo
+from ..core.files.atomic import write_text
 from ..core.results import plain
 from ..core.schema import checked_identifier, document
 from ..core.validation import as_choice, as_finite, require_type
@@ -232,7 +233,7 @@ def _stated(design: dict[str, Any], side: Any) -> ShoulderExo:
         raise InvalidInput(f"expected design with toml alone, or with urdf, got {', '.join(design) or 'nothing'}")
     with TemporaryDirectory() as folder:
         for key, text in design.items():
-            Path(folder, FILES[key]).write_text(text, encoding="utf-8", errors="strict")
+            write_text(Path(folder, FILES[key]), text)
         try:
             if "urdf" in design:
                 return load(Path(folder, FILES["urdf"]), side=side)

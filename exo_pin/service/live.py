@@ -16,7 +16,7 @@ from .problems import problem
 from .samples import Opening
 from .workers import Workers
 
-#: A stream over UDP ends after so many s without a message.
+#: A stream over UDP ends after so many s without a message, and a connection without an opening.
 _SILENCE = 10.0
 
 
@@ -45,9 +45,11 @@ class Live:
     async def _websocket(self, socket: WebSocket) -> None:
         await socket.accept()
         try:
-            opening = self.opening(await _received(socket))
+            async with asyncio.timeout(_SILENCE):
+                first = await _received(socket)
+            opening = self.opening(first)
             if isinstance(opening, bytes):
-                await socket.send_bytes(opening)
+                await socket.send_text(opening.decode())
                 await socket.close(1008)
                 return
             stream = LiveStream(self.workers, lambda body: socket.send_text(body.decode()))
@@ -60,6 +62,8 @@ class Live:
             finally:
                 self.open -= 1
                 await stream.close()
+        except TimeoutError:
+            await socket.close(1008)
         except WebSocketDisconnect:
             pass
 

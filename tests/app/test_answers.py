@@ -5,6 +5,7 @@ import io
 import threading
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from places import URDF
 
@@ -87,3 +88,19 @@ def test_the_newest_question_counts():
     assert [answer.asked for answer in shown[-2:]] == [asked[-1]] * 2
     assert [answer.moving for answer in shown[-2:]] == [True, False]
     assert len(shown) < len(asked)
+
+
+@pytest.mark.parametrize("name", ["worn", "no wrist", "flaccid"])
+def test_a_dragged_hand_is_followed_by_the_shortest_turn(name):
+    asked = CASES[name]
+    here = asked.pose.apply(asked.hand)
+    assert np.linalg.norm(here) == pytest.approx(np.linalg.norm(asked.hand))
+    stays = replace(asked, **asked.with_hand_at(here)).pose
+    assert np.degrees((stays * asked.pose.inv()).magnitude()) < 1.0
+    place = here + np.array([0.08, 0.0, 0.10])
+    moved = replace(asked, **asked.with_hand_at(place)).pose
+    reached = moved.apply(asked.hand)
+    # Angles are whole degrees; the arm turns no more than its hand.
+    assert np.degrees(np.arccos(reached @ place / np.linalg.norm(reached) / np.linalg.norm(place))) < 1.2
+    turn = np.degrees(np.arccos(here @ place / np.linalg.norm(here) / np.linalg.norm(place)))
+    assert np.degrees((moved * asked.pose.inv()).magnitude()) < turn + 2.0

@@ -111,6 +111,8 @@ def own_table(text):
     [
         ('"law.toml"', "constants.k: missing"),
         ('"nowhere.toml"', "nowhere.toml: cannot be read"),
+        ('"../law.toml"', "in the folder of the design or below it"),
+        ('"/law.toml"', "in the folder of the design or below it"),
         ('"nonsense"', "unknown muscle model"),
         ('{ name = "mine" }', "form: missing"),
         ("3", "force_law: expected a table"),

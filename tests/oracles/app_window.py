@@ -20,9 +20,11 @@ def served(*arguments):
     """Address of the page, which a process of its own serves; what it says of errors has to be nothing."""
     with tempfile.TemporaryFile("w+") as errors:
         path = os.pathsep.join([str(REPOSITORY), *sys.path])
+        # As users run it: what is not compiled yet is not waited for.
+        around = {name: value for name, value in os.environ.items() if name != "EXO_PIN_COMPILE"}
         process = subprocess.Popen(
             [sys.executable, "-u", "-c", _CALL, "app", "--port", "0", *arguments],
-            stdout=subprocess.PIPE, stderr=errors, text=True, env=os.environ | {"PYTHONPATH": path},
+            stdout=subprocess.PIPE, stderr=errors, text=True, env=around | {"PYTHONPATH": path},
         )  # fmt: skip
         try:
             said = process.stdout.readline()
@@ -60,6 +62,15 @@ class AppWindow(BrowserWindow):
         """Move the keyboard to an element."""
         self.evaluate(f"document.querySelector({json.dumps(selector)}).focus()")
 
+    def downloads_to(self, folder):
+        """Keep what the page gives."""
+        self._command("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+
+    def give(self, selector, path):
+        """Choose a file for an input of the page."""
+        found = self._command("Runtime.evaluate", expression=f"document.querySelector({json.dumps(selector)})")
+        self._command("DOM.setFileInputFiles", files=[str(path)], objectId=found["result"]["objectId"])
+
     def press(self, key, times=1):
         """Press a key."""
         for _ in range(times):
@@ -85,6 +96,10 @@ class AppWindow(BrowserWindow):
             f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
             "return [b.left + b.width / 2, b.top + b.height / 2]; })()"
         )
+        self.drag_from(x, y, by, steps)
+
+    def drag_from(self, x, y, by, steps=1):
+        """Press at a place, move by so many pixels, and let go."""
         self._mouse("mousePressed", x, y)
         for k in range(1, steps + 1):
             self._mouse("mouseMoved", x + by[0] * k / steps, y + by[1] * k / steps)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -175,13 +174,19 @@ def _read_law(table: TomlTable, key: _Key) -> str | None:
     """The law of a muscle: a name, or the text of a parameter file, which may stand in the table itself."""
     if key.name not in table or table.is_text(key.name):
         given = table.text(key.name, key.required)
-        return None if given is None else law_of(given, table.path)
+        # Only what lies beside the design: a design that came over a network names no other file of this machine.
+        if given is not None and given.endswith(".toml"):
+            place = Path(given)
+            if table.path is None or place.is_absolute() or ".." in place.parts:
+                raise table.error("expected a file in the folder of the design or below it", key.name)
+            return law_of(str(Path(table.path).parent / place))
+        return given
     return toml_text(table.required_table(key.name).content)
 
 
-def law_of(given: str, beside: str | PathLike[str] | None = None) -> str:
-    """The name of a published law as it is; of a parameter file, seen from the folder of another file, its text."""
-    return read_text(Path(beside or "").parent / given) if given.endswith(".toml") else given
+def law_of(given: str) -> str:
+    """The name of a published law as it is; of a parameter file its text."""
+    return read_text(given) if given.endswith(".toml") else given
 
 
 def _lengths_of_stroke(table: TomlTable) -> dict[str, Any] | None:

@@ -188,6 +188,28 @@ class Pages(OneProcess, ABC):
         """
         return self._stage.attach(publish)
 
+    def offer(self, **points: ArrayLike) -> None:
+        """Points that a page of one's own server (:meth:`attach`) lets its user drag, on spheres about the origin.
+
+        What a page sends of them is ``{"drag": name, "to": [x, y, z]}``.
+
+        Parameters
+        ----------
+        **points
+            Shape (3,) each, m, base frame, by name.
+
+        Examples
+        --------
+        >>> from exo_pin.view import ChainScene
+        >>> scene = ChainScene(ep.load("three-linear-actuators").chain)
+        >>> before = scene.serial
+        >>> scene.offer(hand=[0.0, 0.0, -0.6])
+        >>> scene.serial - before
+        1
+        """
+        placed = [{"name": name, "at": as_finite(name, at, (3,)).tolist()} for name, at in points.items()]
+        self._stage.set_panel("handles", placed)
+
     @property
     def url(self) -> str:
         """Address of the live page, which is started if need be."""

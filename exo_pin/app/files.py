@@ -1,0 +1,74 @@
+"""Files of the page: a design to load and to save, and the report; each lives in a temporary folder of its page."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import zipfile
+from pathlib import Path
+
+from ..core.errors import InvalidInput
+from ..core.files.atomic import write_bytes
+from ..core.records import OneProcess
+from .asked import Asked
+
+__all__: list[str] = []
+
+#: Largest design file, bytes.
+LARGEST_DESIGN = 1_000_000
+
+
+class PageFiles(OneProcess):
+    """What a page was given and what it gives; all is gone when the page is closed."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="exo_pin_app_")
+        self._count = 0
+
+    def close(self) -> None:
+        """Remove all files."""
+        self._folder.cleanup()
+
+    def _place(self) -> Path:
+        """A new folder."""
+        self._count += 1
+        made = Path(self._folder.name, str(self._count))
+        made.mkdir()
+        return made
+
+    def keep_design(self, name: str, content: bytes) -> str:
+        """Path of a design file that was given, which is written under its own name within the folder."""
+        own = Path(name.replace("\\", "/")).name
+        if not own.lower().endswith(".toml") or own.startswith("."):
+            raise InvalidInput(f"expected a design as a .toml file, got {own!r}")
+        if len(content) > LARGEST_DESIGN:
+            raise InvalidInput(f"expected a design of at most {LARGEST_DESIGN:,} bytes, got {len(content):,}")
+        path = self._place() / own
+        write_bytes(path, content)
+        return str(path)
+
+    def design(self, asked: Asked) -> tuple[str, bytes]:
+        """Name and content of the design as a file; of one that takes several, of an archive of them."""
+        folder, name = self._place(), _plain(asked.exo.device.name)
+        asked.bare.save(folder / f"{name}.toml")
+        written = sorted(folder.iterdir())
+        if len(written) == 1:
+            return written[0].name, written[0].read_bytes()
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in written:
+                archive.write(path, path.name)
+        return f"{name}.zip", packed.getvalue()
+
+    def report(self, asked: Asked, ending: str) -> tuple[str, bytes]:
+        """Name and content of the report on device and person, ``.pdf`` or ``.html``."""
+        path = self._place() / f"{_plain(asked.exo.device.name)}-report{ending}"
+        given = Path(asked.design)
+        asked.exo.report(asked.person, file=given if given.is_file() and not asked.changes else None).save(path)
+        return path.name, path.read_bytes()
+
+
+def _plain(name: str) -> str:
+    """A device's name without what a file system may not take."""
+    kept = "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in name)
+    return kept.strip("-")[:60] or "device"

@@ -140,7 +140,8 @@ class ShoulderEnv(_Env):
         """
         super().reset(seed=seed)
         draws = not hasattr(self._given, "duration")
-        self.reference: Any = self._given(self.np_random) if draws else self._given  # type: ignore[arg-type]
+        given: Any = self._given
+        self.reference: Any = given(self.np_random) if draws else given
         pose = self.reference(0.0).orientation
         least, greatest = self.plant.force_limits(self._plans.lengths(pose))
         efforts = self._plans.tensions(pose, None, greatest, least, None).tensions

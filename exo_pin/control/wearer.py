@@ -101,7 +101,8 @@ class Passive:
     def __call__(self, t: float, arm: ArmState) -> FloatArray:
         """Moment at a time; see the class."""
         R = arm.matrix
-        turn, turning = R.T @ _turn(self._rest, R), R.T @ arm.angular_velocity  # type: ignore[attr-defined]
+        rest: Any = self._rest  # type: ignore[attr-defined]
+        turn, turning = R.T @ _turn(rest, R), R.T @ arm.angular_velocity
         return np.asarray(R @ (self.stiffness * turn - self.damping * turning))  # type: ignore[operator]
 
 

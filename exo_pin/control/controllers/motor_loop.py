@@ -66,7 +66,7 @@ class MotorLoop:
         own = [drive for _, drive in chosen]
         self.sign = np.array([-1.0 if drive.of_joint else 1.0 for drive in own])
         none = np.zeros(len(drives)) if masses is None else masses
-        self.mass = np.array([none[i] if drive.is_direct else drive.parameters.mass for i, drive in chosen])
+        self.mass = np.array([d.parameters.mass if isinstance(d, MotorDrive) else none[i] for i, d in chosen])
         self._low, self._high = np.array([drive.limits for drive in own]).reshape(-1, 2).T
         self.stiffness = np.array([drive.stiffness for drive in own])
         self._viscous = np.array([drive.parameters.viscous for drive in own])

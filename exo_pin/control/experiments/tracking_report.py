@@ -186,7 +186,7 @@ def _slack(tracking: Tracking) -> list[str]:
 
 def _force_limits(tracking: Tracking) -> list[str]:
     plant = tracking.run.plant
-    limits = np.array([drive.force_limit if drive.is_motor else np.inf for drive in plant.drives])
+    limits = np.array([getattr(drive, "force_limit", np.inf) for drive in plant.drives])
     reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits) & (limits > 0.0)
     return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
 

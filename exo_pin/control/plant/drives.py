@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, ClassVar
@@ -315,7 +315,7 @@ def _made(parts: Sequence[Any], options: PlantOptions) -> tuple[list[LimbDrive],
     found: list[LimbDrive] = []
     missing: list[str] = []
     for i, part in enumerate(parts):
-        make = _muscle_drive
+        make: Callable[[Any, str, PlantOptions], LimbDrive] = _muscle_drive
         if not hasattr(part, "actuator"):
             make = _brake
         elif has_motor(part):

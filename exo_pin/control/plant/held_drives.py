@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.validation import FloatArray, as_finite
-from .drives import MuscleDrive
+from .drives import DirectDrive, MotorDrive
 from .equations.drive_kernels import pressures_for, static_tensions
 from .state import DriveStates
 
@@ -51,7 +51,7 @@ def force_limits(self: Plant, lengths: ArrayLike, slack: bool = False) -> tuple[
         static_tensions(self.tables.law, self.tables.muscles, given, 0.0, least)
         static_tensions(self.tables.law, self.tables.muscles, given, self.supply.pressure, greatest)
     for i, drive in enumerate(self.drives):
-        if not isinstance(drive, MuscleDrive):
+        if isinstance(drive, MotorDrive | DirectDrive):
             least[i], greatest[i] = drive.limits
         greatest[i] = max(greatest[i], least[i])
         if drive.least_tension > 0.0 and not slack:
@@ -94,7 +94,7 @@ def drive_states(self: Plant, lengths: ArrayLike, tensions: ArrayLike) -> DriveS
     if self.supply is not None:
         pressures_for(self.tables.law, self.tables.muscles, given, held, self.supply.pressure, pressures)
     for i, drive in enumerate(self.drives):
-        if not isinstance(drive, MuscleDrive):
+        if isinstance(drive, MotorDrive | DirectDrive):
             pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
     return DriveStates(pressures, positions)
 

@@ -22,7 +22,7 @@ from .any_device.arm_actions import Payload, Wearer
 from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import device_rest, started
 from .contractions import Contractions
-from .drives import DirectDrive, MotorDrive, MuscleDrive, drives_of
+from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
 from .held_drives import drive_states, force_limits
 from .options import PlantOptions
@@ -109,14 +109,19 @@ class Plant(Record):
         for each in self.wearer:
             require_type("wearer", each, Callable, "functions (t, arm) -> moment")
         self.payloads = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
-        for each in self.payloads:
-            require_type("payloads", each, Payload, "Payload records")
+        for held in self.payloads:
+            require_type("payloads", held, Payload, "Payload records")
         #: Equations of the closed chain; None where closed forms move the arm.
         self.equations: DeviceEquations | None = None
         if chain is not None or self.wearer or self.payloads or not self.mechanism.limbs_are_massless:
             whole = device.as_chain()
             self.equations = DeviceEquations(whole, self.drives, self.tables, self.wearer, self.payloads)
-        self.contractions = Contractions(record) if record is not None else self.equations
+        self.contractions: Contractions | DeviceEquations
+        if record is not None:
+            self.contractions = Contractions(record)
+        else:
+            assert self.equations is not None
+            self.contractions = self.equations
 
     @property
     def count(self) -> int:
@@ -134,7 +139,8 @@ class Plant(Record):
         given = self.options.valves
         valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
         return tuple(
-            unit if isinstance(drive, MuscleDrive) else drive for drive, unit in zip(self.drives, valves, strict=True)
+            drive if isinstance(drive, MotorDrive | DirectDrive) else unit
+            for drive, unit in zip(self.drives, valves, strict=True)
         )
 
     force_limits = force_limits

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
@@ -15,48 +14,17 @@ from ...core.results import Result
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...device import as_device
 from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
-from ...muscle.laws.static import BAR
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
 from .any_device.arm_actions import ArmState
+from .cautions import muscle_cautions
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .state import PlantState, Snapshot
 
 if TYPE_CHECKING:
     from .plant import Plant
-
-
-#: Share by which pressures may exceed a limit, as of an integration.
-_SLACK = 1e-3
-
-
-def muscle_cautions(run: Run) -> Iterator[str]:
-    """Sentences on the muscles of a run; none for a plant without muscles."""
-    muscles = [(i, drive) for i, drive in enumerate(run.plant.drives) if isinstance(drive, MuscleDrive)]
-    inside, pulls = run.in_range, run.tensions > 0.0
-    pulling = {f"muscle {i + 1}": inside[pulls[:, i], i] for i, _ in muscles if pulls[:, i].any()}
-    every = np.concatenate([np.ones(0, dtype=bool), *pulling.values()])
-    if not every.all():
-        yield (
-            f"The force laws of the muscles were identified in {_percent(every)} of the states in which they pull "
-            f"({', '.join(f'{name}: {_percent(part)}' for name, part in pulling.items())}), and are extrapolated "
-            "elsewhere."
-        )
-    for i, drive in muscles:
-        most = float(run.pressures[:, i].max())
-        if most > drive.supply_pressure * (1.0 + _SLACK):
-            yield (
-                f"Muscle {i + 1} reaches {most / BAR:.3g} bar, above its greatest safe pressure of "
-                f"{drive.supply_pressure / BAR:.3g} bar: lower the supply."
-            )
-
-
-def _percent(met: NDArray[np.bool_]) -> str:
-    """A share in percent, never rounded to all or to none."""
-    share = 100.0 * float(met.mean())
-    return f"{min(max(round(share), int(share > 0.0)), 100 - int(share < 100.0))} %"
 
 
 #: Two times nearer than this, s, are one.

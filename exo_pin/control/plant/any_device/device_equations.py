@@ -39,7 +39,7 @@ from ....device.parts.routes import PlacedRoute
 from ....device.postures import following, postures
 from ....load_case.pose_stacks import pose_matrices
 from ....numerics.vectors import matrix
-from ..drives import LimbDrive, MotorDrive, MuscleDrive
+from ..drives import DirectDrive, LimbDrive, MotorDrive, MuscleDrive
 from ..equations.drive_kernels import FLOWS, drive_rates, limb_tension, manifold_rates, motor_energy, motor_force
 from ..equations.plant_kernels import Tables, state_places, stop_moment
 from ..state import still_tables
@@ -128,7 +128,8 @@ class DeviceEquations:
             if drives[i].is_direct and drives[i].of_joint:  # type: ignore[attr-defined]
                 self.signs[i] = 1.0
             self._constant[place, i] = self.signs[i]
-        self._motors = DirectMotors([drives[i] for i in direct], [self._places[i] for i in direct], state.model)
+        motors = [drive for drive in drives if isinstance(drive, DirectDrive)]
+        self._motors = DirectMotors(motors, [self._places[i] for i in direct], state.model)
         lower, upper = state.passive.dry_friction
         self.rubbing = np.flatnonzero(upper - lower > 0.0)
         self._rub = lower[self.rubbing], upper[self.rubbing]

@@ -120,9 +120,10 @@ class DeviceMotion:
                 y = np.concatenate([np.zeros(6), Y[2 * nv : 2 * nv + n]])
                 # What ends with this piece acts up to its end.
                 found, out, more = own.rates(min(t, piece.end - _INSIDE), q, v, y, Y[2 * nv + n : -2], piece.flows)
-                turn = v
+                turn: FloatArray = v
                 if state.nq != nv:
-                    turn = np.linalg.solve(np.reshape(pin.dIntegrate(state.model, base, Y[:nv])[1], (nv, nv)), v)
+                    right = np.reshape(pin.dIntegrate(state.model, base, Y[:nv])[1], (nv, nv))
+                    turn = np.asarray(np.linalg.solve(right, v))
                 return np.concatenate([turn, found.a, out[6:], more])
 
             self._rate = rate

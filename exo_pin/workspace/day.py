@@ -153,7 +153,18 @@ class Day(Result, ReadOnly):
         return StudyTable(rows)
 
     def summary(self) -> dict[str, Any]:
-        """Number of tasks, of these those that can be done, and those that the person cannot reach."""
+        """Number of tasks, of these those that can be done, and those that the person cannot reach.
+
+        Returns
+        -------
+        dict of str to int
+
+        Examples
+        --------
+        >>> day = ep.workspace.day_reach(ep.load("four-linear-actuators-worn"), ["stroke"], step=30.0)
+        >>> sorted(day.summary())
+        ['done', 'out_of_reach', 'tasks']
+        """
         return {
             "tasks": len(self.tasks),
             "done": int(self.inside.any(axis=1).sum()),
@@ -161,7 +172,19 @@ class Day(Result, ReadOnly):
         }
 
     def columns(self) -> dict[str, Any]:
-        """The columns of :attr:`table`."""
+        """The columns of :attr:`table`.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Each of a row a task.
+
+        Examples
+        --------
+        >>> day = ep.workspace.day_reach(ep.load("four-cables"), ["stroke", "forces"], step=30.0)
+        >>> list(day.columns())[:3]
+        ['task', 'can_do', 'swivels']
+        """
         return self.table.columns()
 
     def __str__(self) -> str:

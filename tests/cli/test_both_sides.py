@@ -151,5 +151,5 @@ def test_every_command_with_a_side_is_asked_on_both(capsys):
         assert main([*name.split(), "--help"]) == 0
         if "--side CHOICE" in capsys.readouterr().out:
             having.add(name)
-    # A search on either side takes its time; a calibration and a record are of one.
-    assert having - asked <= {"optimise", "calibrate", "record"}
+    # A search on either side takes its time; a calibration and a record are of one; a page has the answers of reaction.
+    assert having - asked <= {"optimise", "calibrate", "record", "app"}

@@ -37,7 +37,7 @@ def test_a_robot_that_is_no_wrist(name, tmp_path):
     assert report.passed
     assert {"loops", "closure Jacobian", "mobility", "joint limits", "inertia"} == {f.name for f in report.findings}
     # What needs limbs between two joint centres is no attribute; what needs an arm says that there is none.
-    for name in ("mechanism", "geometry", "forward_kinematics", "limbs", "track"):
+    for name in ("mechanism", "geometry", "forward_kinematics", "limbs"):
         assert not hasattr(exo, name)
         assert name not in dir(exo)
     assert (exo.mirrored().side, exo.mirrored().name) == ("right", exo.name)
@@ -50,6 +50,7 @@ def test_a_robot_that_is_no_wrist(name, tmp_path):
         lambda: ep.solve(exo, ep.Case(POSE)),
         lambda: ep.workspace.workspace(exo, POSE),
         lambda: exo.singularity(POSE),
+        lambda: exo.track("flexion"),
     ):
         with pytest.raises(ep.InvalidInput, match=r"names no arm among its roles|on a spherical joint"):
             ask()

@@ -36,7 +36,7 @@ def test_second_derivatives_of_a_large_tree_take_no_memory():
     whole = resident() - before
     before = resident()
     data = new_data(model)
-    assert whole > 32 * 150**3 / 2**20
+    assert whole > 0.9 * 32 * 150**3 / 2**20
     assert resident() - before < 0.2 * whole
     assert kept.M.shape == data.M.shape
 

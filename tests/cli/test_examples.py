@@ -47,6 +47,7 @@ ANSWERS = {
     "muscle step": r"settling time +\d",
     "muscle loop": r"steady error +-?\d",
     "thesis": r"reproduced [-\d]",
+    "app": r"http://127\.0\.0\.1:\d+/\S+/ \(Ctrl-C ends it\)",
     "batch": r'"id": "raised".*"can_hold": true.*"index": 0',
     "serve": r"answers at http://127",
     "schema": r"exo_pin\.reaction/1|joint_contact",
@@ -77,8 +78,10 @@ def test_examples_run(line, capsys, monkeypatch, tmp_path, request):
         monkeypatch.setattr(webbrowser, "open", lambda url: True)
         ended = SimpleNamespace(Event=lambda: SimpleNamespace(wait=_ctrl_c))
         monkeypatch.setattr("exo_pin.cli.view_command.threading", ended)
-    if line.startswith("exo-pin serve"):
-        # Its processes start, and it ends before the first question.
+    if line.startswith("exo-pin app"):
+        pytest.importorskip("nicegui", reason="needs the extra app")
+    if line.startswith(("exo-pin app", "exo-pin serve")):
+        # Processes start, and it ends before the first question.
         server = pytest.importorskip("uvicorn", reason="needs the extra service").Server
         monkeypatch.setattr(server, "run", lambda *_, **__: None)
         monkeypatch.setenv("EXO_PIN_TOKEN", "a-token-of-some-length")

@@ -40,7 +40,7 @@ def app(
     Examples
     --------
     exo-pin app --open
-    exo-pin app mine.toml --person 1.60,45,female --strength 0 --flexion 60 --open
+    exo-pin app four-cables --person 1.60,45,female --strength 0 --flexion 60 --open
     """
     require_extra("app")
     exo, size = worn.load(design, side), worn.size

@@ -9,7 +9,16 @@ ROOT = Path(__file__).parents[1]
 NOTICE = (ROOT / "NOTICE").read_text(encoding="utf-8")
 
 #: Written here, and no data: stubs of public names, grammars of formats, tables of options, pages and their looks.
-OWN = (".py", ".pyi", "py.typed", "_grammar.toml", "options/options.toml", "options/commands.toml", "page.html", "page.css")
+OWN = (
+    ".py",
+    ".pyi",
+    "py.typed",
+    "_grammar.toml",
+    "options/options.toml",
+    "options/commands.toml",
+    "page.html",
+    "page.css",
+)
 
 
 def is_named(path: Path) -> bool:

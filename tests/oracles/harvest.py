@@ -27,7 +27,7 @@ from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, map_of
 
 import exo_pin as ep
-from exo_pin import device, wrist
+from exo_pin import control, device, wrist
 from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
@@ -163,6 +163,8 @@ def _swing(count):
 def _unknowns(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     exo.uncertainty(POSE)
+    exo.total_uncertainty(POSE, draws=8)
+    ep.workspace.day_reach(ep.load("four-linear-actuators-worn"), ["stroke"], step=60.0)
     exo.reaction(POSE, centre_offset=ep.CentrePath(np.radians([0, 30, 60, 90]), 1e-3 * np.eye(4, 3)))
 
 
@@ -225,6 +227,24 @@ def _plants(folder):
         start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
         plant.simulate(_commands, 0.004, start, faults=fault, rtol=1e-4)
     plain.assumptions[-1].__str__()
+
+
+def _moved(folder):
+    serial = ep.load(URDF / "serial-y-x-z.urdf").worn_by(ep.Wearer(1.755, 85.0, "male"))
+    raised, still = serial.pose(flexion=30), control.flexion()
+    wearer = [
+        control.Passive(np.eye(3), np.eye(3), serial.pose(20), source="made up"),
+        control.Intent(still, 2.0, 5.0, 0.5, delay=0.02),
+        control.Tremor(0.2, 5.0, (1.0, 0.0, 0.0)),
+        control.Spasticity(1.0, 0.5, 2.0, (0.0, 1.0, 0.0), source="made up"),
+        control.Push(ep.Load([0.0, 0.0, -1.0]), start=0.0, end=0.1),
+    ]
+    plant = ep.Plant(serial, wearer=wearer, payloads=[control.Payload(1.0, [0.0, 0.0, -0.3], 0.0, 0.02)])
+    start = plant.held(raised, serial.reaction(raised).actuator_forces)
+    for controller in (control.gravity_compensation(plant), control.AdmittanceController(plant, still, 0.5, 3.0, 5.0)):
+        plant.simulate(controller, 0.03, start)
+    three = ep.Plant(ep.load("three-linear-actuators"))
+    control.gravity_compensation(three)
 
 
 def _files(folder):
@@ -295,7 +315,7 @@ def _pictures(folder):
 
 
 #: Queries of every kind, without pictures.
-NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _devices)
+NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants, _moved, _devices)
 #: Queries with files, pictures and persons.
 OTHER = (_files, _recordings, _pictures, _persons)
 #: What makes the examples that no query makes.

@@ -67,7 +67,9 @@ class MotorLoop:
         self.sign = np.array([-1.0 if drive.of_joint else 1.0 for drive in own])
         none = np.zeros(len(drives)) if masses is None else masses
         self.mass = np.array([d.parameters.mass if isinstance(d, MotorDrive) else none[i] for i, d in chosen])
-        self._low, self._high = np.array([drive.limits for drive in own]).reshape(-1, 2).T
+        # The motor of a cable pays out with force, too.
+        ends = [d.limits if isinstance(d, DirectDrive) else (-d.force_limit, d.force_limit) for d in own]
+        self._low, self._high = np.array(ends).reshape(-1, 2).T
         self.stiffness = np.array([drive.stiffness for drive in own])
         self._viscous = np.array([drive.parameters.viscous for drive in own])
         self._coulomb = np.array([drive.parameters.coulomb for drive in own])

@@ -84,7 +84,7 @@ def test_shoulder_force_is_that_of_the_reaction_query_for_the_same_motion():
     answer = ep.ShoulderExo.from_mechanism(tracking.experiment.mechanism).reaction(
         run.rotations[rows],
         ep.Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
-        Load(given.force, np.asarray(given.moment)[rows], given.at),
+        Load(np.asarray(given.force)[rows], np.asarray(given.moment)[rows], given.at),
     )
     np.testing.assert_allclose(answer.actuator_forces, run.tensions[rows], atol=1e-6)
     np.testing.assert_allclose(answer.shoulder_force, tracking.shoulder_force[rows], atol=1e-6)

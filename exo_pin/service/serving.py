@@ -11,6 +11,7 @@ from typing import Any
 
 from ..core.errors import InvalidInput
 from ..core.optional_packages import require_extra
+from ..core.validation import require_type
 from .options import ServiceOptions
 
 #: Samples of all streams that wait for their process.
@@ -50,7 +51,9 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
     from .live import Live
     from .workers import Workers
 
-    options = options or ServiceOptions()
+    options = ServiceOptions() if options is None else options
+    require_type("options", options, ServiceOptions)
+    require_type("announce", announce, Callable | None, "a function")
     logging.basicConfig(format="%(asctime)s %(name)s %(levelname)s %(message)s")
     # Processes share the processors already.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):

@@ -29,6 +29,8 @@ from wrists import PERSON, heavy_limbs, map_of
 import exo_pin as ep
 from exo_pin import control, device, wrist
 from exo_pin.chain.formats.sdf import sdf_writing
+from exo_pin.control.gym_env import ShoulderEnv
+from exo_pin.exo.first_answer import answer_in_parts
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
@@ -132,6 +134,7 @@ def _forces(folder):
     exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
     report_on_pose(exo, exo.reaction(POSE)).__str__()
+    answer_in_parts(report_on_pose(exo, exo.reaction(POSE)))
     ep.Interface.upper_arm_cuff(0.2)
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
     for split in ("spherical", "minimal"):
@@ -233,7 +236,7 @@ def _moved(folder):
     serial = ep.load(URDF / "serial-y-x-z.urdf").worn_by(ep.Wearer(1.755, 85.0, "male"))
     raised, still = serial.pose(flexion=30), control.flexion()
     wearer = [
-        control.Passive(np.eye(3), np.eye(3), serial.pose(20), source="made up"),
+        control.Passive(1.0, 1.0, serial.pose(20), source="made up"),
         control.Intent(still, 2.0, 5.0, 0.5, delay=0.02),
         control.Tremor(0.2, 5.0, (1.0, 0.0, 0.0)),
         control.Spasticity(1.0, 0.5, 2.0, (0.0, 1.0, 0.0), source="made up"),
@@ -245,6 +248,8 @@ def _moved(folder):
         plant.simulate(controller, 0.03, start)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
+    if importlib.util.find_spec("gymnasium") is not None:
+        ShoulderEnv(serial, still)
 
 
 def _files(folder):

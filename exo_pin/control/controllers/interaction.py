@@ -157,7 +157,7 @@ class AdmittanceController:
         self._stiffness = as_positive("stiffness", stiffness, zero=True)
         self._interval, self._given = 1.0 / as_positive("rate", rate), reference
         chosen = gains_for(plant.mechanism) if gains is None else gains
-        self._inner = ModelController(plant, lambda t: self._virtual, chosen, rate)
+        self._inner = ModelController(plant, self._followed, chosen, rate)
         self.reset()
 
     def reset(self) -> None:
@@ -189,6 +189,10 @@ class AdmittanceController:
         # A step that keeps up with its own damper: implicit Euler in the pose, explicit in the moments.
         self._virtual = ReferenceState(Rotation.from_rotvec(step * velocity) * now.orientation, velocity, turning)
         return self._inner(t, measurement)
+
+    def _followed(self, t: float) -> ReferenceState:
+        """What the arm follows: the virtual body, wherever it is."""
+        return self._virtual
 
     def _see(self, measurement: Any) -> None:
         """Take what the drives did not make of the motion since the last sample for the person's."""

@@ -366,7 +366,7 @@ class PlantSimulation:
         wrong = self._command(time, q, y) if instant.control else ""
         schedule.start(time)
         if now is not None and (instant.sample or wrong):
-            self._record.append((now, schedule.commands, schedule.flows(time)))
+            self._record.append((now, schedule.commands.copy(), schedule.flows(time)))
         return wrong
 
     def _command(self, time: float, q: FloatArray, y: FloatArray) -> str:

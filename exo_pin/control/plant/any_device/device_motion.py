@@ -59,6 +59,7 @@ class DeviceMotion:
         assert own is not None
         self._of: DeviceEquations = own
         self._rtol, self.step, self.steps = rtol, start.step, 0
+        self._rate: Any = None
         self._y = equations_state(start, plant.motors)
         places = np.cumsum([own.nq, own.nv, len(own.rubbing), 2])
         q, v, bristles, sums, self._implicit = np.split(start.chain, places)
@@ -103,6 +104,8 @@ class DeviceMotion:
                 stopped = self._through(piece)
             except ExoPinError as error:
                 stopped = f"stopped after {piece.start:.6g} s: {error}"
+            # Of this piece alone; a function within another cannot be copied to other processes.
+            self._rate = None
             if stopped:
                 return stopped
         return ""

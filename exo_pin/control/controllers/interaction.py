@@ -26,7 +26,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_positive
+from ...core.validation import FloatArray, as_positive, require_type
 from ...load_case import Load, Motion
 from ..plant.plant import Plant
 from ..trajectories.reference import ReferenceState
@@ -152,6 +152,8 @@ class AdmittanceController:
         filter_time: float = 0.05,
         rate: float = 100.0,
     ) -> None:
+        require_type("plant", plant, Plant, "a Plant")
+        require_type("reference", reference, Callable, "a function of time")
         self._inertia, self._time = as_positive("inertia", inertia), as_positive("filter_time", filter_time)
         self._damping = as_positive("damping", damping, zero=True)
         self._stiffness = as_positive("stiffness", stiffness, zero=True)

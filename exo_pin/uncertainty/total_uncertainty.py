@@ -175,8 +175,9 @@ def total_uncertainty(
         raise SolverFailed("uncertainty", np.inf, "the pose has no answer")
     sizes = {each.name: (each.size, each.dimensions) for each in question.quantities() if each.size > 0.0}
     alone = max(8, round(_ALONE * count))
-    every = [(_steps(sizes, rng), tone * rng.uniform()) for _ in range(count)]
-    single = {name: [(_steps({name: each}, rng), 0.0) for _ in range(alone)] for name, each in sizes.items()}
+    right = question.device.side == "right"
+    every = [(_steps(sizes, rng, right), tone * rng.uniform()) for _ in range(count)]
+    single = {name: [(_steps({name: each}, rng, right), 0.0) for _ in range(alone)] for name, each in sizes.items()}
     if tone > 0.0:
         sizes[TONE] = (tone, 1)
         single[TONE] = [({}, tone * rng.uniform()) for _ in range(alone)]
@@ -185,28 +186,33 @@ def total_uncertainty(
     total, parts = found[:count], found[count:].reshape(len(single), alone, 3)
     if not np.isfinite(total[:, 0]).any():
         raise SolverFailed("uncertainty", np.inf, "no draw has an answer")
-    shares = np.array([_variance(part[:, :2]) for part in parts]).reshape(-1, 2) / _variance(total[:, :2])
+    whole_spread = _variance(total[:, :2])
+    whole_spread[whole_spread == 0.0] = np.nan
+    shares = np.array([_variance(part[:, :2]) for part in parts]).reshape(-1, 2) / whole_spread
     explained = [Explained(name, sizes[name][0], *map(float, row)) for name, row in zip(single, shares, strict=True)]
     explained.sort(key=lambda each: -np.nan_to_num(each.of_F_s if joint is None else each.of_joint))
     return TotalUncertainty(title, asked[0], asked[1], total[:, 0], total[:, 1], total[:, 2] > 0.0, tuple(explained))
 
 
-def _steps(sizes: Mapping[str, tuple[float, int]], rng: np.random.Generator) -> dict[str, FloatArray]:
-    """A change of each quantity, evenly over its interval or ball, in its unit."""
+def _steps(sizes: Mapping[str, tuple[float, int]], rng: np.random.Generator, right: bool) -> dict[str, FloatArray]:
+    """A change of each quantity, evenly over its interval or ball, in its unit; on a right side the mirror image."""
     found = {}
     for name, (size, dimensions) in sizes.items():
         way = rng.standard_normal(dimensions)
+        if right and dimensions == 3:
+            # Rotation vectors are pseudovectors.
+            way *= (-1.0, 1.0, -1.0) if name.endswith("_deg") else (1.0, -1.0, 1.0)
         found[name] = size * rng.uniform() ** (1.0 / dimensions) * way / np.linalg.norm(way)
     return found
 
 
 def _variance(values: FloatArray) -> FloatArray:
-    """Variance of each column over what is known of it; NaN where there is nothing, or no spread."""
+    """Variance of each column over what is known of it; NaN where there is nothing."""
     known = np.isfinite(values)
     count = np.maximum(known.sum(axis=0), 1)
     mean = np.where(known, values, 0.0).sum(axis=0) / count
     spread = (np.where(known, values - mean, 0.0) ** 2).sum(axis=0) / count
-    return np.where(known.any(axis=0) & (spread > 0.0), spread, np.nan)
+    return np.where(known.any(axis=0), spread, np.nan)
 
 
 class _Question(NamedTuple):

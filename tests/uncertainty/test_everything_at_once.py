@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from places import URDF
 
 import exo_pin as ep
 
@@ -50,6 +51,20 @@ def test_tone_adds_what_muscles_keep(exo):
     assert found.joint_forces.max() < 1.2 * float(most.magnitude)
     assert found.explained[0].name == "tone_percent"
     assert "0 to 30" in str(found)
+
+
+@pytest.mark.parametrize("name", ["four-linear-actuators-worn", pytest.param("serial", marks=pytest.mark.full)])
+def test_a_right_arm_spreads_as_the_left_one(name):
+    """Also what has no effect explains the same: nothing."""
+    left = ep.load(URDF / "serial-y-x-z.urdf") if name == "serial" else ep.load(name)
+    left = left.worn_by(ep.Wearer(1.755, 85, "male"))
+    stated = {"offset_mm": 0} if name == "serial" else {"offset_mm": 10}
+    one, other = (
+        each.total_uncertainty(each.pose(60, 30), uncertainties=stated, draws=8) for each in (left, left.mirrored())
+    )
+    np.testing.assert_allclose(other.shoulder_forces, one.shoulder_forces, rtol=1e-6)
+    shares = [{each.name: each.of_F_s for each in found.explained} for found in (one, other)]
+    assert shares[1] == pytest.approx(shares[0], rel=1e-5, abs=1e-9)
 
 
 def test_draws_are_those_of_their_seed(exo):

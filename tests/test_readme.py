@@ -24,8 +24,7 @@ from exo_pin.thesis import condensed
 
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
-    "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "recordings", "start", "uncertainty", "view", "wearer", "workspace",
+    "compiling", "devices", "elastic", "limits", "many_machines", "movement", "muscles", "recordings", "start", "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 
@@ -185,8 +184,7 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     ends = [chain.placement(caught.value.q, end).translation for end in ("rocker_end", "coupler_end")]
     gaps = [np.linalg.norm(ends[1] - each) for each in (ends[0], names["point"].translation)]
     assert gaps == pytest.approx([0.5 * (0.2 - np.hypot(0.1, 0.15))] * 2, rel=1e-3)
-    # What the page of common questions says of drift, the sign of λ and Pinocchio's readers.
-    run_code_of("loops", monkeypatch, tmp_path, names)
+    # What the page says of drift, the sign of λ and Pinocchio's readers.
     assert 0.07 < np.abs(chain.residual(names["loose"])).max() < 0.09
     assert max(np.abs(chain.residual(each)).max() for each in names["kept"].q) < 2e-12
     assert np.abs(names["weight"] - np.cross(names["lever"], names["pin_force"]))[1] < 1e-12
@@ -252,7 +250,6 @@ def test_every_page_with_code_is_run():
         "equilibrium",
         "frames",
         "hand_off",
-        "loops",
         "own_design",
         "which_number",
     }

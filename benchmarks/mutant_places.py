@@ -25,8 +25,21 @@ _OPERATORS |= {ast.BitOr: ast.BitAnd}
 _SWAPS = {"any": "all", "min": "max", "minimum": "maximum", "argmin": "argmax", "sin": "cos", "zeros": "ones"}
 _SWAPS |= {new: old for old, new in _SWAPS.items()}
 #: Calls that mostly change the type of what they are given, or say something: without them nothing is wrong.
-_CONVERT = set("float int str bool tuple list set dict frozenset len range iter next repr print type super".split())
-_CONVERT |= set("asarray array ascontiguousarray copy items keys values warn cast from_iterable".split())
+_CONVERT = {"float", "int", "str", "bool", "tuple", "list", "set", "dict", "frozenset", "len", "range", "iter", "next"}
+_CONVERT |= {
+    "repr",
+    "print",
+    "type",
+    "super",
+    "asarray",
+    "array",
+    "ascontiguousarray",
+    "copy",
+    "items",
+    "keys",
+    "values",
+}
+_CONVERT |= {"warn", "cast", "from_iterable"}
 #: Whole numbers from here on are counts of steps or sizes, which one more would hardly change: they become 1.
 _MANY = 10
 

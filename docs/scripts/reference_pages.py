@@ -1,4 +1,4 @@
-"""Pages of the reference that are made from the code's own tables when the site is built."""
+"""Parts of pages that are made from the code's own tables when the site is built."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from exo_pin.cli.documents.registry import DOCUMENTS, kind_of
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.core.schema import identifier, members, reachable
 from exo_pin.design.io.mechanism_reading import _KEYS
+from exo_pin.thesis import condensed, ledger
 
 #: The table of a design file that holds a record; records within others have the table of the key.
 _TABLES = {
@@ -160,10 +161,24 @@ def _members(kind: type) -> Iterable[str]:
     yield ""
 
 
-#: What a page of the reference has in place of ``<!-- made: NAME -->``.
+def formulas() -> str:
+    """Every label of the thesis with the code that computes it."""
+    from formulas import page
+
+    return page(ledger())
+
+
+def differing_rows() -> str:
+    """Rows of the ledger that are not simply reproduced."""
+    return condensed(row for row in ledger() if row.verdict != "reproduced")
+
+
+#: What a page has in place of ``<!-- made: NAME -->``.
 MADE = {
     "command line": command_line,
     "design keys": design_keys,
     "closures file": closures_file,
     "documents": documents,
+    "formulas": formulas,
+    "ledger": differing_rows,
 }

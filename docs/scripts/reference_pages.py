@@ -11,10 +11,12 @@ from pathlib import Path
 from cyclopts import App
 from public_names import HIDDEN, ROOMS, public_names
 
+from exo_pin.chain.formats.leaving_out import LEAVE_OUT
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import GROUPS
 from exo_pin.cli.command import command, examples, notes, shown_default
 from exo_pin.cli.documents.registry import DOCUMENTS, kind_of
+from exo_pin.core import errors
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.core.schema import identifier, members, reachable
 from exo_pin.design.io.mechanism_reading import _KEYS
@@ -43,6 +45,9 @@ def write_api(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for room, names in public_names().items():
+        if room == "core":
+            listed = {item for _, item in names}
+            names += [(f"{errors.__name__}.{name}", each) for name, each in _errors() if each not in listed]
         blocks = "\n".join(_entry(path, item) for path, item in names)
         (folder / f"{room}.md").write_text(
             f"# {room}\n\n{ROOMS[room]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
@@ -59,6 +64,10 @@ def write_api(folder: Path) -> None:
         + "\n```\n"
     )
     (folder / "index.md").write_text(text, encoding="utf-8")
+
+
+def _errors() -> Iterable[tuple[str, object]]:
+    return ((name, getattr(errors, name)) for name in errors.__all__)
 
 
 def _entry(path: str, item: object) -> str:
@@ -168,6 +177,12 @@ def formulas() -> str:
     return page(ledger())
 
 
+def leave_out() -> str:
+    """Names of what a reader can leave out of a robot."""
+    rows = [f"| `{name}` | {what} |" for name, what in sorted(LEAVE_OUT.items())]
+    return "\n".join(["| name | what is left out |", "| --- | --- |", *rows]) + "\n"
+
+
 def differing_rows() -> str:
     """Rows of the ledger that are not simply reproduced."""
     return condensed(row for row in ledger() if row.verdict != "reproduced")
@@ -180,5 +195,6 @@ MADE = {
     "closures file": closures_file,
     "documents": documents,
     "formulas": formulas,
+    "leave out": leave_out,
     "ledger": differing_rows,
 }

@@ -44,8 +44,9 @@ nitpicky = True
 nitpick_ignore_regex = [
     # words of a type, such as "array_like";
     ("py:class", r"(?!exo_pin\.).*"),
-    # modules and constants, which have no entry of their own, and inner functions: tests/test_references.py finds them.
-    ("py:(mod|data)", ".*"),
+    # modules, constants and fields of records, which have no entry of their own, and inner functions;
+    # tests/test_references.py finds them.
+    ("py:(mod|data|attr)", ".*"),
     ("py:func", r"exo_pin\.\w+\.\w+\..*"),
 ]
 

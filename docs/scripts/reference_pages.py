@@ -46,8 +46,9 @@ def write_api(folder: Path) -> None:
     rows = []
     for room, names in public_names().items():
         if room == "core":
-            listed = {item for _, item in names}
-            names += [(f"{errors.__name__}.{name}", each) for name, each in _errors() if each not in listed]
+            listed = {id(item) for others in public_names().values() for _, item in others}
+            named = ((f"{errors.__name__}.{name}", getattr(errors, name)) for name in errors.__all__)
+            names += [(path, item) for path, item in named if id(item) not in listed]
         blocks = "\n".join(_entry(path, item) for path, item in names)
         (folder / f"{room}.md").write_text(
             f"# {room}\n\n{ROOMS[room]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
@@ -64,10 +65,6 @@ def write_api(folder: Path) -> None:
         + "\n```\n"
     )
     (folder / "index.md").write_text(text, encoding="utf-8")
-
-
-def _errors() -> Iterable[tuple[str, object]]:
-    return ((name, getattr(errors, name)) for name in errors.__all__)
 
 
 def _entry(path: str, item: object) -> str:

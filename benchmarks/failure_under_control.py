@@ -6,7 +6,7 @@ Poses are drawn over the range of daily life, held in statics. The run begins in
 controller, and each limb in turn tears after 0.5 s, or loses its current, with the brake that its drive has. The
 controller either knows nothing of it, or counts a drive as torn that is 10 mm from its limb and shares its load among
 the others (``FeedbackGains.lost_beyond``). Static: the others hold the pose within their limits, of the same runs.
-The table stands on docs/evidence/positioning.md.
+The table stands on docs/evidence/machine_in_motion.md.
 """
 
 from __future__ import annotations

@@ -201,7 +201,7 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
-@pytest.mark.parametrize("page", ["equilibrium", "frames", "singularity"])
+@pytest.mark.parametrize("page", ["equilibrium", "frames", "positioning", "singularity"])
 def test_code_of_short_pages_prints_what_they_show(monkeypatch, capsys, tmp_path, page):
     run_code_of(page, monkeypatch, tmp_path)
     assert_same("\n".join(re.findall(OUTPUT, site_page(page), re.DOTALL)), capsys.readouterr().out.rstrip())
@@ -259,6 +259,7 @@ def test_every_page_with_code_is_run():
         "live",
         "report",
         "plant",
+        "positioning",
         "robot_torques",
         "robot_with_loops",
         "service",

@@ -21,7 +21,7 @@ DESIGNS = ("four-linear-actuators-worn", "four-cables", "prototype", "urdf/sprin
 def rates(design, seconds=5.0):
     """Answers in a second of processor time, and in a second."""
     rests, shown = Event(), []
-    following = Following(lambda answer: (shown.append(answer), answer.moving or rests.set()), lambda scene: None)
+    following = Following(lambda _, answer: (shown.append(answer), answer.moving or rests.set()), lambda *_: None)
     asked = Asked(design)
     following.ask(asked)
     rests.wait()

@@ -71,6 +71,11 @@ class Asked(Record):
     shown: str = ""
 
     @property
+    def name(self) -> str:
+        """What the design is called on the page, and whether it was changed."""
+        return f"{self.shown or self.design}{', changed' if self.changes else ''}"
+
+    @property
     def angles(self) -> tuple[float, float, float]:
         """Flexion, abduction and internal rotation, degrees."""
         return self.flexion, self.abduction, self.internal_rotation

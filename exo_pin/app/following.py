@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from ..core.errors import ExoPinError
@@ -60,24 +61,30 @@ class Following(OneProcess):
     Parameters
     ----------
     show : callable
-        Gets each answer, in the thread that made it.
+        Gets the place of a question and its answer, in the thread that made it.
     draw : callable
-        Gets each new scene.
+        Gets the place of a question and each new scene.
     """
 
-    def __init__(self, show: Callable[[Shown], None], draw: Callable[[Scene], None]) -> None:
+    def __init__(self, show: Callable[[int, Shown], None], draw: Callable[[int, Scene], None]) -> None:
         self._show, self._draw = show, draw
-        self._asked, self._changed, self._ends = Asked(), threading.Event(), False
-        self._scene: Scene | None = None
-        self._drawn = Asked()
+        self._asked: tuple[Asked, ...] = ()
+        self._changed, self._ends = threading.Event(), False
+        self._drawn = dict[int, tuple[Scene, Asked]]()
+        self._beside: tuple[Asked, ...] | None = None
+        self._scale: float | None = None
         self._whole, self._working = ThreadPoolExecutor(1, "exo_pin answers"), Future[None]()
         self._thread = threading.Thread(target=self._run, name="exo_pin app", daemon=True)
         self._thread.start()
 
-    def ask(self, asked: Asked) -> None:
-        """Answer a question, and return at once."""
+    def ask(self, *asked: Asked) -> None:
+        """Answer the questions about one pose of one or more designs, and return at once."""
         self._asked = asked
         self._changed.set()
+
+    def draw_anew(self) -> None:
+        """Draw new scenes with the next answers."""
+        self._beside = None
 
     def close(self) -> None:
         """End the threads."""
@@ -91,30 +98,47 @@ class Following(OneProcess):
             self._changed.clear()
             self._working.cancel()
             asked = self._asked
-            self._show(answered(asked, moving=True))
-            self._picture(asked)
+            self._arrange(asked)
+            for place, each in enumerate(asked):
+                self._show(place, answered(each, moving=True))
+                self._picture(place, each)
             if not self._changed.wait(_RESTS) and not self._ends:
                 self._working = self._whole.submit(self._in_full, asked)
                 self._changed.wait()
 
-    def _in_full(self, asked: Asked) -> None:
-        shown = answered(asked)
-        # Somebody has moved on meanwhile.
-        if asked == self._asked and not self._ends:
-            self._show(shown)
+    def _in_full(self, asked: tuple[Asked, ...]) -> None:
+        for place, each in enumerate(asked):
+            shown = answered(each)
+            # Somebody has moved on meanwhile.
+            if asked != self._asked or self._ends:
+                return
+            self._show(place, shown)
 
-    def _picture(self, asked: Asked) -> None:
+    def _arrange(self, asked: tuple[Asked, ...]) -> None:
+        """Draw several designs, or one after several, in new scenes, whose arrows have one scale."""
+        beside = tuple(replace(each.anywhere, changes=()) for each in asked) if len(asked) > 1 else ()
+        if beside != self._beside:
+            self._beside, self._drawn, scales = beside, {}, list[float]()
+            for each in asked if beside else ():
+                with suppress(ExoPinError, OSError):
+                    scene = Scene(each.exo, human=False)
+                    scene.show(each.pose)
+                    scales.append(scene.metres_per_newton)
+            self._scale = min(scales, default=None)
+
+    def _picture(self, place: int, asked: Asked) -> None:
         try:
-            scene, body = self._scene, replace(asked.anywhere, design="", changes=())
-            if scene is None or body != replace(self._drawn.anywhere, design="", changes=()):
-                scene = Scene(asked.exo)
-            elif asked.anywhere != self._drawn.anywhere:
+            scene, drawn = self._drawn.get(place, (None, None))
+            body = replace(asked.anywhere, design="", changes=())
+            if scene is None or drawn is None or body != replace(drawn.anywhere, design="", changes=()):
+                scene, drawn = Scene(asked.exo, metres_per_newton=self._scale), None
+            elif asked.anywhere != drawn.anywhere:
                 scene.replace_exo(asked.exo)
             scene.show(asked.pose)
             scene.offer(hand=asked.pose.apply(asked.hand))
-            if scene is not self._scene:
-                self._draw(scene)
-            self._scene, self._drawn = scene, asked
+            if drawn is None:
+                self._draw(place, scene)
+            self._drawn[place] = scene, asked
         except (ExoPinError, OSError):
             # The answer says what is wrong; the picture stays as it was.
             return

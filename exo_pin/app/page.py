@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import json
-import secrets
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from html import escape
 from importlib.resources import files
 from typing import Any
 
@@ -19,16 +17,16 @@ from ..core.errors import ExoPinError
 from ..core.records import OneProcess
 from ..design import presets
 from ..exo.loading import load
+from ..view import Scene
 from ..view.colours import BLUE
 from ..view.scene.panels import ANGLES
+from .answer_view import AnswerView, card, tag
 from .asked import Asked
 from .dimensions import dimensions_of
 from .files import LARGEST_DESIGN, PageFiles
 from .following import Following, Shown
-from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of
 from .scene_feed import SceneFeed
 from .searching import Found, Search
-from .words import answer_html
 
 __all__: list[str] = []
 
@@ -56,59 +54,80 @@ class Visit(OneProcess):
     """
 
     def __init__(self, asked: Asked) -> None:
-        self.key = secrets.token_urlsafe(9)
         self._asked, self._loop = asked, asyncio.get_running_loop()
-        self.feed = SceneFeed(self._drag)
-        self._following = Following(self._send, self.feed.show)
-        self._map, self._columns = PoseMap(self._send_map), dict[float, list[float | None]]()
+        self._views: list[AnswerView] = []
+        self._following = Following(self._send, self._draw)
         self._search, self._best = Search(self._send_found), dict[str, float]()
         self._files, self._sliders = PageFiles(), dict[str, Any]()
-        self.answers = 0
         self._build()
         self.change()
+
+    @property
+    def feeds(self) -> dict[str, SceneFeed]:
+        """Scenes of the page by their keys."""
+        return {view.key: view.feed for view in self._views}
 
     def close(self) -> None:
         """End what works for the page."""
         self._following.close()
         self._files.close()
         self._search.stop()
-        self._map.close()
+        for view in self._views:
+            view.close()
 
     def change(self, **fields: Any) -> None:
         """Ask with some fields changed."""
         self._asked = replace(self._asked, **fields)
-        self._following.ask(self._asked)
+        beside = [self._beside] if len(self._views) > 1 else []
+        self._following.ask(self._asked, *(replace(self._asked, changes=(), **each) for each in beside))
 
-    def _send(self, shown: Shown) -> None:
-        self._loop.call_soon_threadsafe(self._show, shown)
+    def _send(self, place: int, shown: Shown) -> None:
+        self._loop.call_soon_threadsafe(self._show, place, shown)
 
-    def _show(self, shown: Shown) -> None:
-        if self._answer.is_deleted:
+    def _draw(self, place: int, scene: Scene) -> None:
+        # A view may be taken away meanwhile.
+        for view in self._views[place : place + 1]:
+            view.feed.show(scene)
+
+    def _show(self, place: int, shown: Shown) -> None:
+        # A view may be taken away meanwhile.
+        if place >= len(self._views) or self._views[place].is_gone:
             return
-        self.answers += 1
-        self._answer.set_content(answer_html(shown))
-        self._answer.props(f"data-answers={self.answers} data-moving={'yes' if shown.moving else 'no'}")
-        self._call.set_content(f"<pre class='call'>{escape(shown.asked.python())}</pre>")
-        if shown.report is not None:
+        self._views[place].show(shown)
+        if place == 0 and shown.report is not None:
             device = shown.report.device
             self._title.set_text(device.title or device.name)
+        self._draw_maps()
 
-        if not shown.moving and shown.report is not None:
-            self._map.ask(shown.asked)
-        self._draw_map()
+    def _send_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
+        self._loop.call_soon_threadsafe(self._take_map, view, columns)
 
-    def _send_map(self, columns: dict[float, list[float | None]]) -> None:
-        self._loop.call_soon_threadsafe(self._take_map, columns)
+    def _take_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
+        view.take_map(columns)
+        self._draw_maps()
 
-    def _take_map(self, columns: dict[float, list[float | None]]) -> None:
-        self._columns = columns
-        self._draw_map()
+    def _draw_maps(self) -> None:
+        """Draw all maps, to one scale."""
+        top = max(view.top for view in self._views)
+        for view in self._views:
+            if not view.is_gone:
+                view.draw_map(top)
 
-    def _draw_map(self) -> None:
-        if not self._chart.is_deleted:
-            self._chart.options.clear()
-            self._chart.options.update(chart_of(self._columns, self._asked))
-            self._chart.update()
+    def _put_beside(self, path: str) -> None:
+        """Show another design beside the first one; none where the path is empty."""
+        if path:
+            self._beside = self._design_fields(path)
+        if path and len(self._views) == 1:
+            self._add_view()
+        elif not path and len(self._views) > 1:
+            self._views.pop().close()
+        self._board.classes(**{"add" if path else "remove": "two"})
+        self.change()
+
+    def _add_view(self) -> None:
+        with self._board:
+            self._views.append(AnswerView(self._asked, self._drag, self._pick, self._send_map))
+        self._following.draw_anew()
 
     def _drag(self, message: str) -> None:
         """Bring the hand where the scene's handle was dragged."""
@@ -119,10 +138,8 @@ class Visit(OneProcess):
         if place.shape == (3,) and np.isfinite(place).all() and 1e-6 < np.linalg.norm(place) < 10.0:
             self.pose(**self._asked.with_hand_at(place))
 
-    def _pick(self, event: Any) -> None:
-        """Go to the pose of a cell of the map."""
-        i, j, *_ = event.value
-        self.pose(flexion=FLEXIONS[int(i)], abduction=ABDUCTIONS[int(j)])
+    def _pick(self, flexion: float, abduction: float) -> None:
+        self.pose(flexion=flexion, abduction=abduction)
 
     def pose(self, **angles: float) -> None:
         """Move the arm, and the sliders with it."""
@@ -134,7 +151,7 @@ class Visit(OneProcess):
         ui.add_css((files("exo_pin.app") / "page.css").read_text(encoding="utf-8"))
         ui.colors(primary=BLUE)
         with ui.element("header").classes("top"):
-            _tag("h1", "exo_pin")
+            tag("h1", "exo_pin")
             self._title = ui.label().classes("title")
             for label, make in (
                 ("Save design", self._files.design),
@@ -143,34 +160,23 @@ class Visit(OneProcess):
             ):
                 button = ui.button(label).props("outline dense no-caps")
                 button.on_click(partial(self._give, button, make))
-        with ui.element("main").classes("board"):
-            with ui.element("div").classes("column"):
+        with ui.element("main").classes("board") as self._board:
+            with ui.element("div").classes("column controls"):
                 self._build_device()
                 self._build_pose()
                 self._build_person()
-            with ui.element("div").classes("column middle"):
-                with _card("scene"):
-                    frame = ui.element("iframe")
-                    frame.props(f'src="scene/{self.key}/#framed" title="Device on the person, with forces"')
-                with _card("map"):
-                    _tag("h2", "Force of arm and device over the box of poses; × is not held")
-                    chart = ui.echart(chart_of({}, self._asked), on_point_click=self._pick)
-                    self._chart = chart.props('role="img" aria-label="Map of flexion and abduction"')
-            with ui.element("div").classes("column answer"):
-                with _card("answers"):
-                    self._answer = ui.html("", sanitize=False).props('aria-live="polite" aria-atomic="true"')
-                with _card("python"):
-                    _tag("h2", "The same in Python")
-                    self._call = ui.html("", sanitize=False)
+            self._add_view()
 
     def _build_device(self) -> None:
-        with _card("device"):
-            _tag("h2", "Device")
+        with card("device"):
+            tag("h2", "Device")
             self._designs = {name: name for name in dict.fromkeys([self._asked.design, *presets()])}
             with ui.element("div").classes("fields"):
                 self._design = _choice("Design", self._designs, self._asked.design, self._choose_design).classes("wide")
                 sides = {side: side for side in ("left", "right")}
                 _choice("Side", sides, self._asked.side, lambda value: self.change(side=value))
+                designs = {"": "nothing"} | self._designs
+                self._other = _choice("Beside it", designs, "", self._put_beside).classes("wide")
             self._dimensions = ui.element("div").classes("dimensions")
             self._build_dimensions()
             given = ui.upload(
@@ -202,10 +208,15 @@ class Visit(OneProcess):
         finally:
             event.sender.reset()
         self._designs[path] = event.file.name
+        self._other.set_options({"": "nothing"} | self._designs)
         self._design.set_options(self._designs, value=path)
 
+    def _design_fields(self, path: str) -> dict[str, Any]:
+        """Fields of a question about a design of the lists."""
+        return {"design": path, "shown": self._designs[path] if path != self._designs[path] else ""}
+
     def _choose_design(self, path: str) -> None:
-        self.change(design=path, changes=(), shown=self._designs[path] if path != self._designs[path] else "")
+        self.change(changes=(), **self._design_fields(path))
         self._build_dimensions()
 
     def _build_dimensions(self) -> None:
@@ -279,8 +290,8 @@ class Visit(OneProcess):
         self.change(changes=self._asked.changed(name, value).changes)
 
     def _build_pose(self) -> None:
-        with _card("pose"):
-            _tag("h2", "Pose of the arm")
+        with card("pose"):
+            tag("h2", "Pose of the arm")
             for name, (low, high) in ANGLES.items():
                 words, value = f"{name.replace('_', ' ').capitalize()}, °", getattr(self._asked, name)
                 self._sliders[name] = self._build_slider(
@@ -306,8 +317,8 @@ class Visit(OneProcess):
         return slider
 
     def _build_person(self) -> None:
-        with _card("person"):
-            _tag("h2", "Person")
+        with card("person"):
+            tag("h2", "Person")
             with ui.element("div").classes("fields"):
                 sexes = {sex: sex for sex in ("male", "female")}
                 _choice("Sex", sexes, self._asked.sex, lambda value: self.change(sex=value))
@@ -334,16 +345,6 @@ def _words(name: str) -> str:
         return "Cuff below shoulder, mm"
     stem, _, unit = name.rpartition("_")
     return f"{stem.replace('_', ' ').capitalize()}, {unit.replace('deg', '°')}"
-
-
-def _tag(tag: str, text: str) -> Any:
-    with ui.element(tag) as made:
-        ui.html(escape(text), sanitize=False, tag="span")
-    return made
-
-
-def _card(classes: str = "") -> Any:
-    return ui.element("section").classes(f"card {classes}")
 
 
 def _choice(label: str, options: dict[str, str], value: str, change: Callable[[str], None]) -> Any:

@@ -88,8 +88,14 @@ class PoseMap(OneProcess):
             self._show(dict(known))
 
 
-def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str, Any]:
-    """The map as a chart of ECharts: colours of |F_s|, a cross where it is not held, and a ring at the pose."""
+def top_of(columns: dict[float, list[float | None]]) -> float:
+    """Largest force of a map's scale, N: a few poses near singular ones would take all colours."""
+    held = [value for column in columns.values() for value in column if value is not None]
+    return max(round(float(np.percentile(held, 95.0))), 1) if held else 1
+
+
+def chart_of(columns: dict[float, list[float | None]], asked: Asked, top: float) -> dict[str, Any]:
+    """The map as a chart of ECharts: colours of |F_s| up to ``top``, N, × where it is not held, a ring at the pose."""
     cells = [
         [i, j, value]
         for i, flexion in enumerate(FLEXIONS)
@@ -97,8 +103,6 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str
     ]  # fmt: skip
     held = [cell for cell in cells if cell[2] is not None]
     others = [[i, j, 0.0] for i, j, value in cells if value is None]
-    # A few poses near singular ones would take all colours.
-    most = max(round(float(np.percentile([cell[2] for cell in held], 95.0))), 1) if held else 1
     here = [(asked.flexion - FLEXIONS[0]) / _STEP, (asked.abduction - ABDUCTIONS[0]) / _STEP]
 
     def axis(name: str, values: list[float], gap: int) -> dict[str, Any]:
@@ -110,8 +114,8 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked) -> dict[str
     series = {"type": "heatmap", "animation": False, "progressive": 0}
     ring = {"type": "scatter", "symbolSize": 15, "silent": True, "animation": False, "z": 5}
     scale = {
-        "type": "continuous", "min": 0, "max": most, "seriesIndex": 0, "orient": "horizontal",
-        "left": "center", "top": 0, "itemHeight": 150, "text": [f"{most}", "|F_s|, N   0"],
+        "type": "continuous", "min": 0, "max": top, "seriesIndex": 0, "orient": "horizontal",
+        "left": "center", "top": 0, "itemHeight": 150, "text": [f"{top:g}", "|F_s|, N   0"],
         "calculable": False, "precision": 0, "inRange": {"color": CIVIDIS},
     }  # fmt: skip
     cross = {"show": True, "formatter": "×", "color": _DARK}

@@ -68,7 +68,7 @@ def _application(asked: Asked, token: str) -> Guard:
     nicegui, fastapi = optional("app", "nicegui"), optional("app", "fastapi")
     from .page import Visit  # here, because its module needs the extra
 
-    visits: dict[str, Visit] = {}
+    visits: set[Visit] = set()
 
     @nicegui.ui.page("/", title="exo_pin")
     def page() -> None:
@@ -76,10 +76,11 @@ def _application(asked: Asked, token: str) -> Guard:
             nicegui.ui.label(f"{_MOST_PAGES} pages are open already: close one, and load this again.")
             return
         visit = Visit(asked)
-        visits[visit.key] = visit
+        visits.add(visit)
 
         def leave() -> None:
-            visits.pop(visit.key).close()
+            visits.discard(visit)
+            visit.close()
 
         nicegui.ui.context.client.on_delete(leave)
 
@@ -89,11 +90,12 @@ def _application(asked: Asked, token: str) -> Guard:
         nicegui.app.routes.append(routing.Route(f"/scene/{{key}}/{path}", give))
 
     async def scene(websocket: Any) -> None:
-        visit = visits.get(websocket.path_params["key"])
-        if visit is None:
+        feeds = {key: feed for visit in visits for key, feed in visit.feeds.items()}
+        feed = feeds.get(websocket.path_params["key"])
+        if feed is None:
             await websocket.close(1008)
         else:
-            await visit.feed.serve(websocket)
+            await feed.serve(websocket)
 
     nicegui.app.routes.append(routing.WebSocketRoute("/scene/{key}/socket", scene))
     outer = fastapi.FastAPI(openapi_url=None)

@@ -73,12 +73,12 @@ def test_what_is_refused_says_why_and_spoils_nothing():
 def test_the_newest_question_counts():
     shown, done = [], threading.Event()
 
-    def show(answer):
+    def show(place, answer):
         shown.append(answer)
         if not answer.moving:
             done.set()
 
-    following = Following(show, lambda scene: None)
+    following = Following(show, lambda place, scene: None)
     asked = [replace(CASES["worn"], flexion=float(k)) for k in range(40)]
     for each in asked:
         following.ask(each)
@@ -104,3 +104,31 @@ def test_a_dragged_hand_is_followed_by_the_shortest_turn(name):
     assert np.degrees(np.arccos(reached @ place / np.linalg.norm(reached) / np.linalg.norm(place))) < 1.2
     turn = np.degrees(np.arccos(here @ place / np.linalg.norm(here) / np.linalg.norm(place)))
     assert np.degrees((moved * asked.pose.inv()).magnitude()) < turn + 2.0
+
+
+def test_two_designs_are_answered_in_one_pose_and_drawn_to_one_scale():
+    shown, scenes, done = {}, {}, threading.Event()
+
+    def show(place, answer):
+        shown[place] = answer
+        if place == 1 and not answer.moving:
+            done.set()
+
+    following = Following(show, scenes.__setitem__)
+    asked = replace(CASES["worn"], design="four-cables"), CASES["worn"]
+    following.ask(*asked)
+    assert done.wait(60.0)
+    first, second = scenes.values()
+    assert first.metres_per_newton == second.metres_per_newton
+    assert [shown[place].report.answer.magnitude for place in (0, 1)] == [
+        each.exo.reaction(each.pose).magnitude for each in asked
+    ]
+    done.clear()
+    # New views of the same question get scenes of their own; one design alone has its own scale.
+    following.draw_anew()
+    following.ask(asked[1])
+    following.ask(*asked)
+    assert done.wait(60.0)
+    following.close()
+    assert scenes[0] is not first
+    assert scenes[1] is not second

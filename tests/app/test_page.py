@@ -149,6 +149,25 @@ def test_a_clinician_sets_up_a_light_person_with_a_flaccid_arm_and_gets_the_repo
         assert downloaded(tmp_path, f"{asked.exo.device.name}-report.pdf").startswith(b"%PDF-")
 
 
+def test_two_designs_stand_side_by_side(window):
+    asked = Asked("four-linear-actuators-worn", flexion=60.0)
+    with served("--flexion", "60") as url:
+        window.open(url)
+        window.choose("Beside it", "four-cables")
+        window.wait_for("document.querySelectorAll('[data-moving=no]').length === 2")
+        texts = window.evaluate("[...document.querySelectorAll('.drives')].map((each) => each.innerText)")
+        for text, design in zip(texts, (asked.design, "four-cables"), strict=True):
+            assert answered(replace(asked, design=design)).parts.drives[0][1] in text
+        drawn = "[...document.querySelectorAll('.scene iframe')].map((each) => each.contentDocument.body.dataset.state)"
+        window.wait_for(f"{drawn}.join() === 'drawn,drawn'")
+        keep(window, "side_by_side")
+        window.resize(NARROW)
+        window.wait_for(f"document.documentElement.scrollWidth === {NARROW[0]}")
+        window.resize(WIDE)
+        window.choose("Beside it", "nothing")
+        window.wait_for("document.querySelectorAll('.verdict').length === 1")
+
+
 def test_the_hand_is_dragged_in_the_picture(window):
     with served("--flexion", "60") as url:
         window.open(url)

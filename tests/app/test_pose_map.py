@@ -9,7 +9,7 @@ from places import URDF
 
 from exo_pin.app import pose_map
 from exo_pin.app.asked import Asked
-from exo_pin.app.pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, column_of_map
+from exo_pin.app.pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, column_of_map, top_of
 
 CABLES = Asked("four-cables", flexion=60.0, abduction=20.0, internal_rotation=10.0)
 
@@ -29,7 +29,9 @@ def test_a_column_has_the_answers_of_its_poses(design):
 
 def test_a_chart_tells_poses_that_are_not_held_from_those_of_no_force():
     columns = {FLEXIONS[0]: [None, 0.0, *[50.0] * (len(ABDUCTIONS) - 2)]}
-    held, others, *rings = chart_of(columns, CABLES)["series"]
+    chart = chart_of(columns, CABLES, 70.0)
+    held, others, *rings = chart["series"]
+    assert (chart["visualMap"]["max"], top_of(columns)) == (70.0, 50)
     assert [cell[:2] for cell in others["data"]] == [[0, 0]]
     assert held["data"][0] == [0, 1, 0.0]
     assert len(held["data"]) == len(ABDUCTIONS) - 1

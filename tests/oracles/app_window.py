@@ -85,6 +85,15 @@ class AppWindow(BrowserWindow):
         self.evaluate(f"document.querySelector({json.dumps(selector)}).select()")
         self._command("Input.insertText", text=text)
 
+    def choose(self, label, option):
+        """Choose an option of a list."""
+        self.click(f"[aria-label={json.dumps(label)}]")
+        item = (
+            f"[...document.querySelectorAll('.q-menu .q-item')].find((each) => each.innerText === {json.dumps(option)})"
+        )
+        self.wait_for(item)
+        self.evaluate(f"{item}.click()")
+
     def click(self, selector):
         """Click on an element's middle."""
         self.evaluate(f"document.querySelector({json.dumps(selector)}).scrollIntoView({{block: 'center'}})")

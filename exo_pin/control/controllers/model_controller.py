@@ -236,7 +236,7 @@ class ModelController:
         ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``. None for wherever the
         arm is: the weight is carried, and nothing else is wanted.
     gains : FeedbackGains, optional
-        Of the feedback; :func:`gains_for` the arm if left out.
+        Of the feedback; ``gains_for`` the arm if left out.
     rate : float
         Samples a second, Hz.
 

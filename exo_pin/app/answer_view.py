@@ -1,0 +1,119 @@
+"""What the page shows of one design: scene, map, answer, and the call in Python."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+from nicegui import ui
+
+from ..core.records import OneProcess
+from .asked import Asked
+from .following import Shown
+from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, top_of
+from .scene_feed import SceneFeed
+from .words import answer_html
+
+__all__: list[str] = []
+
+
+class AnswerView(OneProcess):
+    """Scene, map, answer and call of one design, in the slot where it is made.
+
+    Parameters
+    ----------
+    asked : Asked
+        The question to begin with.
+    drag : callable
+        Gets what the scene's page sends of a handle that is dragged.
+    pick : callable
+        Gets flexion and abduction of a cell of the map that is clicked, degrees.
+    mapped : callable
+        Gets the columns of the map, in another thread, whenever some are new; :meth:`take_map` shows them.
+    """
+
+    def __init__(
+        self,
+        asked: Asked,
+        drag: Callable[[str], None],
+        pick: Callable[[float, float], None],
+        mapped: Callable[..., None],
+    ) -> None:
+        self.key, self.answers = secrets.token_urlsafe(9), 0
+        self.feed, self._pick = SceneFeed(drag), pick
+        self._asked, self._columns = asked, dict[float, list[float | None]]()
+        self._map = PoseMap(lambda columns: mapped(self, columns))
+        self._whole = ui.element("div").classes("view")
+        with self._whole:
+            with ui.element("div").classes("column middle"):
+                with card("named"):
+                    self._name = ui.label().classes("name")
+                with card("scene"):
+                    frame = ui.element("iframe")
+                    frame.props(f'src="scene/{self.key}/#framed" title="Device on the person, with forces"')
+                with card("map"):
+                    tag("h2", "Force of arm and device over all poses; × not held")
+                    chart = ui.echart(chart_of({}, asked, self.top), on_point_click=self._clicked)
+                    self._chart = chart.props('role="img" aria-label="Map of flexion and abduction"')
+            with ui.element("div").classes("column answer"):
+                with card("answers"):
+                    self._answer = ui.html("", sanitize=False).props('aria-live="polite" aria-atomic="true"')
+                with card("python"):
+                    tag("h2", "The same in Python")
+                    self._call = ui.html("", sanitize=False)
+
+    def close(self) -> None:
+        """End what works for it, and take it off the page."""
+        self._map.close()
+        if not self._whole.is_deleted:
+            self._whole.delete()
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether the page is closed, or the view taken off it."""
+        return self._whole.is_deleted
+
+    @property
+    def top(self) -> float:
+        """Largest number of the map's scale, N."""
+        return top_of(self._columns)
+
+    def show(self, shown: Shown) -> None:
+        """Show an answer; the map follows one in full."""
+        self.answers += 1
+        self._asked = shown.asked
+        self._answer.set_content(answer_html(shown))
+        self._answer.props(f"data-answers={self.answers} data-moving={'yes' if shown.moving else 'no'}")
+        self._call.set_content(f"<pre class='call'>{escape(shown.asked.python())}</pre>")
+        if shown.report is not None:
+            self._name.set_text(shown.asked.name)
+            if not shown.moving:
+                self._map.ask(shown.asked)
+
+    def take_map(self, columns: dict[float, list[float | None]]) -> None:
+        """Keep what is known of the map; :meth:`draw_map` shows it."""
+        self._columns = columns
+
+    def draw_map(self, top: float) -> None:
+        """Draw the map, coloured from 0 to ``top``, N."""
+        self._chart.options.clear()
+        self._chart.options.update(chart_of(self._columns, self._asked, top))
+        self._chart.update()
+
+    def _clicked(self, event: Any) -> None:
+        i, j, *_ = event.value
+        self._pick(FLEXIONS[int(i)], ABDUCTIONS[int(j)])
+
+
+def tag(name: str, text: str) -> Any:
+    """An element with a text."""
+    with ui.element(name) as made:
+        ui.html(escape(text), sanitize=False, tag="span")
+    return made
+
+
+def card(classes: str = "") -> Any:
+    """A card of the page."""
+    return ui.element("section").classes(f"card {classes}")

@@ -25,7 +25,7 @@ from exo_pin.thesis.all_rows import printed_index, summary
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
     "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "recordings", "start", "uncertainty", "view", "wearer", "workspace",
+    "positioning", "recordings", "start", "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 
@@ -308,7 +308,7 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     assert capsys.readouterr().out.startswith(model.verdict)
     assert (tmp_path / "run.csv").stat().st_size > 100_000
     page = site_page("machine_in_motion")
-    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n.*\n\| \| model \|(.*)\n", page)
+    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n\| \| model \|(.*)\n", page)
     for row, tracking in zip(found.groups(), (ep.experiment("held-abduction").run(), model), strict=True):
         shown = [float(value) for value in re.findall(r"\d+\.?\d*", row)]
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")

@@ -3,19 +3,12 @@
     python benchmarks/failure_under_control.py [poses] [design ...]
 
 Poses are drawn over the range of daily life, held in statics. The run begins in the pose, under the model-based
-<<<<<<< HEAD
 controller; after 0.5 s each drive in turn fails, or all lose their current, or the sensor of the arm's orientation goes
 for good. *Noticed*: a drive counts as lost that its electronics report after 50 ms, or whose motor is 10 mm from its
 limb; the others share its load (``FeedbackGains.lost_beyond``, ``fault_aware``), or let the arm down in 2 s
 (``lower_in``), which counts as held where it then hangs. Static: the others hold the pose within their limits. The
 force of the cuff is what the device does on the arm; of relaxed muscles the joint gets F_s. The table stands on
-docs/evidence/positioning.md.
-=======
-controller, and each limb in turn tears after 0.5 s, or loses its current, with the brake that its drive has. The
-controller either knows nothing of it, or counts a drive as torn that is 10 mm from its limb and shares its load among
-the others (``FeedbackGains.lost_beyond``). Static: the others hold the pose within their limits, of the same runs.
-The table stands on docs/evidence/machine_in_motion.md.
->>>>>>> main
+docs/evidence/machine_in_motion.md.
 """
 
 from __future__ import annotations

@@ -24,6 +24,22 @@ _OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: as
 _OPERATORS |= {ast.BitOr: ast.BitAnd}
 _SWAPS = {"any": "all", "min": "max", "minimum": "maximum", "argmin": "argmax", "sin": "cos", "zeros": "ones"}
 _SWAPS |= {new: old for old, new in _SWAPS.items()}
+#: Calls that mostly change the type of what they are given, or say something: without them nothing is wrong.
+_CONVERT = {"float", "int", "str", "bool", "tuple", "list", "set", "dict", "frozenset", "len", "range", "iter", "next"}
+_CONVERT |= {
+    "repr",
+    "print",
+    "type",
+    "super",
+    "asarray",
+    "array",
+    "ascontiguousarray",
+    "copy",
+    "items",
+    "keys",
+    "values",
+}
+_CONVERT |= {"warn", "cast", "from_iterable"}
 #: Whole numbers from here on are counts of steps or sizes, which one more would hardly change: they become 1.
 _MANY = 10
 
@@ -122,6 +138,40 @@ class Places(ast.NodeTransformer):
         # zip's strict guards against faults of the package itself.
         return node if node.arg == "strict" else self.generic_visit(node)
 
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        text, name = ast.unparse(node), ast.unparse(node.func).rpartition(".")[2]
+        for keyword in list(node.keywords):
+            if keyword.arg in {None, "strict", "stacklevel", "copy", "dtype"}:
+                continue
+            if self._place(node, text, f"{keyword.arg}=", f"without {keyword.arg}="):
+                node.keywords.remove(keyword)
+                return node
+        alone = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
+        # A kind of exception, a record or a conversion made of one thing is no call that could be forgotten.
+        forgotten = alone and name[:1].islower() and name not in _CONVERT
+        if forgotten and self._place(node, text, "call", "its argument"):
+            return node.args[0]
+        return self.generic_visit(node)
+
+    def _dropped(self, node: ast.stmt) -> bool:
+        return self._depth > 0 and self._place(node, ast.unparse(node), "statement", "dropped")
+
+    def visit_Expr(self, node: ast.Expr) -> ast.AST:
+        # A docstring is none; a warning or a note says something, like a message.
+        says = not isinstance(node.value, ast.Call) or ast.unparse(node.value.func).rpartition(".")[2] in _CONVERT
+        return ast.copy_location(ast.Pass(), node) if not says and self._dropped(node) else self.generic_visit(node)
+
+    def visit_Assign(self, node: ast.Assign) -> ast.AST:
+        # A name that is never set fails at once; a field or an element that is not set may pass.
+        kept = any(isinstance(target, ast.Name | ast.Tuple) for target in node.targets)
+        return ast.copy_location(ast.Pass(), node) if not kept and self._dropped(node) else self.generic_visit(node)
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
+        text = ast.unparse(node)
+        if self._place(node, text, "if", "always"):
+            return node.body
+        return node.orelse if self._place(node, text, "if", "never") else self.generic_visit(node)
+
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         node.value = self.visit(node.value) if node.value is not None else None
         return node
@@ -132,6 +182,10 @@ class Places(ast.NodeTransformer):
         if self._place(node, f"if {ast.unparse(node.test)}", "if", "if not"):
             node.test = ast.UnaryOp(ast.Not(), node.test)
             return node
+        for forced, word in ((True, "always"), (False, "never")):
+            if self._place(node, f"if {ast.unparse(node.test)}", "if", word):
+                node.test = ast.copy_location(ast.Constant(forced), node.test)
+                return node
         return self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> ast.AST:
@@ -154,7 +208,8 @@ class Places(ast.NodeTransformer):
             node.op = other()
         return self.generic_visit(node)
 
-    visit_AugAssign = visit_BinOp  # type: ignore[assignment]
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
+        return ast.copy_location(ast.Pass(), node) if self._dropped(node) else self.visit_BinOp(node)  # type: ignore[arg-type]
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
         name = type(node.op).__name__
@@ -178,6 +233,8 @@ class Places(ast.NodeTransformer):
         else:
             return node
         old = str(node.value)
+        if isinstance(node.value, float) and node.value and self._place(node, old, old, "times 1.2"):
+            return ast.copy_location(ast.Constant(1.2 * node.value), node)
         return ast.copy_location(ast.Constant(changed), node) if self._place(node, old, old, str(changed)) else node
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
@@ -254,16 +311,24 @@ def replace_code(path: Path, tree: ast.Module) -> None:
             loaded.setdefault(thing.__code__, []).append(thing)
     old = compile(parsed(path), path, "exec", dont_inherit=True)
     new = compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
-    for before, after in zip(_codes(old), _codes(new), strict=True):
+    # Of a statement that was dropped, or can no more be reached, the functions inside are gone, too.
+    changed = dict(_codes(new))
+    for key, before in _codes(old):
         for function in loaded.get(before, ()):
-            function.__code__ = after
+            function.__code__ = changed.get(key, before)
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield constant
-            yield from _codes(constant)
+def _codes(code: CodeType) -> Iterator[tuple[tuple[str, int, int], CodeType]]:
+    """All functions in a module, each by its qualified name, its line and its number among those of the same line."""
+    count = Counter[tuple[str, int]]()
+    left = [code]
+    while left:
+        for constant in left.pop().co_consts:
+            if isinstance(constant, CodeType):
+                name = (constant.co_qualname, constant.co_firstlineno)
+                yield (*name, count[name]), constant
+                count[name] += 1
+                left.append(constant)
 
 
 class Unchanged:

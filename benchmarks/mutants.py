@@ -1,9 +1,11 @@
 """Whether the tests of a room notice a wrong sign, bound or number in it: mutants by room, killed or alive.
 
     python benchmarks/mutants.py numerics wrist --count 40    a seeded sample of each room
+    python benchmarks/mutants.py --sample 40                  a seeded sample over all rooms together
     python benchmarks/mutants.py --all                        every mutant of every room: days
 
-A mutant is one small change of one module: another comparison, sign, operator, number, truth value or function. It is
+A mutant is one small change of one module: another comparison, sign, operator, number, truth value or function; a
+statement, keyword or call that is lost; a condition that always holds or never. It is
 never written to a file. A room is judged by its own tests alone, those of the full run among them with ``--full``, and
 kernels run without compilation. The tests are collected once; a process forked from there runs them all and notes
 which statement each runs, and one for each mutant gives the loaded functions its code and runs the tests that come by
@@ -35,7 +37,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,8 +46,8 @@ import pytest
 from changed_module import passes_reloaded
 from mutant_places import NOTE, ROOT, Mutant, Noting, Place, Places, Unchanged, mutants, parsed, replace_code
 
-#: Rooms in which a silent change gives a wrong number.
-ROOMS = ("numerics", "wrist", "wrist_chain", "reaction", "chain", "person", "workspace", "muscle/laws", "load_case")
+#: All folders of the package.
+ROOMS = tuple(sorted(path.parent.name for path in (ROOT / "exo_pin").glob("*/__init__.py")))
 #: No test may take longer than this, s, however quick the tests are without the change.
 _LEAST_LIMIT = 60.0
 #: A change may ask for any amount of memory; the tests need less than this, bytes.
@@ -273,6 +275,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rooms", nargs="*", default=ROOMS, help="folders of the package")
     parser.add_argument("--count", type=int, default=20, help="mutants of each room (default 20)")
+    parser.add_argument("--sample", type=int, help="mutants of all rooms together, in place of so many of each")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--all", action="store_true", help="every mutant")
     parser.add_argument("--full", action="store_true", help="with the tests of the full run")
@@ -287,7 +290,11 @@ def main() -> None:
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
     tallies = []
-    for room in options.rooms:
+    counts = Counter(room for room in options.rooms for _ in range(options.count))
+    if options.sample is not None:
+        places = [room for room in options.rooms for _ in mutants(room)]
+        counts = Counter(random.Random(options.seed).sample(places, options.sample))
+    for room, options.count in sorted(counts.items()):
         tallies.append(_in_own_process(room, options))
         print(tallies[-1], flush=True)
     lax = [tally.room for tally in tallies if tally.share < options.least]

@@ -51,12 +51,57 @@ def test_every_place_is_one_change_that_is_said(places):
     assert {each.statement for each in found.found} == {0, 4, 6}
 
 
+FORGETFUL = """
+def f(x):
+    for part in sorted(x):
+        part.place = abs(part.place)
+        part.turn(by=3.0)
+    if part:
+        keep = lambda y: y
+        x[0] += 1
+    return 1 if part else g(x)
+"""
+
+
+def test_statements_keywords_calls_and_conditions_are_lost(places):
+    found = places.Places()
+    found.visit(ast.parse(FORGETFUL))
+    texts = [ast.unparse(places.Places(k).visit(ast.parse(FORGETFUL))) for k in range(len(found.found))]
+    changes = [each.change for each in found.found]
+    for words, text in {
+        "sorted(x)  ->  its argument": "for part in x:",
+        "part.place = abs(part.place)  ->  dropped": "    for part in sorted(x):\n        pass\n",
+        "part.turn(by=3.0)  ->  without by=": "part.turn()",
+        "3.0  ->  times 1.2": f"by={1.2 * 3.0!r}",
+        "if part  ->  never": "if False:",
+        "if part  ->  always": "if True:",
+        "x[0] += 1  ->  dropped": "lambda y: y\n        pass",
+        "1 if part else g(x)  ->  never": "return g(x)",
+    }.items():
+        assert text in texts[changes.index(words)], words
+
+
+def test_functions_in_what_is_dropped_change_no_other(places, tmp_path):
+    file = tmp_path / "loaded.py"
+    file.write_text("def f(x):\n    if x:\n        x = (lambda y: 3 * y)(x)\n    return (lambda y: 2 * y)(x)\n")
+    space = {}
+    exec(compile(file.read_text(), file, "exec", dont_inherit=True), space)
+    walk = places.Places()
+    walk.visit(places.parsed(file))
+    number = [each.place.change for each in walk.found].index("if -> never")
+    places.replace_code(file, places.Places(number).visit(places.parsed(file)))
+    assert space["f"](5) == 10
+
+
 def test_loaded_functions_take_the_changed_code(places, tmp_path):
     file = tmp_path / "loaded.py"
     file.write_text("def double(x):\n    return (lambda y: 2 * y)(x)\n")
     space = {}
     exec(compile(file.read_text(), file, "exec", dont_inherit=True), space)
-    places.replace_code(file, places.Places(1).visit(places.parsed(file)))
+    walk = places.Places()
+    walk.visit(places.parsed(file))
+    number = [each.place.change for each in walk.found].index("2 -> 3")
+    places.replace_code(file, places.Places(number).visit(places.parsed(file)))
     assert (space["double"](5), places.parsed(file).body[0].name) == (15, "double")
 
 

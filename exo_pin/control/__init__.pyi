@@ -22,13 +22,17 @@ from .experiments.experiment import Experiment as Experiment
 from .experiments.muscle_loop import MuscleLoop as MuscleLoop
 from .experiments.muscle_loop import muscle_loop as muscle_loop
 from .experiments.tracking import Tracking as Tracking
+from .fall import Fall as Fall
 from .imu import Imu as Imu
 from .imu import ImuSensor as ImuSensor
+from .joint_stops import JointStops as JointStops
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
 from .plant.any_device.arm_actions import ArmState as ArmState
 from .plant.any_device.arm_actions import Payload as Payload
+from .plant.any_device.moving_torso import Torso as Torso
+from .plant.any_device.moving_torso import TorsoState as TorsoState
 from .plant.contractions import Contractions as Contractions
 from .plant.faults import Fault as Fault
 from .plant.options import JointMotor as JointMotor

@@ -27,7 +27,7 @@ from ..wrist.forces.displaced import as_offset
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from ..control import Tracking
+    from ..control import Run, Tracking
     from ..device import Device
     from ..person import ContactOptions, ContactRange, JointContact, Person
     from ..person.contact.assumption_range import ContactQuestion
@@ -183,14 +183,16 @@ def joint_contact(
 
 
 @checked
-def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, progress: bool = False) -> JointContact:
+def joint_contact_of_run(
+    self: ShoulderExo, tracking: Tracking | Run, person: Person, progress: bool = False
+) -> JointContact:
     """Contact force of the wearer's shoulder joint along a simulated motion, with the efforts of the run.
 
     The wearer's own muscles carry what the device leaves of weight, motion, payloads and pushes.
 
     Parameters
     ----------
-    tracking : Tracking
+    tracking : Tracking or Run
         Of this design; about five of its samples a second are answered.
     person : Person
         The wearer.
@@ -209,8 +211,9 @@ def joint_contact_of_run(self: ShoulderExo, tracking: Tracking, person: Person, 
     >>> exo.joint_contact_of_run(run, man).magnitude.round()
     array([ 8.,  8., 12.])
     """
-    run, count = tracking.run, len(tracking.times)
-    rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
+    run: Any = getattr(tracking, "run", tracking)
+    count = len(run.times)
+    rows = slice(None, None, max(round((count - 1) / max(run.times[-1] * _CONTACT_RATE, 1.0)), 1))
     forces: Any = run.tensions[rows]
     if not self.device.limbs_are_massless:
         own = run.question(rows)

@@ -1,6 +1,7 @@
 """The person in the plant: ready moments, payloads, pushes; controllers with a person in the loop."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from places import URDF
 from scipy.spatial.transform import Rotation
@@ -8,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.planning import DevicePlanner, WristPlanner
+from exo_pin.control.plant.any_device.moving_torso import carried_along
 from exo_pin.core.errors import InvalidInput, MissingData
 
 #: Rotors behind gears: without them an arm has too little inertia about its own axis for a damper at 100 Hz.
@@ -103,7 +105,7 @@ def test_tremor_intent_and_spasticity_bear_energy_and_stay_within_their_strength
     assert run.status == "completed"
     assert np.abs(run.energy_residual).max() < 1e-6
     assert np.linalg.norm(run.wearer_moment, axis=1).max() <= 1.5 + 0.1 + 0.5
-    assert run.assistance == pytest.approx(0.0, abs=1e-9)  # no device
+    assert run.summary()["assistance"] == pytest.approx(0.0, abs=1e-9)  # no device
     assert np.degrees(run.rotations[-1].magnitude()) > 5.0
 
 
@@ -148,7 +150,7 @@ def test_gravity_compensation_leaves_the_arm_where_it_is_and_a_share_of_the_weig
     half = control.gravity_compensation(plant, share=0.5)
     fall = plant.simulate(half, 0.02, plant.state(pose), rtol=1e-6)
     weight = np.cross(pose.as_matrix() @ plant.tables.centre, plant.tables.mass * plant.tables.gravity)
-    assert fall.assistance < 1.0 or np.linalg.norm(fall.angular_acceleration[0]) > 0.1
+    assert fall.summary()["assistance"] < 1.0 or np.linalg.norm(fall.angular_acceleration[0]) > 0.1
     # What the drives do not carry turns arm and links.
     inertial = fall.needed_moment[0] + weight
     assert inertial @ weight > 0.0
@@ -198,3 +200,129 @@ def test_bad_input_is_refused():
     bad = bare_arm(wearer=lambda t, arm: np.full(3, np.nan if t > 0.05 else 0.0)).simulate(no_command, 0.1)
     assert "not finite" in bad.status
     assert bad.times[-1] < 0.06
+
+
+ENDS = {"elevation": (0.0, 1.5), "plane of elevation": (-1.2, 2.0), "axial rotation": (-0.8, 1.1)}
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("plane", [(-1.2, 2.0), (0.2, 1.5)])
+def test_ends_of_the_range_push_as_their_potential_says(side, plane):
+    ends = control.JointStops(ENDS | {"plane of elevation": plane}, 50.0, 0.0, side, source="a test")
+    step, pushed = 1e-6, 0
+
+    def potential(R):
+        return sum(25.0 * max(depth, 0.0) ** 2 for depth, _ in ends._ends(R.as_matrix()))
+
+    for R in Rotation.random(60, rng=4):
+        moment = ends(0.0, control.ArmState(R.as_matrix(), np.zeros(3)))
+        turns = [(Rotation.from_rotvec(step * e), Rotation.from_rotvec(-step * e)) for e in np.eye(3)]
+        slope = [(potential(one * R) - potential(other * R)) / (2.0 * step) for one, other in turns]
+        np.testing.assert_allclose(moment, -np.array(slope), atol=2e-6)
+        pushed += bool(moment.any())
+    assert 20 < pushed < 60
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_ends_of_a_person_are_those_of_their_model(side):
+    person, poses = ep.Person(1.75, 75, "male", side=side), Rotation.random(800, rng=2)
+    names = ("elevation", "axial rotation")
+    ends = control.JointStops({name: person.range_of_motion[name] for name in names}, 50.0, 0.0, side, source="a test")
+    outside = person.limb_state(poses).outside
+    assert ((ends.depth(poses) > 0.0) == outside[:, 1:].any(axis=1)).all()
+    # The model counts the plane of elevation from 3.37° further, and not where the arm hangs.
+    off = np.radians(3.368)
+    plane = control.JointStops({"plane of elevation": (off - 1.658, off + 2.269)}, 50.0, 0.0, side, source="a test")
+    raised = -poses.as_matrix()[:, 2, 2] > -np.cos(np.radians(10.0))
+    assert ((plane.depth(poses) > 0.0) == outside[:, 0])[raised].all()
+
+
+def test_an_arm_that_swings_into_an_end_comes_back():
+    ends = control.JointStops({"elevation": (0.0, 0.6)}, 200.0, 0.0, source="a test")
+    start = bare_arm().state(angular_velocity=[0.0, -6.0, 0.0])
+    run = bare_arm(wearer=ends).simulate(no_command, 0.5, start)
+    depth = ends.depth(run.rotations)
+    assert 0.02 < depth.max() < 0.3
+    assert depth[-1] == 0.0
+    assert run.summary()["outside_s"] == pytest.approx((depth > 0.0).sum() * 0.01, abs=0.011)
+    kinetic = run.kinetic_energy + run.potential_energy
+    np.testing.assert_allclose(kinetic + 100.0 * depth**2, kinetic[0], atol=1e-6)
+
+
+def turning_torso():
+    return control.AnglePath([0.0, 0.6], np.radians([[0.0, 0.0, 0.0], [50.0, 30.0, 20.0]]), "left", "minimum_jerk")
+
+
+def test_on_a_torso_that_turns_a_free_arm_swings_as_on_one_at_rest():
+    pose, w, turn = ep.shoulder_rotation(40.0, 20.0, 10.0, degrees=True), [0.3, -0.5, 0.8], turning_torso()
+    cup = control.Payload(0.5, (0.0, 0.05, -0.3))
+    still, moved = (
+        plant.simulate(no_command, 0.6, plant.state(pose, w), rtol=1e-10)
+        for plant in (bare_arm(payloads=cup), bare_arm(payloads=cup, torso=control.Torso(turn)))
+    )
+    world = turn(moved.times).orientation
+    assert ((world * moved.rotations) * still.rotations.inv()).magnitude().max() < 1e-11
+    assert (moved.rotations * still.rotations.inv()).magnitude().max() > 0.5
+    force = world.apply(np.array(moved.shoulder_force))
+    np.testing.assert_allclose(force, still.shoulder_force, atol=1e-9)
+    np.testing.assert_allclose(moved.cuff_wrench, 0.0, atol=1e-10)
+    assert np.abs(moved.energy_residual).max() < 1e-12
+    rest = moved.plant.simulate(no_command, 0.3, moved.state(0.3), rtol=1e-10)
+    assert (rest.chain[-1] == moved.chain[-1]).all()
+
+
+def test_on_a_torso_that_accelerates_gravity_is_another():
+    exo, a = ep.load("four-cables"), np.array([2.0, -3.0, 1.5])
+    table = [0.0, 1.0], [a, a]
+    other = exo.device.replace(gravity=tuple(np.array(exo.device.gravity) - a))
+    plants = [
+        ep.Plant(exo, torso=control.Torso(acceleration=table)),
+        ep.Plant(other, wearer=lambda t, arm: np.zeros(3)),
+    ]
+    pose = exo.pose(30.0, 20.0)
+    runs = [own.simulate(lambda t, seen: np.full(4, 0.1), 0.1, own.held(pose, np.full(4, 40.0))) for own in plants]
+    assert (runs[0].rotations * runs[1].rotations.inv()).magnitude().max() < 1e-9
+    np.testing.assert_allclose(runs[0].shoulder_force, runs[1].shoulder_force, atol=1e-6)
+    np.testing.assert_allclose(runs[0].reaction().shoulder_force, runs[0].shoulder_force, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "nesm"])
+def test_inertial_forces_of_links_are_those_of_a_tree_on_a_flying_base(name):
+    device = ep.load(URDF / f"{name}.urdf").device.as_chain()
+    options = control.PlantOptions(joint_motor=control.JointMotor(limit=50.0))
+    own = ep.Plant(device, options).equations
+    rng = np.random.default_rng(3)
+    tree, model, base = own.state.model, own.model, pin.Model()
+    base.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
+    base.addFrame(pin.Frame("root", 1, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    whole = pin.appendModel(base, tree, base.getFrameId("root"), pin.SE3.Identity())
+    whole.gravity.vector = tree.gravity.vector
+    q = own.configuration(ep.shoulder_rotation(30.0, 20.0, 10.0, degrees=True))
+    v, a, w, e, push = rng.normal(size=tree.nv), rng.normal(size=tree.nv), *rng.normal(size=(3, 3))
+    # O rests at this instant and accelerates; the root stands in the world's origin.
+    c = model.centre
+    spatial = np.concatenate([push - np.cross(e, c), e])
+    turned = Rotation.from_euler("xyz", [0.4, -0.3, 0.8])
+    back = turned.inv().as_matrix()
+    data, q_base = whole.createData(), np.concatenate([np.zeros(3), turned.as_quat()])
+    motion = np.concatenate([-np.cross(w, c), w, v]), np.concatenate([spatial, a])
+    whole_tau = pin.rnea(whole, data, np.concatenate([q_base, q]), *motion)
+    gravity = np.array(tree.gravity.linear)
+    state = control.TorsoState(push - back @ gravity + gravity, w, e)
+    own.state.buffers.jacobian_rates(q, v)
+    found = carried_along(own.state, c, own._bodies, own._owners, state)
+    alone = pin.rnea(tree, tree.createData(), q, v, a)
+    np.testing.assert_allclose(alone - found, whole_tau[6:], atol=1e-9)
+
+
+def test_a_fall_is_stopped_and_pushes_the_hand():
+    fall = control.Fall(75.0, 0.4, peak=0.8, impact_time=0.12, hand=(0.0, 0.0, -0.5), start=0.1)
+    plant = bare_arm(wearer=[fall, control.Passive(2.0, 1.0, source="a test")], torso=fall.torso)
+    run = plant.simulate(
+        no_command, 0.6, plant.state(ep.shoulder_rotation(50.0, 0.0, 0.0, degrees=True)), sample_rate=1000.0
+    )
+    assert run.status == "completed"
+    falling = np.array([fall.torso.acceleration(t)[2] for t in run.times])
+    assert np.trapezoid(falling, run.times) == pytest.approx(0.0, abs=0.01)
+    assert run.wearer_force[:, 2].max() == pytest.approx(0.8 * 75.0 * 9.81, rel=1e-3)
+    assert np.abs(run.energy_residual).max() < 1e-6

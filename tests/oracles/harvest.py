@@ -241,8 +241,15 @@ def _moved(folder):
         control.Tremor(0.2, 5.0, (1.0, 0.0, 0.0)),
         control.Spasticity(1.0, 0.5, 2.0, (0.0, 1.0, 0.0), source="made up"),
         control.Push(ep.Load([0.0, 0.0, -1.0]), start=0.0, end=0.1),
+        control.JointStops({"elevation": (0.0, 0.5)}, 5.0, 0.1, source="made up"),
+        control.Fall(75.0, 1e-4, 0.01, 0.1, [0.0, 0.0, -0.5]),
     ]
-    plant = ep.Plant(serial, wearer=wearer, payloads=[control.Payload(1.0, [0.0, 0.0, -0.3], 0.0, 0.02)])
+    cup, torso = (
+        control.Payload(1.0, [0.0, 0.0, -0.3], 0.0, 0.02),
+        control.Torso(acceleration=([0.0, 1.0], np.eye(3)[:2])),
+    )
+    plant = ep.Plant(serial, wearer=wearer, payloads=[cup], torso=torso)
+    wearer[-1].torso.at(0.0, np.zeros(3))
     start = plant.held(raised, serial.reaction(raised).actuator_forces)
     for controller in (control.gravity_compensation(plant), control.AdmittanceController(plant, still, 0.5, 3.0, 5.0)):
         plant.simulate(controller, 0.03, start)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
 from .any_device.arm_actions import Payload, Wearer
 from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import device_rest, started
+from .any_device.moving_torso import Torso
 from .contractions import Contractions
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
@@ -51,8 +52,8 @@ class Plant(Record):
 
     Assumptions: the arm is one rigid body that turns about O; drives are those of the design's
     actuators, muscles through their end fittings; muscles and cables never push; the rest are :class:`PlantOptions`.
-    A wrist with massless limbs moves by compiled closed forms; any other device, and one with a wearer's moments or a
-    payload, as its closed chain. Both give the same motion.
+    A wrist with massless limbs moves by compiled closed forms; any other device, and one with a wearer's moments, a
+    payload or a torso that moves, as its closed chain. Both give the same motion.
 
     Parameters
     ----------
@@ -68,6 +69,8 @@ class Plant(Record):
         base frame, or to a force at O and that moment (:mod:`exo_pin.control.wearer`). Several add up.
     payloads : Payload or sequence of Payload
         What the arm carries for a time.
+    torso : Torso, optional
+        How the torso moves, with shoulder and device on it; it stands still if left out.
 
     Raises
     ------
@@ -91,6 +94,7 @@ class Plant(Record):
         load: Load | None = None,
         wearer: Wearer | Sequence[Wearer] = (),
         payloads: Payload | Sequence[Payload] = (),
+        torso: Torso | None = None,
     ) -> None:
         device = as_device(exo)
         record = device.accelerate("plant")
@@ -111,11 +115,13 @@ class Plant(Record):
         self.payloads = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
         for held in self.payloads:
             require_type("payloads", held, Payload, "Payload records")
+        require_type("torso", torso, Torso | None, "a Torso")
+        self.torso = torso
         #: Equations of the closed chain; None where closed forms move the arm.
         self.equations: DeviceEquations | None = None
-        if chain is not None or self.wearer or self.payloads or not self.mechanism.limbs_are_massless:
+        if chain is not None or self.wearer or self.payloads or torso or not self.mechanism.limbs_are_massless:
             whole = device.as_chain()
-            self.equations = DeviceEquations(whole, self.drives, self.tables, self.wearer, self.payloads)
+            self.equations = DeviceEquations(whole, self.drives, self.tables, self.wearer, self.payloads, torso)
         self.contractions: Contractions | DeviceEquations
         if record is not None:
             self.contractions = Contractions(record)
@@ -343,7 +349,7 @@ class Plant(Record):
             require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
         every = as_faults(faults, self.motors.tolist(), clock.end)
-        instants = clock.instants([*every, *self.payloads, *self.wearer])
+        instants = clock.instants([*every, *self._sudden])
         return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
 
     def step(
@@ -394,11 +400,16 @@ class Plant(Record):
             raise InvalidInput(f"expected dt of more than {SAME:g} s, got {dt:g}")
         every = as_faults(faults, self.motors.tolist())
         held = as_finite("commands", commands, (self.count,))
-        events = {t for t in events_of([*every, *self.payloads, *self.wearer]) if start + SAME < t < end - SAME}
+        events = {t for t in events_of([*every, *self._sudden]) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
         motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
         # A sensor takes no part in a step.
         return replace(motion.stepped(), sensor=state.sensor)
+
+    @property
+    def _sudden(self) -> list[Any]:
+        """What begins and ends besides faults."""
+        return [*self.payloads, *self.wearer, self.torso and self.torso.acceleration]
 
     def _of_this_plant(self, name: str, state: PlantState) -> PlantState:
         if not isinstance(state, PlantState) or len(state.pressures) != self.count:

@@ -18,9 +18,11 @@ from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reac
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
 from .any_device.arm_actions import ArmState
+from .any_device.moving_torso import arm_loads
 from .cautions import muscle_cautions
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
+from .run_summary import summary
 from .state import PlantState, Snapshot
 
 if TYPE_CHECKING:
@@ -225,7 +227,7 @@ class Run(Result, ReadOnly):
 
     @property
     def wearer_work(self) -> FloatArray:
-        """Work of the wearer on the arm, and energy of payloads caught and dropped, since the start, shape (N,), J."""
+        """Work of the wearer and of a torso that moves, and energy of payloads caught and dropped, shape (N,), J."""
         return self.chain[:, -3] if self.chain.shape[1] else np.zeros(len(self.times))
 
     @property
@@ -255,7 +257,7 @@ class Run(Result, ReadOnly):
         return Motion(self.angular_velocity, self.angular_acceleration)
 
     def load(self) -> Load:
-        """Load on the arm besides weight and drives: the given force, payloads, wearer, moments of friction and stops.
+        """Load on the arm besides weight and drives: given force, payloads, wearer, torso, friction and stops.
 
         Returns
         -------
@@ -274,24 +276,15 @@ class Run(Result, ReadOnly):
 
     @property
     def _carried(self) -> tuple[FloatArray, FloatArray]:
-        """Force and moment about O of the given force and of payloads with their inertia, shape (N, 3) each."""
-        tables, w, e = self.plant.tables, self.angular_velocity, self.angular_acceleration
-        force = np.tile(tables.force, (len(self.times), 1))
-        moment = np.cross(self.rotations.apply(tables.point), force)
-        for own in self.plant.payloads:
-            at = self.rotations.apply(own.at)
-            acceleration = np.cross(e, at) + np.cross(w, np.cross(w, at))
-            push = np.where(
-                own.is_held(self.times, before=True)[:, None], own.mass * (tables.gravity - acceleration), 0.0
-            )
-            force, moment = force + push, moment + np.cross(at, push)
-        return force, moment
+        """Force and moment about O of the given force, payloads with inertia, and the torso, shape (N, 3) each."""
+        motion = self.rotations.as_matrix(), self.angular_velocity, self.angular_acceleration
+        return arm_loads(self.plant, self.times, *motion)
 
     @property
     def needed_moment(self) -> FloatArray:
         """What device and wearer together put on the arm about O, shape (N, 3), N m, base frame.
 
-        It moves the arm and bears its weight, payloads, the given force, and friction and stops of the shoulder.
+        It moves the arm, with the torso, and bears its weight, payloads, the given force, and friction and stops.
         """
         tables, R = self.plant.tables, self.rotations.as_matrix()
         own, along = (np.einsum("kji,kj->ki", R, part) for part in (self.angular_velocity, self.angular_acceleration))
@@ -310,20 +303,7 @@ class Run(Result, ReadOnly):
         force = tables.mass * (self._centre_acceleration - tables.gravity) - load.force - self.shoulder_force
         return np.concatenate([force, self.needed_moment - self.wearer_moment], axis=1)
 
-    @property
-    def cuff_power(self) -> FloatArray:
-        """Power of the device on the arm, shape (N,), W."""
-        return np.einsum("ki,ki->k", self.needed_moment - self.wearer_moment, self.angular_velocity)
-
-    @property
-    def assistance(self) -> float:
-        """Share of :attr:`needed_moment` that the device carries, over the whole run; 1 where the wearer does nothing.
-
-        Both moments are multiplied and summed over the samples, so that a moment across the needed one is no help.
-        """
-        needed = self.needed_moment
-        size = float((needed**2).sum())
-        return float((needed * (needed - self.wearer_moment)).sum()) / size if size > 0.0 else 1.0
+    summary = summary
 
     @property
     def _centre_acceleration(self) -> FloatArray:
@@ -332,7 +312,7 @@ class Run(Result, ReadOnly):
         return np.cross(self.angular_acceleration, C) + np.cross(w, np.cross(w, C))
 
     def external_load(self, rows: Any = slice(None)) -> Load:
-        """What acts on the arm from outside, beside weight, device and wearer: given force, payloads, pushes.
+        """What acts on the arm from outside, beside weight, device and wearer: given force, payloads, torso, pushes.
 
         Parameters
         ----------
@@ -387,6 +367,10 @@ class Run(Result, ReadOnly):
             "load": Load(np.asarray(load.force)[rows], np.asarray(load.moment)[rows]),
         }
         device = self.plant.mechanism
+        if self.plant.torso is not None and not device.limbs_are_massless:
+            raise InvalidInput(
+                "expected a torso at rest, or massless limbs: the query does not know the links' inertia on it"
+            )
         if self.plant.count > _DETERMINED or not as_device(device).holds_alone:
             # What an answer lists besides drives and brakes are moments of the wearer, which are part of the load.
             more = device.limb_count - self.plant.count

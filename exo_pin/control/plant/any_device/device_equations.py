@@ -45,6 +45,7 @@ from ..equations.plant_kernels import Tables, state_places, stop_moment
 from ..state import still_tables
 from .arm_actions import ArmState, Payload, Wearer
 from .direct_motors import DirectMotors, bristle_rates, slips
+from .moving_torso import Torso, TorsoState, carried_along
 
 _INTACT, _EFFORT, _POWERED = (FLOWS.index(name) for name in ("intact", "effort", "powered"))
 #: Displacement over which dry friction of a joint builds up, rad and characteristic lengths.
@@ -64,6 +65,8 @@ class Forces(NamedTuple):
         Shape (n,) each: of the drives, m or rad; efforts on the links, and those of motors.
     friction, stops, wearer_force, wearer_moment : ndarray
         Shape (3,): moments of the shoulder's friction and stops on the arm, force and moment about O of the wearer.
+    torso : TorsoState or None
+        How the base moves.
     """
 
     a: FloatArray
@@ -77,6 +80,7 @@ class Forces(NamedTuple):
     stops: FloatArray
     wearer_force: FloatArray
     wearer_moment: FloatArray
+    torso: TorsoState | None
 
 
 class DeviceEquations:
@@ -94,6 +98,8 @@ class DeviceEquations:
         Moments of the wearer.
     payloads : sequence of Payload
         What the arm carries besides.
+    torso : Torso, optional
+        How the base moves.
     """
 
     def __init__(
@@ -103,10 +109,11 @@ class DeviceEquations:
         tables: Tables,
         wearer: Sequence[Wearer] = (),
         payloads: Sequence[Payload] = (),
+        torso: Torso | None = None,
     ) -> None:
         # A model of its own: inertias of motors and payloads are added to it.
         self.model, self.drives, self.tables = DeviceModel(device), tuple(drives), tables
-        self.wearer, self.payloads = tuple(wearer), tuple(payloads)
+        self.wearer, self.payloads, self.torso = tuple(wearer), tuple(payloads), torso
         state = self.state = self.model.held
         self.count, self.nv, self.nq = len(drives), state.nv, state.nq
         self._bodies = carried_joints(state.model)
@@ -137,14 +144,13 @@ class DeviceEquations:
         self._arm = state.model.inertias[self.model.arm].copy()
         #: Payloads that the arm holds.
         self.carried: tuple[int, ...] = ()
-
         self._loaded = bool(self.wearer or tables.force.any() or tables.shoulder[[0, 1, 3]].any())
         self.size = self.nq + self.nv + len(self.rubbing) + 3
 
     def still(self, damping: float) -> DeviceEquations:
         """The same without friction, with drives that stand still and a viscous moment in the shoulder, N m s/rad."""
         own = still_tables(self.tables, damping)
-        return DeviceEquations(self.model.device, self.drives, own, self.wearer, self.payloads)
+        return DeviceEquations(self.model.device, self.drives, own, self.wearer, self.payloads, self.torso)
 
     def moved(self, q: FloatArray, step: FloatArray) -> FloatArray:
         """A configuration after a step of all joints, shape (nv,)."""
@@ -277,7 +283,9 @@ class DeviceEquations:
         whole = self._arm.copy()
         for i in held:
             whole += pin.Inertia(self.payloads[i].mass, np.array(self.payloads[i].at), np.zeros((3, 3)))
-        self.state.model.inertias[self.model.arm], self.carried = whole, held
+        for tree in (self.state.model, self.model.free.model):
+            tree.inertias[self.model.arm] = whole
+        self.carried = held
 
     def caught(self, held: tuple[int, ...], q: FloatArray, v: FloatArray) -> FloatArray:
         """Let the arm hold these payloads; the velocity after the impact with those that were at rest."""
@@ -370,14 +378,18 @@ class DeviceEquations:
             tau[self.rubbing] -= bound * bristles
             more[:-2] = bristle_rates(own, bristles, self._rub_over)
             more[-1] = float(bound * bristles @ own)
-        more[-2], more[-1] = float(moment @ w), more[-1] + self.state.passive.loss(v)
+        moving, push = None if self.torso is None else self.torso.at(t, tables.gravity), np.zeros(self.nv)
+        if moving is not None:
+            push = carried_along(self.state, self.model.centre, self._bodies, self._owners, moving)
+        tau = tau + push
+        more[-2], more[-1] = float(moment @ w + push @ v), more[-1] + self.state.passive.loss(v)
         a = acceleration(self.state, q, v, Applied(tau, None))
         if loss is not None:
             T[direct] -= self._motors.inertia * self.signs[direct] * a[self._motors.places]
             out[10 + 2 * n + direct], out[10 + 3 * n + direct] = T[direct] * along, F[direct] * along
             out[10 + 4 * n + direct] = loss
             out[13 + 6 * n + direct] = np.maximum(F[direct] * along + self._motors.copper * F[direct] ** 2, 0.0)
-        return Forces(a, tau, pull, x, xd, T, F, friction, stop, force, moment), out, more
+        return Forces(a, tau, pull, x, xd, T, F, friction, stop, force, moment, moving), out, more
 
     def shoulder_force(self, q: FloatArray, v: FloatArray, found: Forces) -> FloatArray:
         """F_s in a motion, shape (3,), N, base frame; NaN where equilibrium of the links does not determine it.
@@ -393,6 +405,9 @@ class DeviceEquations:
         tau = np.zeros(free.nv)
         tau[model.v_of], tau[model.angular] = found.tau[model.v_from], found.tau[model.arm_v]
         tau[model.linear] = R.T @ (found.route_force + found.wearer_force + self.tables.force)
+        if found.torso is not None:
+            along = carried_along(free, model.centre, model.carried, model.owners, found.torso)
+            tau[model.linear] += along[model.linear]
         left -= tau
         scale = free.topology.column
         loops, _, rank, _ = np.linalg.lstsq((J * scale).T[model.rest], (left * scale)[model.rest], rcond=1e-9)

@@ -68,7 +68,7 @@ def serve_app(
 def _application(asked: Asked, token: str) -> Guard:
     """Page, scenes and sockets behind a token."""
     nicegui, fastapi = optional("app", "nicegui"), optional("app", "fastapi")
-    from .page import Visit  # here, because its module needs the extra
+    from .page.visit import Visit  # here, because its module needs the extra
 
     visits: set[Visit] = set()
 

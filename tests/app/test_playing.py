@@ -8,7 +8,7 @@ from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin.app.asked import Asked
-from exo_pin.app.playing import history, plot_of
+from exo_pin.app.force_history import history, plot_of
 
 LIFT = ep.read_movement(REPOSITORY / "examples" / "lift.csv")
 

@@ -13,21 +13,21 @@ from typing import Any
 import numpy as np
 from nicegui import run, ui
 
-from ..core.errors import ExoPinError
-from ..core.records import OneProcess
-from ..design import presets
-from ..exo.loading import load
-from ..view import Scene
-from ..view.colours import BLUE
-from ..view.scene.panels import ANGLES
+from ...core.errors import ExoPinError
+from ...core.records import OneProcess
+from ...design import presets
+from ...exo.loading import load
+from ...view import Scene
+from ...view.colours import BLUE
+from ...view.scene.panels import ANGLES
+from ..asked import AT_REST, Asked
+from ..dimensions import dimensions_of
+from ..files import LARGEST_DESIGN, PageFiles
+from ..following import Following, Shown
+from ..searching import Found, Search
 from .answer_view import AnswerView
-from .asked import AT_REST, Asked
-from .dimensions import dimensions_of
-from .files import LARGEST_DESIGN, PageFiles
-from .following import Following, Shown
 from .playing import Player
 from .scene_feed import SceneFeed
-from .searching import Found, Search
 from .widgets import Slider, card, choice, tag
 
 __all__: list[str] = []
@@ -163,7 +163,7 @@ class Visit(OneProcess):
         self.change(**{name: angle})
 
     def _build(self) -> None:
-        ui.add_css((files("exo_pin.app") / "page.css").read_text(encoding="utf-8"))
+        ui.add_css((files("exo_pin.app.page") / "page.css").read_text(encoding="utf-8"))
         ui.colors(primary=BLUE)
         with ui.element("header").classes("top"):
             tag("h1", "exo_pin")

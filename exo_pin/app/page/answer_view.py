@@ -9,13 +9,13 @@ from typing import Any
 
 from nicegui import ui
 
-from ..core.records import OneProcess
-from .asked import Asked
-from .following import Shown
-from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, rings_at, top_of
+from ...core.records import OneProcess
+from ..asked import Asked
+from ..following import Shown
+from ..pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, rings_at, top_of
+from ..words import answer_html
 from .scene_feed import SceneFeed
 from .widgets import card, tag
-from .words import answer_html
 
 __all__: list[str] = []
 

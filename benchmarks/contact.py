@@ -35,8 +35,8 @@ def programs(stack):
         caught.append(pose)
         return solve(pose, *more)
 
+    solve.cache_clear()
     query._solve_pose = catch
-    query._solved.cache_clear()
     try:
         PERSON.joint_contact(stack)
     finally:
@@ -86,7 +86,7 @@ def main():
     result = PERSON.joint_contact(stack)
     ours = (time.process_time() - start) / len(stack)
     start = time.process_time()
-    query._solved.cache_clear()
+    query._solve_pose.cache_clear()
     for pose in stack[:50]:
         PERSON.joint_contact(pose)
     single = (time.process_time() - start) / min(50, len(stack))

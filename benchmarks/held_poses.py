@@ -4,7 +4,7 @@
 
 Poses are drawn over the range of daily life, held in statics where the design can, reached from rest in 4 s, and held
 for 3 s, under the default controller, or with --lengths under the one that sees the lengths alone (pi). Tables stand
-on docs/evidence/positioning.md.
+on docs/evidence/machine_in_motion.md.
 """
 
 from __future__ import annotations

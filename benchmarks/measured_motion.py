@@ -1,4 +1,4 @@
-"""Forces along measured movements beside the best that any smoothing allows: the table of docs/evidence/smoothing.md.
+"""Forces along measured movements beside the best that any smoothing allows: docs/evidence/measured_data.md.
 
 ::
 

@@ -2,7 +2,7 @@
 
 ::
 
-    python benchmarks/planted_designs.py               # both tables of docs/evidence/planted_mistakes.md
+    python benchmarks/planted_designs.py               # both tables; counts in docs/evidence/hard_to_break.md
     python benchmarks/planted_designs.py calibration   # one of them
 
 Each mistake is planted in genuine data that are made from a seed, and goes through every door that takes them: Python

@@ -1,4 +1,4 @@
-"""Mistakes planted in records of movement, and genuine records: the table of docs/evidence/planted_mistakes.md.
+"""Mistakes planted in records of movement, and genuine records: counts stand in docs/evidence/hard_to_break.md.
 
 ::
 

@@ -3,7 +3,7 @@
     python benchmarks/suggestions.py [count]
 
 Poses are drawn over and beyond the range of daily life; for those that a design does not hold, the text of the remedy
-is read, and its whole degrees are asked again. The table stands on docs/evidence/positioning.md.
+is read, and its whole degrees are asked again. The table stands on docs/evidence/machine_in_motion.md.
 """
 
 from __future__ import annotations

@@ -39,6 +39,17 @@ nb_render_markdown_format = "myst"
 # Rich output of widgets and data frames has text beside it.
 suppress_warnings = ["mystnb.unknown_mime_type", "misc.highlighting_failure", "ref.python"]
 
+# A reference that leads nowhere is a warning, but for:
+nitpicky = True
+nitpick_ignore_regex = [
+    # words of a type, such as "array_like";
+    ("py:class", r"(?!exo_pin\.).*"),
+    # modules, constants and fields of records, which have no entry of their own, and inner functions;
+    # tests/test_references.py finds them.
+    ("py:(mod|data|attr)", ".*"),
+    ("py:func", r"exo_pin\.\w+\.\w+\..*"),
+]
+
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autoclass_content = "class"
@@ -49,6 +60,8 @@ napoleon_use_ivar = True
 GALLERY = HERE / "notebooks"
 API = HERE / "reference" / "api"
 _PLACE = re.compile(r"<!-- made: ([\w ]+) -->")
+#: A public name without its module, which a leading dot finds in any module.
+_BARE = re.compile(r"(:(?:class|exc|meth|attr|func):`~?)(?=[A-Z])")
 _LITERAL = re.compile(r"(``.+?``|:[a-z:]+:`[^`]*`|`[^`]*`)")
 
 
@@ -113,6 +126,7 @@ def fill_in(app, name, source):
 def escape(app, what, name, item, options, lines):
     """Docstrings write |x| and names that end in _, which reStructuredText reads as references."""
     for k, line in enumerate(lines):
+        line = _BARE.sub(r"\1.", line)
         parts = _LITERAL.split(line)
         parts[::2] = [re.sub(r"(?<!\\)\|", r"\\|", part) for part in parts[::2]]
         parts[::2] = [re.sub(r"(\w)_(?=[\s,.;:)\]}]|$)", r"\1\\_", part) for part in parts[::2]]

@@ -6,7 +6,6 @@ import re
 import runpy
 import shlex
 import shutil
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +18,14 @@ from places import page as site_page
 import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.core.files.toml_tables import UNITS
+from exo_pin.core.tables import aligned
 from exo_pin.design.io.mechanism_reading import _KEYS
-from exo_pin.thesis import condensed
+from exo_pin.thesis.all_rows import printed_index, summary
 
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
-    "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "recordings", "start", "uncertainty", "view", "wearer", "workspace",
+    "compiling", "devices", "elastic", "limits", "many_machines", "movement", "muscles", "recordings", "start",
+    "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 
@@ -185,8 +185,7 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     ends = [chain.placement(caught.value.q, end).translation for end in ("rocker_end", "coupler_end")]
     gaps = [np.linalg.norm(ends[1] - each) for each in (ends[0], names["point"].translation)]
     assert gaps == pytest.approx([0.5 * (0.2 - np.hypot(0.1, 0.15))] * 2, rel=1e-3)
-    # What the page of common questions says of drift, the sign of λ and Pinocchio's readers.
-    run_code_of("loops", monkeypatch, tmp_path, names)
+    # What the page says of drift, the sign of λ and Pinocchio's readers.
     assert 0.07 < np.abs(chain.residual(names["loose"])).max() < 0.09
     assert max(np.abs(chain.residual(each)).max() for each in names["kept"].q) < 2e-12
     assert np.abs(names["weight"] - np.cross(names["lever"], names["pin_force"]))[1] < 1e-12
@@ -202,7 +201,7 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
-@pytest.mark.parametrize("page", ["equilibrium", "frames", "singularity"])
+@pytest.mark.parametrize("page", ["equilibrium", "frames", "positioning", "singularity"])
 def test_code_of_short_pages_prints_what_they_show(monkeypatch, capsys, tmp_path, page):
     run_code_of(page, monkeypatch, tmp_path)
     assert_same("\n".join(re.findall(OUTPUT, site_page(page), re.DOTALL)), capsys.readouterr().out.rstrip())
@@ -252,7 +251,6 @@ def test_every_page_with_code_is_run():
         "equilibrium",
         "frames",
         "hand_off",
-        "loops",
         "own_design",
         "which_number",
     }
@@ -261,6 +259,7 @@ def test_every_page_with_code_is_run():
         "live",
         "report",
         "plant",
+        "positioning",
         "robot_torques",
         "robot_with_loops",
         "service",
@@ -325,13 +324,9 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     )
 
 
-def test_ledger_is_not_stale(ledger_rows):
-    page = site_page("thesis")
-    others = [row for row in ledger_rows if row.verdict != "reproduced"]
-    assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(others))
-    same = Counter(row.source for row in ledger_rows if row.verdict == "reproduced")
-    shown = re.search(r"<!-- output: reproduced -->\n(.*?)\.\n\n", page, re.DOTALL)
-    assert " ".join(shown[1].split()) == "; ".join(f"{source}: {count}" for source, count in same.items())
+def test_counts_of_the_thesis_are_not_stale(ledger_rows):
+    shown = re.search(OUTPUT, site_page("thesis"), re.DOTALL)[1]
+    assert shown == "\n".join(line.rstrip() for line in aligned(summary(printed_index(), ledger_rows), words=1))
 
 
 def test_the_page_of_any_device_prints_what_it_shows(monkeypatch, capsys):

@@ -1,9 +1,10 @@
 """Version, changelog and citation agree, and the templates of issues and pull requests can be read."""
 
+import importlib
 import re
 
 import pytest
-from places import REPOSITORY
+from places import REPOSITORY, SCRIPTS
 
 import exo_pin as ep
 
@@ -44,3 +45,14 @@ def test_the_hosted_check_runs_what_is_here():
     paths = {word for line in lines for word in line.split() if word.startswith((".ci/", "tests/"))}
     assert {".ci/run", ".ci/packages"} <= paths
     assert all((REPOSITORY / path).exists() for path in paths)
+
+
+def test_the_release_check_finds_what_is_not_ready(monkeypatch):
+    monkeypatch.syspath_prepend(SCRIPTS)
+    check = importlib.import_module("release_check")
+    log = "# Changelog\n\n## [Unreleased]\n\n## [0.2.0] - 2026-11-29\n- new\n"
+    assert check.version_faults("0.2.0", log, "version: 0.2.0\n") == []
+    assert len(check.version_faults("0.3.0", log.replace("\n\n## [0.2", "\n- x\n\n## [0.2"), "version: 0.2.0\n")) == 3
+    page = "<!-- measured: mujoco 3.17.0, pin 4.1.0 -->"
+    assert check.stale_tables(page, {"mujoco": "3.9.1", "pin": "4.1.0"}) == []
+    assert check.stale_tables(page, {"mujoco": "3.17.1"}) == ["measured with mujoco 3.17.0, now 3.17.1"]

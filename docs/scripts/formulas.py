@@ -1,6 +1,6 @@
-"""Make docs/evidence/formulas.md: what the thesis numbers, and the code that computes it.
+"""The tables of docs/evidence/formulas.md: what the thesis numbers, and the code that computes it.
 
-``python docs/scripts/formulas.py`` writes the page. It joins three sources:
+The site is built with them, and ``python docs/scripts/formulas.py`` prints them. They join three sources:
 
 - ``docs/scripts/formulas.toml``: the labels of the thesis and what each one is;
 - the docstrings of the package: a line ``Source: thesis (D-27), (D-30).`` in what computes a formula;
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 import textwrap
 import tomllib
 from collections import Counter
@@ -21,7 +22,6 @@ from typing import NamedTuple
 from exo_pin.thesis import Row, ledger
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "evidence" / "formulas.md"
 LABEL = re.compile(r"\((?:[2-5]|[A-D])-\d+\)|(?:Table|Figure) (?:[2-5]|[A-D])-\d+[a-c]?")
 
 _SOURCE = re.compile(r"^\s*Source: thesis (.*)$", re.MULTILINE)
@@ -30,23 +30,6 @@ _TABLES = re.compile(r"Tables ((?:[A-D\d]-\d+[a-c]?(?:, | and )?)+)")
 #: Why a figure has no row, and what such figures are.
 _WITHOUT_NUMBERS = {"a picture": "pictures", "a plot without printed data": "plots without printed data"}
 _KEYS = {"about", "data", "note", "not_computed"}
-_HEAD = """\
-# From formula to code
-
-Every equation and table of the thesis, and every figure with numbers: the code that computes it, and the verdict of
-[the ledger](thesis.md) on its printed numbers. Docstrings name their formulas in a line such as
-`Source: thesis (D-27), (D-30).`; search the package for "(D-30)" to find it.
-
-`ShoulderExo.reaction` goes from a pose to the shoulder force in the steps of [Appendix D](#appendix-d):
-
-1. the limbs in the pose: (D-4), (D-11), (D-12);
-2. weight and inertia of the arm: (D-1), (D-2), (D-23), (D-24);
-3. the force of each limb on the arm: (D-13) to (D-18);
-4. the moment balance, which gives the tensions: (D-20) to (D-22);
-5. the force balance, which gives the shoulder force: (D-19), (D-26) to (D-30).
-
-This page is made by `python docs/scripts/formulas.py`; do not edit it.
-"""
 
 
 class Item(NamedTuple):
@@ -151,12 +134,12 @@ def verdicts(rows: Iterable[Row]) -> dict[str, Counter[str]]:
 
 
 def page(rows: Iterable[Row]) -> str:
-    """The page as text; ``rows`` are those of the ledger."""
+    """The tables as Markdown; ``rows`` are those of the ledger."""
     code, verdict = carriers(), verdicts(rows)
     chapters: dict[str, list[Item]] = {}
     for item in items():
         chapters.setdefault(item.chapter, []).append(item)
-    lines = [_HEAD, _pictures(one for each in chapters.values() for one in each)]
+    lines = [_pictures(one for each in chapters.values() for one in each)]
     for chapter in sorted(chapters, key=lambda one: (one.startswith("Appendix"), one)):
         lines += [f"## {chapter}\n", "| label | what it is | code | ledger | misprint or change |", "| --- " * 5 + "|"]
         listed = (one for one in chapters[chapter] if one.not_computed not in _WITHOUT_NUMBERS)
@@ -203,4 +186,4 @@ def _verdict(count: Counter[str]) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(ledger()), encoding="utf-8")
+    sys.stdout.write(page(ledger()))

@@ -12,11 +12,11 @@ import numpy as np
 
 import exo_pin as ep
 
-ELEVATIONS = np.arange(10.0, 121.0, 10.0)
+ELEVATIONS = np.arange(30.0, 121.0, 30.0)
 
 
 def literature_table(person):
-    """Shape (12, 7); NaN where the muscles hold no such load."""
+    """Shape (4, 7); NaN where the muscles hold no such load."""
     columns = [ELEVATIONS]
     for plane in ("abduction", "flexion"):
         angles = {"flexion": 0.0, "abduction": 0.0, "internal_rotation": 0.0} | {plane: ELEVATIONS}

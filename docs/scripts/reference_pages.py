@@ -1,4 +1,4 @@
-"""Pages of the reference that are made from the code's own tables when the site is built."""
+"""Parts of pages that are made from the code's own tables when the site is built."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from pathlib import Path
 from cyclopts import App
 from public_names import HIDDEN, ROOMS, public_names
 
+from exo_pin.chain.formats.leaving_out import LEAVE_OUT
 from exo_pin.chain.structure.closures import TYPES
 from exo_pin.cli import GROUPS
 from exo_pin.cli.command import command, examples, notes, shown_default
 from exo_pin.cli.documents.registry import DOCUMENTS, kind_of
+from exo_pin.core import errors
 from exo_pin.core.files.toml_tables import UNITS
 from exo_pin.core.schema import identifier, members, reachable
 from exo_pin.design.io.mechanism_reading import _KEYS
+from exo_pin.thesis import condensed, ledger
 
 #: The table of a design file that holds a record; records within others have the table of the key.
 _TABLES = {
@@ -42,6 +45,10 @@ def write_api(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for room, names in public_names().items():
+        if room == "core":
+            listed = {id(item) for others in public_names().values() for _, item in others}
+            named = ((f"{errors.__name__}.{name}", getattr(errors, name)) for name in errors.__all__)
+            names += [(path, item) for path, item in named if id(item) not in listed]
         blocks = "\n".join(_entry(path, item) for path, item in names)
         (folder / f"{room}.md").write_text(
             f"# {room}\n\n{ROOMS[room]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
@@ -160,10 +167,31 @@ def _members(kind: type) -> Iterable[str]:
     yield ""
 
 
-#: What a page of the reference has in place of ``<!-- made: NAME -->``.
+def formulas() -> str:
+    """Every label of the thesis with the code that computes it."""
+    from formulas import page
+
+    return page(ledger())
+
+
+def leave_out() -> str:
+    """Names of what a reader can leave out of a robot."""
+    rows = [f"| `{name}` | {what} |" for name, what in sorted(LEAVE_OUT.items())]
+    return "\n".join(["| name | what is left out |", "| --- | --- |", *rows]) + "\n"
+
+
+def differing_rows() -> str:
+    """Rows of the ledger that are not simply reproduced."""
+    return condensed(row for row in ledger() if row.verdict != "reproduced")
+
+
+#: What a page has in place of ``<!-- made: NAME -->``.
 MADE = {
     "command line": command_line,
     "design keys": design_keys,
     "closures file": closures_file,
     "documents": documents,
+    "formulas": formulas,
+    "leave out": leave_out,
+    "ledger": differing_rows,
 }

@@ -56,7 +56,7 @@ _ENDLESS_HINGE = """<robot name="hinge"><link name="a"/><link name="b"><inertial
 
 
 def locked(state: ChainState, joints: Iterable[str], q: ArrayLike) -> tuple[pin.Model, Closures]:
-    """A tree and its description with some joints locked; see :meth:`exo_pin.chain.ClosedChain.locked`."""
+    """A tree and its description with some joints locked; see :meth:`exo_pin.ClosedChain.locked`."""
     q = state.configuration(q)
     indices = sorted({state.joint_index(name) for name in ([joints] if isinstance(joints, str) else joints)})
     names = {str(state.model.names[index]) for index in indices}
@@ -240,7 +240,7 @@ def mirror_signs(state: ChainState) -> MirrorSigns:
 
 
 def mirrored(state: ChainState) -> tuple[pin.Model, Closures]:
-    """The tree and the description of the mirror image; see :meth:`exo_pin.chain.ClosedChain.mirrored`.
+    """The tree and the description of the mirror image; see :meth:`exo_pin.ClosedChain.mirrored`.
 
     Raises
     ------

@@ -113,6 +113,7 @@ def track(
     seed: Annotated[int, options.called("N")] = 0,
     fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
     lost_beyond: options.Millimetres | None = None,
+    lower_in: options.Seconds | None = None,
     worn: options.Worn = options.Worn(),
     read_as: ReadAs = ReadAs(),
     no_progress: bool = False,
@@ -151,10 +152,13 @@ def track(
     seed : int
         Seed of the noise.
     fault : tuple of str
-        Kind (torn, burst, stuck-open, stuck-shut or no-current), number of the limb from 1, time in s; may be repeated.
+        Kind (torn, burst, stuck-open, stuck-shut, no-current, jam, encoder-loss or supply-drop), number of the limb
+        from 1, or all, and time in s; may be repeated.
     lost_beyond : float, optional
         The controller model counts a limb as torn whose motor is this far from it, mm, and shares its
         load (default: never).
+    lower_in : float, optional
+        Once a limb counts as torn the others let the arm down to where it hangs, in this time, s (default: never).
     no_progress : bool
         Show no bar (none is shown in a pipe or file).
 
@@ -164,7 +168,7 @@ def track(
     exo-pin track four-cables --trajectory examples/lift.csv --out run.csv --plot run.png
     exo-pin track --experiment held-abduction --controller model --plot run.html
     exo-pin track prototype --trajectory examples/lift.csv --fault burst,3,1
-    exo-pin track four-linear-actuators-worn --fault torn,1,1 --lost-beyond 10
+    exo-pin track four-linear-actuators-worn --fault torn,1,1 --lost-beyond 10 --lower-in 3
     """
     from ..control import Fault, experiments
     from ..control import experiment as named
@@ -195,13 +199,18 @@ def track(
     if any(value is not None for value in (noise, drift, delay, lost_imu)):
         changes["imu"] = _imu(noise, drift, delay, lost_imu, seed)
     if fault:
-        changes["faults"] = tuple(Fault.from_text(text, chosen.mechanism.limb_count) for text in fault)
+        count = chosen.plant.count
+        texts = [text.replace(",all,", f",{limb},", 1) for text in fault for limb in _limbs(text, count)]
+        changes["faults"] = tuple(Fault.from_text(text, count) for text in texts)
     chosen = chosen.replace(**changes)
-    if lost_beyond is not None:
+    noticing = {"lost_beyond": None if lost_beyond is None else 1e-3 * lost_beyond, "lower_in": lower_in}
+    noticing = {name: value for name, value in noticing.items() if value is not None}
+    if noticing:
         if chosen.controller != "model":
-            raise InvalidInput("--lost-beyond is for the controller that knows the plant: --controller model")
+            word = "--lost-beyond" if lost_beyond is not None else "--lower-in"
+            raise InvalidInput(f"{word} is for the controller that knows the plant: --controller model")
         gains = chosen.feedback or gains_for(chosen.mechanism)
-        chosen = chosen.replace(feedback=replace(gains, lost_beyond=1e-3 * lost_beyond))
+        chosen = chosen.replace(feedback=replace(gains, **noticing))
     progress = not no_progress and sys.stderr is not None and sys.stderr.isatty()
     for text in chosen.foreseen:
         options.caution(text)
@@ -241,6 +250,11 @@ def _of_design(design: str, side: options.Side, trajectory: str, worn: options.W
     name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side, read_as.options)
     moved = exo.moved_record
     return Experiment(name, f"{name}, {exo.name}", moved, reference, options=options_for(moved))
+
+
+def _limbs(fault: str, count: int) -> range:
+    """Limbs, from 1, that a fault on the command line is of; one where it names its own."""
+    return range(1, count + 1) if ",all," in fault else range(1)
 
 
 def _imu(noise: float | None, drift: float | None, delay: float | None, lost: str | None, seed: int) -> Any:

@@ -1,15 +1,18 @@
-"""What stands about a person and limbs must keep clear of: chair, wheelchair, bed, door, and limits of a frame.
+"""What stands about a person and limbs must keep clear of: chair, wheelchair, car seat, bed, door, limits of a frame.
 
 Each obstacle is a list of capsules about the shoulder's centre, like the body. A plane is a sphere of 1 km radius, flat
 to 0.2 mm within 0.6 m.
 
 Sizes: a chair's seat is 455 mm wide and 405 mm deep, its back 420 mm and its arm rests 230 mm above the seat; a
 wheelchair is 660 mm wide, with seat, arm rests and handles at 485, 760 and 915 mm (ADA Standards, figure A3); a passage
-is 815 mm wide. The shoulder sits at sitting height (:mod:`.body_dimensions`) less 0.182 of stature above the seat.
+is 815 mm wide. The shoulder sits at sitting height (:mod:`.body_dimensions`) less 0.182 of stature above the seat, and
+0.288 of it above the hip (Drillis and Contini). A car's head restraint ends up to 830 mm above the hip (GTR 7, proposal
+GRSP/2019/5) and is at most 55 mm behind the head (72 Fed. Reg. 25484, 2007).
 
 Assumptions: the person leans on the back with the rear of chest or belly, whichever is farther back; a chair's back is
 30 mm thick, arm rests are rods of 50 mm and reach over two thirds of the seat, a wheelchair's handles 100 mm behind its
-back; the bed is a plane behind the back. Hard: nothing gives way.
+back; a car's seat is as wide as a chair's, its back ends at the shoulder and its restraint is as wide as the head, and
+its door and middle are left out; the bed is a plane behind the back. Hard: nothing gives way.
 """
 
 from __future__ import annotations
@@ -27,6 +30,8 @@ from .wearer import Wearer
 _FLAT = 1e3
 #: Shoulder below the top of the head and from the body's middle, shares of stature (Drillis and Contini).
 _TO_TOP, _MIDDLE = 0.182, 0.129
+#: Shoulder above the hip, a share of stature; a car's head restraint: its top above the hip, and behind the head, m.
+_TO_HIP, _RESTRAINT, _BACKSET = 0.288, 0.830, 0.055
 _THICK, _REST = 0.015, 0.025
 _CHAIR = {"width": 0.455, "back": 0.420, "rests": 0.230, "depth": 0.405}
 _WHEELCHAIR = {"width": 0.660, "back": 0.430, "rests": 0.275, "depth": 0.405}
@@ -40,8 +45,8 @@ def obstacle(name: str, wearer: Wearer) -> FloatArray:
     Parameters
     ----------
     name : str
-        "chair", "wheelchair", "bed", "door"; "wall" and "ceiling" for planes behind the back and above the head, with a
-        distance in mm after a colon, such as "wall:120".
+        "chair", "wheelchair", "car", "bed", "door"; "wall" and "ceiling" for planes behind the back and above the
+        head, with a distance in mm after a colon, such as "wall:120".
     wearer : Wearer
         Whose back, head and sitting height.
 
@@ -107,13 +112,19 @@ def _door(wearer: Wearer, away: float) -> list[list[float]]:
     return [_plane((0.0, 1.0, 0.0), half - middle), _plane((0.0, -1.0, 0.0), half + middle)]
 
 
+def _slats(wearer: Wearer, behind: float, half: float, low: float, top: float) -> list[list[float]]:
+    """Rods side by side whose front is so far behind the shoulder."""
+    x, middle = -behind - _THICK, -_MIDDLE * wearer.height
+    places = np.linspace(-half + _THICK, half - _THICK, int(np.ceil(half / _THICK)))
+    return [[x, middle + y, low, x, middle + y, top - _THICK, _THICK] for y in places]
+
+
 def _seat(wearer: Wearer, sizes: dict[str, float], handles: float) -> list[list[float]]:
     """Back, arm rests and handles."""
     seat = _TO_TOP * wearer.height - wearer.dimensions()["sitting height"]
-    behind, middle, half = -_back(wearer) - _THICK, -_MIDDLE * wearer.height, 0.5 * sizes["width"]
-    slats = np.linspace(-half + _THICK, half - _THICK, int(np.ceil(half / _THICK)))
-    top = seat + sizes["back"] - _THICK
-    rows = [[behind, middle + y, seat, behind, middle + y, top, _THICK] for y in slats]
+    back, middle, half = _back(wearer), -_MIDDLE * wearer.height, 0.5 * sizes["width"]
+    rows = _slats(wearer, back, half, seat, seat + sizes["back"])
+    behind, top = -back - _THICK, seat + sizes["back"] - _THICK
     height, front = seat + sizes["rests"] - _REST, behind + 2.0 / 3.0 * sizes["depth"]
     sides = (middle + half - _REST, middle - half + _REST)
     rows += [[behind, y, height, front, y, height, _REST] for y in sides]
@@ -122,10 +133,19 @@ def _seat(wearer: Wearer, sizes: dict[str, float], handles: float) -> list[list[
     return rows
 
 
+def _car(wearer: Wearer, away: float) -> list[list[float]]:
+    """Back and head restraint, in the frame of a trunk that leans with them."""
+    sizes = wearer.dimensions()
+    seat, head = _TO_TOP * wearer.height - sizes["sitting height"], sizes["head girth"] / (2.0 * np.pi)
+    rows = _slats(wearer, _back(wearer), 0.5 * _CHAIR["width"], seat, 0.0)
+    return rows + _slats(wearer, head + _BACKSET, head, 0.0, _RESTRAINT - _TO_HIP * wearer.height)
+
+
 #: Makes the capsules of each obstacle.
 OBSTACLES: dict[str, Callable[[Wearer, float], list[list[float]]]] = {
     "chair": lambda wearer, away: _seat(wearer, _CHAIR, 0.0),
     "wheelchair": lambda wearer, away: _seat(wearer, _WHEELCHAIR, 0.1),
+    "car": _car,
     "bed": _wall,
     "door": _door,
     "wall": _wall,

@@ -101,7 +101,7 @@ class ChainDevice(Record):
 
     #: No limit of a drive is an estimate.
     estimated = ()
-    #: Joints in which limbs turn that resist it with side forces; see :func:`.twisting_device`.
+    #: Joints in which limbs turn that resist it with side forces; see ``twisting_device``.
     twists = ()
 
     replace = changes.changed

@@ -39,7 +39,7 @@ class DeviceSingularity(Result, ReadOnly):
         lose a constraint); "passive" (it has too few drives to hold the arm in any pose); "not_evaluated" (a drive's
         route has no direction there); "out_of_reach"; "beyond_singular" (on the way from rest its assembly mode ends at
         a singular configuration); "undetermined" (regular by these numbers, and singular within the digits of a
-        robot's file, by the verdict of :meth:`exo_pin.chain.ClosedChain.mobility`). Springs and loads do not count.
+        robot's file, by the verdict of :meth:`exo_pin.ClosedChain.mobility`). Springs and loads do not count.
     smallest_singular_value : ndarray
         Shape (...), in its own unit, of the moments per unit of effort, over all efforts that leave the device's own
         motions at rest: in m of drives in N, else without unit (of drives in N and others in N m, as in ``margin``).

@@ -102,12 +102,12 @@ def sweep(
         ``peak_contact_N``, ``contact_without_N`` and ``relief`` of :func:`exo_pin.study.compare`, over the held of at
         most 100 poses, at rest. Needs the extra ``person`` and a design that has a wearer.
     **question
-        Of :meth:`ShoulderExo.reaction`, as in :func:`evaluate`.
+        Of :meth:`ShoulderExo.reaction`, as in ``evaluate``.
 
     Returns
     -------
     StudyTable
-        A column a parameter (a column a component for arrays), then those of :func:`evaluate`, then ``error``: why a
+        A column a parameter (a column a component for arrays), then those of ``evaluate``, then ``error``: why a
         design could not be built or evaluated, empty for all others. Such a design has NaN in its figures and
         spoils no other.
 

@@ -145,7 +145,7 @@ class Criterion:
         How much less margin counts as one in a search, in its unit, or how much that is with the limits of a search;
         infinite if only whether it is met counts.
     needs : tuple of callable
-        What it needs; each lists what lacks. With :func:`forces` and :func:`body` these are computed.
+        What it needs; each lists what lacks. With ``forces`` and ``body`` these are computed.
     aim : float
         Margin that a search aims at, in its unit, so that what is found on a coarse grid holds between its nodes.
     most : float

@@ -1,4 +1,4 @@
-"""A day in the device: the hand at mouth, ear, hair, belt, pocket and shelf, sitting, lying and in a door.
+"""A day in the device: the hand at mouth, ear, hair, belt, pocket and shelf, sitting, in a car, in bed, in a door.
 
 A task is a place where the hand has to be. For a person of a size it fixes the bend of the elbow, by the law of
 cosines, and leaves one freedom: the arm swivels about the line from the shoulder to the hand. Every swivel that the
@@ -45,6 +45,8 @@ _BENT, _STRETCHED, _HANGING = 2.6, 0.95, 0.995
 _GIVES = 0.05
 #: Where the forearm is looked at, from elbow to hand.
 _ALONG = np.array([0.0, 0.25, 0.5, 0.75])
+#: How far a car's seat leans, degrees.
+_CAR = 25.0
 #: Parts of a torso: two capsules each of chest and belly, then collar, neck and head.
 _BELLY, _HEAD = (2, 3), 6
 
@@ -53,7 +55,8 @@ class _Task(NamedTuple):
     name: str
     place: str
     obstacles: tuple[str, ...] = ()
-    lying: bool = False
+    #: How far the trunk leans back, degrees.
+    lean: float = 0.0
 
 
 #: What people do in a day, where the hand is in it, and what stands about them.
@@ -61,7 +64,7 @@ _DAY = (
     _Task("soup, at a table", "mouth", ("chair",)),
     _Task("telephone", "ear"),
     _Task("comb", "hair"),
-    _Task("seat belt's buckle", "other hip", ("chair",)),
+    _Task("seat belt's buckle", "other hip", ("car",), lean=_CAR),
     _Task("back pocket", "back of the hip"),
     _Task("shelf at eye height", "shelf"),
     _Task("other shoulder", "other shoulder"),
@@ -69,7 +72,8 @@ _DAY = (
     _Task("intimate care", "groin"),
     _Task("chair's arm rest", "chair", ("chair",)),
     _Task("wheelchair's arm rest", "wheelchair", ("wheelchair",)),
-    _Task("in bed, hand to mouth", "mouth", ("bed",), lying=True),
+    _Task("in a car, hand to mouth", "mouth", ("car",), lean=_CAR),
+    _Task("in bed, hand to mouth", "mouth", ("bed",), lean=90.0),
     _Task("through a door", "thigh", ("door",)),
 )
 
@@ -226,7 +230,7 @@ def day_reach(exo: ShoulderExo, criteria: Criteria | Iterable[str] | None = None
     --------
     >>> day = ep.workspace.day_reach(ep.load("four-linear-actuators-worn"), ["forces"], step=30.0)
     >>> day.summary()["tasks"]
-    13
+    14
     """
     require_method("exo", exo, "worn_by", "ShoulderExo")
     arm = exo.device.arm
@@ -285,9 +289,11 @@ def _row(
     inside = nothing.copy()
     if possible.any():
         worn = exo.worn_by(replace(wearer, elbow_flexion=bend))
-        if task.lying:
-            # The trunk lies on its back: what pulls down pulls to the back.
-            worn = worn.replace(gravity=[-float(np.linalg.norm(exo.device.gravity)), 0.0, 0.0])
+        if task.lean:
+            # What pulls down pulls to the back of a trunk that leans back.
+            lean = np.radians(task.lean)
+            weight = float(np.linalg.norm(exo.device.gravity)) * np.array([-np.sin(lean), 0.0, -np.cos(lean)])
+            worn = worn.replace(gravity=weight.round(12) + 0.0)
         found = workspace(worn.device, poses[possible], replace(limits, obstacles=task.obstacles))
         inside[possible], force[possible] = found.inside, found.magnitude
         texts[possible] = found.reasons

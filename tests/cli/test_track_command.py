@@ -74,14 +74,25 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
 
 @pytest.mark.full
 def test_track_as_json_with_faults_and_sensor(capsys):
-    arguments = ["--json", "--no-progress", "--lost-imu", "1,2", "--drift", "0.05", "--fault", "burst,1,3", "--flange"]
+    arguments = [
+        "--json",
+        "--no-progress",
+        "--lost-imu",
+        "1,2",
+        "--drift",
+        "0.05",
+        "--fault",
+        "burst,all,3",
+        "--flange",
+    ]
     status, out, _ = run(capsys, "track", "--experiment", "flexion", *arguments)
     assert status == 0
     data = json.loads(out)
     assert data["status"] == "completed"
     assert "sensor is lost from 1 to 2 s" in data["findings"][-1]
     experiment = ep.experiment("flexion")
-    fault = ep.control.Fault("burst", 0, 3.0)
+    assert any(text.startswith("all drives: burst") and "without it" in text for text in data["findings"])
+    fault = [ep.control.Fault("burst", limb, 3.0) for limb in range(3)]
     imu = ep.control.Imu(lost=((1.0, 2.0),), drift=0.05 * 3.141592653589793 / 180.0)
     again = experiment.replace(second_flange=True, faults=fault, imu=imu).run()
     assert data["numbers"]["end_deg"] == pytest.approx(again.summary()["end_deg"], abs=1e-9)

@@ -300,7 +300,6 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "pull_high": max(number(name, "median F_s, N") for name in pulling),
         "pull_contact": max(number(name, "median contact, N") for name in pulling),
         "relief": min(number(name, "relief, %") for name in active),
-        "bent_relief": min(number(name, "90°: relief, %") for name in active if tables[name]["90°: relief, %"] != "-"),
         "bent_change": max(
             abs(number(name, "held, %") - number(name, "90°: held, %"))
             for name in tables
@@ -318,19 +317,15 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "gives a contact of at most {pull_contact:.0f} N (median)",
         "{six-cables median contact, N} N with six cables",
         "relieve the joint by {relief:.0f} % or more (median)",
-        "relieve it by {bent_relief:.0f} % or more",
         "The shares of the other devices change by {bent_change:.0f} % at most",
         "four cables are clear in {four-cables clear, %} % of the poses with a straight elbow and in "
         "{four-cables 90°: clear, %} % with a bent one",
         "found with the elbow bent, are clear in {four-linear-actuators-worn clear, %} % either way",
         "the peak of F_s with three actuators is {three-linear-actuators 90°: peak F_s, N} N in place of "
         "{three-linear-actuators peak F_s, N} N",
-        "Four cables have a peak of {four-cables 90°: peak F_s, N} N in place of {four-cables peak F_s, N} N",
-        "With the elbow bent the median relief is {spring-support 90°: relief, %} %",
         "limbs between two balls at {limbs_low:.0f} to {limbs_high:.0f} N",
         "{serial-y-x-z on a soft cuff, N} N on a measured cuff",
         "The 3RPS follows, at {3rps-passive-ball change by 10 mm, N} N",
-        "{prototype change by 10 mm, N} and {optimised-table-c-2 change by 10 mm, N} N",
         "hold {four-linear-actuators-worn held after a failure, %} % of the box and six cables "
         "{six-cables held after a failure, %} %",
         "Four cables hold {four-cables held after a failure, %} %",
@@ -338,24 +333,7 @@ def test_words_of_the_page_are_its_tables(study, tables):
         "{serial-y-x-z on the arm, kg} kg are on the arm",
         "The 3RRR moves {moves:.2f} kg",
         "the 3RPS {rps:.2f} kg",
-        "Three actuators and four cables need {three-linear-actuators of its limit, %} % of their force",
-        "Three actuators and four cables need {four-cables of its limit, %} % of their force",
         "relieves the joint by {spring-support relief, %} %",
-        "a median margin of {spherical-3rrr median margin} for the 3RRR, {prototype median margin} and "
-        "{optimised-table-c-2 median margin} for the wrists",
-        "reaches: {three-linear-actuators median margin}, "
-        "with {three-linear-actuators of its limit, %} % of its effort",
-        "where the 3RRR needs {spherical-3rrr of its limit, %} %",
-        "{three-linear-actuators held and clear, %} % of the poses are held and clear, "
-        "{spherical-3rrr held and clear, %} % with",
-        "are clear in {spherical-3rrr clear, %} %",
-        "The wrist has singular poses ({three-linear-actuators singular, %} %), the 3RRR none",
-        "clear in {prototype clear, %} % and {optimised-table-c-2 clear, %} % of the poses",
-        "reaches {serial-y-x-z reached, %} % of the box",
-        "Its links are clear in {serial-y-x-z clear, %} %",
-        "NESM's travel reaches {nesm reached, %} %, with links clear in {nesm clear, %} %",
-        "by up to {prototype stroke, mm} mm",
-        "no cable of six pulls more than {six-cables effort, N} N",
     ):
         filled = text
         for key, value in cell.items():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin.design.obstacles import obstacle
 from exo_pin.workspace import day_reach
 
 MAN = ep.Wearer(1.755, 85, "male")
@@ -36,6 +37,16 @@ def depth(point, capsule):
 def test_every_swivel_leaves_the_hand_where_it_is(day):
     places = hands(day, MAN)
     assert np.abs(places - places[:, :1]).max() < 1e-12
+
+
+def test_a_car_seat_holds_back_and_head_from_behind():
+    rows, torso = obstacle("car", MAN), ep.BodyShape.of(MAN).torso
+    rods, head = rows[:, [0, 3]].max(axis=1) + rows[:, 6], torso[6]
+    behind = np.where(rows[:, 5] > 0.01, rods + head[6], 0.0)
+    # The restraint is 55 mm behind the head and ends 830 mm above a hip at 0.530 of stature.
+    assert behind.min() == pytest.approx(-0.055)
+    assert (rows[:, 5] + rows[:, 6]).max() == pytest.approx(0.83 - (0.818 - 0.530) * 1.755)
+    assert rods[rows[:, 5] < 0.0].max() == pytest.approx(obstacle("chair", MAN)[0, 0] + 0.015)
 
 
 @pytest.mark.parametrize(
@@ -74,11 +85,12 @@ def test_forces_are_those_of_the_bent_arm_in_its_poses(exo, day):
     assert answer.can_hold.all()
 
 
-def test_in_bed_weight_pulls_to_the_back(exo):
+@pytest.mark.parametrize(("task", "lean"), [("in bed, hand to mouth", 90.0), ("in a car, hand to mouth", 25.0)])
+def test_in_bed_and_in_a_car_weight_pulls_to_the_back(exo, task, lean):
     found = day_reach(exo, ["stroke", "forces"], step=15.0)
-    row = found.tasks.index("in bed, hand to mouth")
+    row, down = found.tasks.index(task), np.linalg.norm(exo.device.gravity)
     lying = exo.worn_by(ep.Wearer(1.755, 85, "male", elbow_flexion=found.elbow_flexion[row]))
-    lying = lying.replace(gravity=[-np.linalg.norm(exo.device.gravity), 0.0, 0.0])
+    lying = lying.replace(gravity=[-down * np.sin(np.radians(lean)), 0.0, -down * np.cos(np.radians(lean))])
     answer = lying.reaction(found.poses[row][found.inside[row]], split="minimal")
     assert found.inside[row].any()
     np.testing.assert_allclose(found.shoulder_force[row][found.inside[row]], answer.magnitude, rtol=1e-6)
@@ -106,7 +118,7 @@ def test_the_table_counts_what_the_arrays_hold(day):
         assert row[1] == pytest.approx(day.inside[k].sum() / day.possible[k].sum())
         assert row[2] == ("yes" if day.inside[k].any() else "no")
     assert not (day.inside & ~day.possible).any()
-    assert f"does {sum(day.table['can_do'] == 'yes')} of 13" in str(day)
+    assert f"does {sum(day.table['can_do'] == 'yes')} of 14" in str(day)
 
 
 def test_obstacles_count_task_by_task(exo):

@@ -80,7 +80,7 @@ class ClosedMotion(Record):
         """Multipliers and joint reactions of the motion, with their certificate.
 
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
-        :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
+        :meth:`exo_pin.ClosedChain.inverse_dynamics`.
         """
         state, q, v, external, gravity = self._motion
         if state.gravity.tobytes() != gravity:
@@ -122,7 +122,7 @@ def forward_dynamics(
     tau : array_like or mapping, optional
         Efforts, shape (nv,), or by joint; zero where left out.
     external : mapping, optional
-        As for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
+        As for :meth:`exo_pin.ClosedChain.inverse_dynamics`.
     stops : bool
         Whether joint limits are rigid stops.
 

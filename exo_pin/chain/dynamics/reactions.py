@@ -35,7 +35,7 @@ class ClosedForces(Record):
     tau : ndarray
         Shape (nv,), efforts of the joints' actuators, N and N m; zero for joints without one.
     multipliers : ndarray
-        λ, shape (rows,), N and N m, as :class:`exo_pin.chain.ClosedChain` describes.
+        λ, shape (rows,), N and N m, as :class:`exo_pin.ClosedChain` describes.
     residual : float
         Largest error of M a + h - passive - external = τ + Jᵀλ, N and N m.
     undetermined : int

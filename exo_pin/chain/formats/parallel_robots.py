@@ -134,7 +134,7 @@ def read_parallel_robot(
         fixed by default.
     right_angle_tolerance : float
     leave_out : iterable of str
-        As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
+        As for :meth:`exo_pin.ClosedChain.from_urdf`.
 
     Returns
     -------

@@ -165,7 +165,7 @@ class JointProperties:
         A joint of the model.
     stiffness : float
         Of the spring in the joint, N/m or N m/rad. The spring's generalised force is -stiffness times the difference
-        (:func:`pinocchio.difference`) that takes the reference to the joint's configuration: the coordinate itself
+        (``pinocchio.difference``) that takes the reference to the joint's configuration: the coordinate itself
         for a hinge or a slide, the rotation vector for a spherical joint.
     spring_reference : tuple of float or None
         Shape (nq of the joint,), where the spring is slack, m, rad or unit quaternion (x, y, z, w); the joint's

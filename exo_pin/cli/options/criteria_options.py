@@ -34,8 +34,8 @@ class Judged:
     gap : float
         Distance that limbs keep from body and arm and from one another, mm.
     obstacle : tuple of str
-        What else limbs keep clear of: chair, wheelchair, bed, door, or wall:MM behind the back, ceiling:MM above the
-        head; may be repeated.
+        What else limbs keep clear of: chair, wheelchair, car, bed, door, or wall:MM behind the back, ceiling:MM above
+        the head; may be repeated.
     shoulder_force : float, optional
         Largest shoulder force |F_s|, N (default: no limit).
     least_tension : float

@@ -44,7 +44,7 @@ def tasks(
     no_ranges : bool
         Leave the published ranges out.
     day : bool
-        Places of the hand in a day instead: mouth, ear, hair, belt, pocket, shelf, in a chair, in bed, in a door.
+        Places of the hand in a day instead: mouth, ear, hair, belt, pocket, shelf, in a chair, a car, bed and a door.
     step : float
         Step of the grid over a range, and of the arm's swivel with --day, degrees.
 

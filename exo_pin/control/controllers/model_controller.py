@@ -19,6 +19,8 @@ is going to need: the change of its air m = p V/(R T) along the reference, over 
 
 A torn limb lets its drive run away from where the arm holds the limb's end. Where that is asked for
 (``FeedbackGains.lost_beyond``), such a limb gets no force any more, and the program shares its load among the others.
+With ``FeedbackGains.lower_in`` the others then let the arm down to where it hangs, with no larger share of their limits
+than they need as they begin: on the way they may come near poses that they cannot hold, and would press the joint.
 
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
 integral alone.
@@ -46,6 +48,7 @@ from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
 from ..plant.equations.drive_kernels import air_volume, tension
 from ..plant.plant import Plant
+from ..trajectories.paths import Turn
 from ..trajectories.reference import ReferenceState
 from .motor_loop import MotorLoop, measured_drives
 from .planning import planner_of
@@ -163,6 +166,8 @@ class FeedbackGains:
     lost_beyond : float
         How far a motor drive may be from where its limb is, m, before the limb counts as torn for the rest of the run
         and the others take its load; infinite for never.
+    lower_in : float
+        Time in which the arm is let down to where it hangs once a limb counts as lost, s; infinite for never.
 
     Examples
     --------
@@ -180,6 +185,7 @@ class FeedbackGains:
     axial_share: float = 1.0
     air_ahead: bool = False
     lost_beyond: float = np.inf
+    lower_in: float = np.inf
     fault_aware: bool = False
     weight_share: float = 1.0
     dead_zone: float = 0.0
@@ -191,7 +197,7 @@ class FeedbackGains:
         )
         if self.weight_share > 1.0:
             raise InvalidInput(f"expected weight_share from 0 to 1, got {self.weight_share:g}")
-        for name in ("integral_time", "lost_beyond", "forgetting_time"):
+        for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
         for name in ("air_ahead", "fault_aware"):
@@ -238,7 +244,7 @@ class ModelController:
         ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``. None for wherever the
         arm is: the weight is carried, and nothing else is wanted.
     gains : FeedbackGains, optional
-        Of the feedback; :func:`gains_for` the arm if left out.
+        Of the feedback; ``gains_for`` the arm if left out.
     rate : float
         Samples a second, Hz.
 
@@ -294,6 +300,8 @@ class ModelController:
         self._integral = np.zeros(3)
         self.planned: Tensions | None = None
         self.lost = np.zeros(self.plant.count, dtype=bool)
+        #: When the arm begins to be let down, s, how, and the share of the limits that the drives may use.
+        self._down: tuple[float, Turn, float] | None = None
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
@@ -313,6 +321,10 @@ class ModelController:
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
         load = Load(tables.force, -feedback, tables.point)
         self.planned = self._tensions(pose, Motion(velocity, wanted.angular_acceleration), lengths, load)
+        if self._down is None and self.lost.any() and g.lower_in != np.inf:
+            most = np.abs(self.plant.force_limits(lengths)).max(axis=0)
+            share = np.abs(self.planned.tensions[~self.lost]) / np.maximum(most[~self.lost], 1e-9)
+            self._down = t, Turn(pose, -pose.as_rotvec(), g.lower_in), float(share.max(initial=0.0))
         spring = g.stiffness * self._shared(error, pose)
         gain = (spring + self.planned.missing_moment) / g.integral_time - self._integral / g.forgetting_time
         self._integral += self._interval * gain
@@ -321,12 +333,17 @@ class ModelController:
         if self._motors.motors:
             motion = self.plans.motion(wanted)
             commands[self._motors.motors] = self._motors.commands(
-                self.planned.tensions, motion, measurement, self.reference is not None
+                self.planned.tensions, motion, measurement, self.reference is not None or self._down is not None
             )
+            # What a lost drive measures counts no more, neither for its own force.
+            commands[self._motors.motors] *= ~self.lost[self._motors.motors]
         return np.clip(commands, -1.0, 1.0)
 
     def _wanted(self, t: float, measurement: Any) -> Any:
         """State of the reference; where there is none, the arm's own without acceleration."""
+        if self._down is not None:
+            begun, turn, _ = self._down
+            return turn(t - begun)
         if self.reference is not None:
             return self.reference(t)
         return ReferenceState(measurement.orientation, measurement.angular_velocity, np.zeros(3))
@@ -353,12 +370,13 @@ class ModelController:
         self.lost[chosen] |= np.abs(off) > self.gains.lost_beyond
 
     def _tensions(self, pose: Rotation, motion: Motion, lengths: FloatArray, load: Load | None) -> Tensions:
-        least, greatest = (np.where(self.lost, 0.0, each) for each in self.plant.force_limits(lengths))
+        share = 1.0 if self._down is None else self._down[2]
+        least, greatest = (np.where(self.lost, 0.0, share * each) for each in self.plant.force_limits(lengths))
         return self.plans.tensions(pose, motion, greatest, least, load)
 
     def _needed_flows(self, t: float) -> FloatArray | None:
         """Flow that each muscle is going to need for the reference's own motion, kg/s; None without feed-forward."""
-        if not self.gains.air_ahead or self.plant.supply is None or self.reference is None:
+        if not self.gains.air_ahead or self.plant.supply is None or self.reference is None or self._down is not None:
             return None
         masses = []
         for state in (self.reference(t), self.reference(t + _AHEAD)):

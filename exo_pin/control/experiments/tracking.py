@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -210,6 +210,18 @@ class Tracking(Result, ReadOnly):
     def findings(self) -> tuple[str, ...]:
         """Why the arm did not follow, one sentence a reason."""
         return findings(self)
+
+    @cached_property
+    def without_faults(self) -> Tracking | None:
+        """The run without faults and with its sensor throughout, made when it is asked for.
+
+        None where nothing fails, or where the controller is a function, which may remember this run.
+        """
+        own, imu = self.experiment, self.experiment.imu
+        fails = own.faults or (imu is not None and imu.lost)
+        if not fails or not isinstance(own.controller, str):
+            return None
+        return own.replace(faults=(), imu=None if imu is None else replace(imu, lost=())).run()
 
     @cached_property
     def known(self) -> tuple[Known, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -206,17 +207,30 @@ def _alike(tracking: Tracking) -> list[str]:
 
 
 def _faults(tracking: Tracking) -> list[str]:
-    """What the shoulder gets after a fault."""
-    texts, force = [], np.linalg.norm(tracking.shoulder_force, axis=1)
+    """What the shoulder gets after faults, beside the run without them; those of one kind and time together."""
+    alike: dict[tuple[str, float], list[int]] = {}
     for fault in tracking.experiment.faults:
-        after = tracking.times >= fault.start
-        if after.any():
-            off = float(np.degrees(tracking.error[after].max()))
-            texts.append(
-                f"{_name(tracking, fault.limb + 1)}: {fault.kind} from {fault.start:g} s on; with the estimates as "
-                f"they are |F_s| reaches {force[after].max():.0f} N and the arm is up to {off:.0f}° off"
-            )
+        alike.setdefault((fault.kind, fault.start), []).append(fault.limb + 1)
+    texts = []
+    for (kind, start), limbs in alike.items():
+        if (tracking.times >= start).any():
+            every = len(limbs) == tracking.run.plant.count > 1
+            who = "all drives" if every else ", ".join(_name(tracking, limb) for limb in limbs)
+            texts.append(f"{who}: {kind} from {start:g} s on; {_worst(tracking, lambda times, t=start: times >= t)}")
     return texts
+
+
+def _worst(tracking: Tracking, when: Callable[[FloatArray], FloatArray]) -> str:
+    """Greatest |F_s| and error in some of the time, beside those of the run without faults."""
+    found = []
+    for each in (tracking, tracking.without_faults):
+        at = np.zeros(0, dtype=bool) if each is None else when(each.times)
+        if each is not None and at.any():
+            force = np.linalg.norm(each.shoulder_force[at], axis=1).max()
+            found.append((f"{force:.0f} N", f"{np.degrees(each.error[at].max()):.0f}°"))
+    force, off = found[0]
+    beside = f" (without it {found[1][0]} and {found[1][1]})" if len(found) > 1 else ""
+    return f"with the estimates as they are |F_s| reaches {force} and the arm is up to {off} off{beside}"
 
 
 def _beyond_motion(tracking: Tracking) -> list[str]:
@@ -233,12 +247,14 @@ def _sensor(tracking: Tracking) -> list[str]:
     if imu is None or not imu.lost:
         return []
     lost = [f"{start:g} to {end:g} s" for start, end in imu.lost]
-    # A reading that is due now was taken before the delay.
-    at = np.array([imu.is_lost(t - imu.delay) for t in tracking.times])
-    force = np.linalg.norm(tracking.shoulder_force, axis=1)
-    peak = f"{force[at].max():.0f}" if at.any() else "no"
-    reached = f"|F_s| reaches {peak} N while the controller has no reading"
-    return [f"the inertial sensor is lost from {', '.join(lost)}; {reached}"]
+
+    def unread(times: FloatArray) -> FloatArray:
+        # A reading that is due now was taken before the delay.
+        return np.array([imu.is_lost(t - imu.delay) for t in times], dtype=bool)
+
+    if not unread(tracking.times).any():
+        return [f"the inertial sensor is lost from {', '.join(lost)}; no sample of the run is then"]
+    return [f"the inertial sensor is lost from {', '.join(lost)}; {_worst(tracking, unread)}"]
 
 
 def _often(tracking: Tracking, happens: np.ndarray, least: float, text: str) -> list[str]:

@@ -151,7 +151,7 @@ class Winch(MotorParameters):
         return (self.rotor_inertia * self.gear_ratio**2 + self.drum_inertia) / self.drum_radius**2
 
     def series_stiffness(self, longest: float) -> float:
-        """See :meth:`MotorParameters.series_stiffness`.
+        """See ``MotorParameters.series_stiffness``.
 
         Parameters
         ----------
@@ -206,7 +206,7 @@ class LinearActuator(MotorParameters):
         return (self.rotor_inertia + self.screw_inertia) * (2.0 * np.pi / self.lead) ** 2
 
     def series_stiffness(self, longest: float) -> float:
-        """See :meth:`MotorParameters.series_stiffness`.
+        """See ``MotorParameters.series_stiffness``.
 
         Parameters
         ----------

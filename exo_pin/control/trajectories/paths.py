@@ -68,7 +68,7 @@ class Turn(Trajectory):
     duration : float
         s.
     law : {"minimum_jerk", "constant_speed"}
-        s(t), see :func:`progress`.
+        s(t), see ``progress``.
     title : str
         What it is.
 

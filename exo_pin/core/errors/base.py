@@ -51,7 +51,7 @@ def echo(value: object) -> str:
 class ExoPinError(Exception):
     """Base of every error that exo_pin raises on purpose.
 
-    Its message is :func:`shown`; the attributes hold the whole evidence.
+    Its message is ``shown``; the attributes hold the whole evidence.
 
     Errors survive pickling, so they reach the parent of a process pool: same class, message and attributes. Python
     would call ``__init__`` with the message alone, which takes other arguments here, and a process pool waits for

@@ -19,7 +19,7 @@ class SoftLink:
     """A spring of six freedoms between a link of the device and the joint that carries it.
 
     It stands for the joint's bearings and for the link's own bending and twist, as they are seen at the point of the
-    spring; see :meth:`exo_pin.design.Interface`.
+    spring; see :class:`exo_pin.Interface`.
 
     Attributes
     ----------

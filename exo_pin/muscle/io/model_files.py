@@ -50,7 +50,7 @@ def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapp
     Parameters
     ----------
     model : StaticModel
-        As in :func:`parameter_content`.
+        As in ``parameter_content``.
     path : path
         File to write; it is written whole or not at all.
     **extra : mapping
@@ -59,7 +59,7 @@ def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapp
     Raises
     ------
     InvalidInput
-        As in :func:`parameter_content`.
+        As in ``parameter_content``.
 
     Examples
     --------

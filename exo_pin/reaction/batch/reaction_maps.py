@@ -68,7 +68,7 @@ class ReactionMap(Result, ReadOnly):
         Shape (...): whether it depends on a limit that is not known, or not asked for, if the pose can be held, or
         no equilibrium was found.
     margin : ndarray or None
-        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
+        Shape (...): dimensionless distance from the singular surface (see ``exo_pin.wrist.limbs.Limbs``).
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str

@@ -69,9 +69,9 @@ def optimise(
     exo : ShoulderExo
         The device to start from, of any kind: of a wrist number of limbs, families of actuators and their forces, arm.
     variables : mapping of str to (float, float)
-        Bounds by name, as sweeps name parameters; see :class:`.DesignVariables` and, of wrists, :func:`free_joints`.
+        Bounds by name, as sweeps name parameters; see :class:`.DesignVariables` and, of wrists, :func:`.free_joints`.
     poses : Rotation or SearchPoses, optional
-        Where designs are judged during the search; :func:`lifting_poses` of the design's side if left out.
+        Where designs are judged during the search; :func:`.lifting_poses` of the design's side if left out.
     objectives : str or iterable of str
         Of :data:`exo_pin.workspace.optimisation.OBJECTIVES`. "weakest_rate" is the rate of the drives that 99 % of the
         poses inside exceed, m/rad or rad/rad (``least_rate`` of the constraints demands one in every pose). With

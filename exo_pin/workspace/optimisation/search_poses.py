@@ -267,7 +267,7 @@ def lifting_poses(
     counts: tuple[int, int, int] = (7, 6, 6),
     lifting_weight: float = 0.3,
 ) -> SearchPoses:
-    """A coarse grid of a box of shoulder angles, and :func:`lifting_lines` in steps of 10°.
+    """A coarse grid of a box of shoulder angles, and ``lifting_lines`` in steps of 10°.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ class Singularity(Result):
         Of the matrix of rows b_i × s_i, shape (...), m: moment per limb force in the worst direction.
     margin : ndarray
         Shape (...), 0 in a singular pose to 1 where limbs make all moments with the same ease: the root of the harmonic
-        over the arithmetic mean of the squared singular values of these rows, :func:`.margin_of_values`.
+        over the arithmetic mean of the squared singular values of these rows, ``margin_of_values``.
     amplification : ndarray
         Its inverse, shape (...), 1/m: limb force (root of sum of squares) per moment in the worst direction.
     condition : ndarray

@@ -161,11 +161,11 @@ def test_air_ahead_is_that_of_the_tensions_under_the_load():
             assert np.abs(controller._needed_flows(at) - flows[0]).max() > 0.1 * np.abs(flows[0]).max()
 
 
-def held_while_a_limb_tears(beyond, faults=True):
+def held_while_a_limb_tears(beyond, faults=True, lower_in=np.inf):
     """The opening design in a pose that its others hold without limb 1, which tears after 0.3 s."""
     exo = ep.load("four-linear-actuators-worn")
     hold = Turn(exo.pose(60, 20, 10), np.array([0.0, 0.0, 1e-9]), 0.3)
-    gains = replace(gains_for(exo.mechanism), lost_beyond=beyond)
+    gains = replace(gains_for(exo.mechanism), lost_beyond=beyond, lower_in=lower_in)
     torn = (ep.Fault("torn", limb=0, start=0.3),) if faults else ()
     return Experiment(
         "torn", "torn", exo.mechanism, hold, "model", options_for(exo.mechanism), 3.0, feedback=gains, faults=torn
@@ -177,6 +177,21 @@ def test_others_take_the_load_of_a_torn_limb():
     assert alone[-1] > 15.0
     assert shared[-1] < 4.0
     assert shared.max() < 0.5 * alone.max()
+
+
+@pytest.mark.full
+def test_the_others_let_the_arm_down_with_no_more_than_they_needed():
+    shared, down = (held_while_a_limb_tears(0.01, lower_in=seconds) for seconds in (np.inf, 1.5))
+    assert (
+        np.degrees(down.run.rotations[-1].magnitude()) < 2.0 < 50.0 < np.degrees(shared.run.rotations[-1].magnitude())
+    )
+    # On the way lie poses in which 600 N a limb would press the joint with over a kilonewton.
+    assert np.linalg.norm(down.shoulder_force, axis=1).max() < 500.0
+    after, whole = shared.times >= 0.3, held_while_a_limb_tears(0.01, faults=False)
+    force = [np.linalg.norm(each, axis=1).max() for each in (shared.shoulder_force[after], whole.shoulder_force[30:])]
+    (said,) = (text for text in shared.findings if "torn" in text)
+    assert f"|F_s| reaches {force[0]:.0f} N" in said
+    assert f"(without it {force[1]:.0f} N and 0°)" in said
 
 
 @pytest.mark.full
@@ -200,7 +215,7 @@ def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():
 
 
 @pytest.mark.parametrize(
-    "gains", [{"stiffness": -1.0}, {"damping": np.nan}, {"integral_time": 0.0}, {"lost_beyond": 0.0}]
+    "gains", [{"stiffness": -1.0}, {"damping": np.nan}, {"integral_time": 0.0}, {"lost_beyond": 0.0}, {"lower_in": 0.0}]
 )
 def test_bad_input_is_refused(gains):
     with pytest.raises(InvalidInput):

@@ -133,7 +133,6 @@ def test_planted_mistakes_are_named_and_genuine_sets_pass(capsys, monkeypatch):
     out = capsys.readouterr().out
     assert "25 of 25 refused or named at both doors; planted cause first in 25 of 25" in out
     assert "0 false alarms" in out
-    assert out.split("\n\n")[0] in (DOCS / "evidence" / "planted_mistakes.md").read_text()
 
 
 @pytest.mark.full
@@ -144,4 +143,4 @@ def test_regions_lose_no_good_states(capsys, monkeypatch):
     lost, good = map(int, re.search(r"lost (\d+) of (\d+) good", out).groups())
     assert good > 10_000
     assert lost <= 0.005 * good
-    assert out.split("\n\n")[0] in (DOCS / "evidence" / "muscle_identification.md").read_text()
+    assert out.split("\n\n")[0] in (DOCS / "evidence" / "measured_data.md").read_text()

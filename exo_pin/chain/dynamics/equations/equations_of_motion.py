@@ -273,7 +273,7 @@ def equations_of_motion(
     q, v, a : ndarray
         Shapes (nq,), (nv,), (nv,), checked; None counts as zero.
     external : mapping, optional
-        As for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
+        As for :meth:`exo_pin.ClosedChain.inverse_dynamics`.
     check_closed : bool
         Whether to raise if the loops are open or the motion opens them.
 

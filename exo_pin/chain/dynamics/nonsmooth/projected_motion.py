@@ -47,7 +47,7 @@ class Applied(NamedTuple):
     efforts : ndarray
         Shape (nv,), N and N m.
     external : mapping or None
-        Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
+        Wrenches on frames, as for :meth:`exo_pin.ClosedChain.inverse_dynamics`.
     """
 
     efforts: FloatArray

@@ -162,7 +162,7 @@ def read_sdf(
     right_angle_tolerance : float
         Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
     leave_out : iterable of str
-        As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
+        As for :meth:`exo_pin.ClosedChain.from_urdf`.
     first_joint : str, optional
         A joint that is part of the tree, whatever the others are, and closes no loop, as the shoulder's of a device.
     closing : collection of str

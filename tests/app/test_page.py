@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from app_window import AppWindow, served
+from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin.app.asked import Asked
@@ -21,6 +22,7 @@ from exo_pin.view import find_browser
 
 pytestmark = pytest.mark.full
 WIDE, NARROW = (1280, 900), (420, 860)
+LIFT = REPOSITORY / "examples" / "lift.csv"
 VERDICT, SLIDER = ".verdict b", "[role=slider][aria-label^={}] [tabindex='0']"
 
 
@@ -166,6 +168,31 @@ def test_two_designs_stand_side_by_side(window):
         window.resize(WIDE)
         window.choose("Beside it", "nothing")
         window.wait_for("document.querySelectorAll('.verdict').length === 1")
+
+
+def test_a_recorded_movement_is_played_and_scrubbed(window):
+    movement = ep.read_movement(LIFT)
+    exo = Asked().exo
+    largest = exo.follow(movement)
+    with served() as url:
+        window.open(url)
+        window.give(".pose input[type=file]", LIFT)
+        window.wait_for(f"document.querySelector('.words').innerText.includes('{largest.peak:.1f} N')")
+        window.click(".strip button")
+        window.wait_for("document.querySelector('.clock').innerText === '4.00 of 4.00 s'")
+        keep(window, "played")
+        window.focus(SLIDER.format("Time"))
+        window.press("ArrowLeft", 200)
+        window.settled("document.querySelector('.clock').innerText === '2.00 of 4.00 s'")
+        window.settled("document.querySelector('.call').innerText.includes('ep.Motion')")
+        own = movement.motion
+        motion = ep.Motion(own.angular_velocity[100], own.angular_acceleration[100])
+        size = float(exo.reaction(movement.poses[100], motion).magnitude)
+        window.wait_for(f"document.querySelector('.figures').innerText.includes('{size:.0f}')")
+        keep(window, "scrubbed")
+        window.focus(SLIDER.format("Flexion"))
+        window.press("ArrowRight")
+        window.settled("!document.querySelector('.call').innerText.includes('ep.Motion')")
 
 
 def test_the_hand_is_dragged_in_the_picture(window):

@@ -156,6 +156,10 @@ class FeedbackGains:
         Whether valves also pass the air that the reference is going to need.
     weight_share : float
         Share of the arm's weight that the device carries, 0 to 1; the wearer carries the rest.
+    dead_zone : float
+        Angle from the reference within which the spring does nothing, rad.
+    forgetting_time : float
+        In which the integral fades, s; infinite for never.
     fault_aware : bool
         Whether drives whose electronics report a fault (:attr:`.Measurement.faulty`) count as lost, so that the others
         take their load.
@@ -184,12 +188,16 @@ class FeedbackGains:
     lower_in: float = np.inf
     fault_aware: bool = False
     weight_share: float = 1.0
+    dead_zone: float = 0.0
+    forgetting_time: float = np.inf
 
     def __post_init__(self) -> None:
-        set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", "weight_share", zero=True)
+        set_positive(
+            self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", "weight_share", "dead_zone", zero=True
+        )
         if self.weight_share > 1.0:
             raise InvalidInput(f"expected weight_share from 0 to 1, got {self.weight_share:g}")
-        for name in ("integral_time", "lost_beyond", "lower_in"):
+        for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
         for name in ("air_ahead", "fault_aware"):
@@ -303,6 +311,7 @@ class ModelController:
         else:
             pose, velocity = measurement.orientation, measurement.angular_velocity
             error = (wanted.orientation * pose.inv()).as_rotvec()
+            error *= max(0.0, 1.0 - self.gains.dead_zone / max(float(np.linalg.norm(error)), 1e-12))
         g, tables = self.gains, self.plant.tables
         lengths = self.plans.lengths(pose)
         if not getattr(measurement, "lost", False):
@@ -317,7 +326,8 @@ class ModelController:
             share = np.abs(self.planned.tensions[~self.lost]) / np.maximum(most[~self.lost], 1e-9)
             self._down = t, Turn(pose, -pose.as_rotvec(), g.lower_in), float(share.max(initial=0.0))
         spring = g.stiffness * self._shared(error, pose)
-        self._integral += self._interval / g.integral_time * (spring + self.planned.missing_moment)
+        gain = (spring + self.planned.missing_moment) / g.integral_time - self._integral / g.forgetting_time
+        self._integral += self._interval * gain
         flows = self._needed_flows(t)
         commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:

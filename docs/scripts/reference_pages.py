@@ -90,7 +90,8 @@ def write_api(folder: Path) -> None:
         for module in (each for each in modules if each in found):
             names = ", ".join(_link(path, path.rpartition(".")[2]) for path, _ in found[module])
             lines.append(f"| [{module}]({module}.md): {_cell(ROOMS[module])} | {names} |")
-    lines += ["", "```{toctree}", ":hidden:", "", *found, "```"]
+    shown = [module for modules in TASKS.values() for module in modules if module in found]
+    lines += ["", "```{toctree}", ":hidden:", "", *shown, "```"]
     (folder / "index.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

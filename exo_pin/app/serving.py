@@ -99,7 +99,15 @@ def _application(asked: Asked, token: str) -> Guard:
         else:
             await feed.serve(websocket)
 
+    async def live(websocket: Any) -> None:
+        for visit in visits:
+            if secrets.compare_digest(visit.live.key.encode(), websocket.path_params["key"].encode()):
+                await visit.live.serve(websocket)
+                return
+        await websocket.close(1008)
+
     nicegui.app.routes.append(routing.WebSocketRoute("/scene/{key}/socket", scene))
+    nicegui.app.routes.append(routing.WebSocketRoute("/live/{key}", live))
     outer = fastapi.FastAPI(openapi_url=None)
     nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False, reconnect_timeout=_AWAY)
     return Guard(outer, token)

@@ -23,7 +23,7 @@ from ..asked import Asked, has_muscles
 from ..force_history import history, plot_of
 from ..guard import LARGEST
 from ..pose_map import workers
-from .widgets import Slider
+from .widgets import Slider, reveal
 
 __all__: list[str] = []
 
@@ -95,7 +95,7 @@ class Player(OneProcess):
         self._times = movement.times - movement.times[0]
         self._title.set_text(name)
         self._slider.props(f":max={self._times[-1]:g}")
-        self._strip.set_visibility(True)
+        reveal(self._strip)
         self._scrub(0.0)
 
     def ask(self, *asked: Asked) -> None:

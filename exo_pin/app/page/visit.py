@@ -26,6 +26,7 @@ from ..files import LARGEST_DESIGN, PageFiles
 from ..following import Following, Shown
 from ..searching import Found, Search
 from .answer_view import AnswerView
+from .live_input import LiveInput
 from .playing import Player
 from .scene_feed import SceneFeed
 from .widgets import Slider, card, choice, tag
@@ -62,6 +63,7 @@ class Visit(OneProcess):
         self._search, self._best = Search(self._send_found), dict[str, float]()
         self._files, self._sliders = PageFiles(), dict[str, Any]()
         self._player = Player(self._move, self._files.keep)
+        self.live = LiveInput(self._move, lambda: self._asked.side)
         self._build()
         self.change()
 
@@ -76,6 +78,7 @@ class Visit(OneProcess):
         self._files.close()
         self._search.stop()
         self._player.close()
+        self.live.close()
         for view in self._views:
             view.close()
 
@@ -157,6 +160,11 @@ class Visit(OneProcess):
         for name in ANGLES.keys() & fields.keys():
             self._sliders[name].value = round(fields[name], 1)
 
+    async def _follow_sensors(self) -> None:
+        self._player.leave()
+        here = await ui.run_javascript("location.href.replace(/^http/, 'ws').replace(/[?#].*/, '')")
+        await self.live.start(f"{here}live/{self.live.key}")
+
     def _turn(self, name: str, angle: float) -> None:
         """Follow a slider of the pose."""
         self._player.pause()
@@ -177,6 +185,7 @@ class Visit(OneProcess):
                 button.on_click(partial(self._give, button, make))
         with ui.element("main").classes("board") as self._board:
             self._player.build()
+            self.live.build()
             with ui.element("div").classes("column controls"):
                 self._build_device()
                 self._build_pose()
@@ -311,6 +320,7 @@ class Visit(OneProcess):
             for name, (low, high) in ANGLES.items():
                 words, value = f"{name.replace('_', ' ').capitalize()}, °", getattr(self._asked, name)
                 self._sliders[name] = self._build_slider(words, name, low, high, value, 1.0, self._turn)
+            ui.button("Follow sensors", on_click=self._follow_sensors).props("outline dense no-caps").classes("sensors")
             self._player.build_upload()
 
     def _build_slider(

@@ -29,6 +29,12 @@ def choice(label: str, options: dict[str, str], value: str, change: Callable[[st
     return made.props("dense outlined options-dense")
 
 
+def reveal(strip: Any) -> None:
+    """Show a part of the page, and scroll to it."""
+    strip.set_visibility(True)
+    ui.run_javascript(f"getHtmlElement({strip.id}).scrollIntoView({{block: 'nearest'}})")
+
+
 class Slider(ui.slider):
     """A slider that leads: what the server has heard of it so far does not put it back while keys move it on."""
 

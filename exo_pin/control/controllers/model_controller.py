@@ -160,6 +160,9 @@ class FeedbackGains:
         Angle from the reference within which the spring does nothing, rad.
     forgetting_time : float
         In which the integral fades, s; infinite for never.
+    compliant : bool
+        Whether the loop on the drives' own lengths follows the arm, which then gives way as the spring says; else it
+        holds the reference's lengths, and is stiffer by far. Dry friction of the drives is then not compensated.
     fault_aware : bool
         Whether drives whose electronics report a fault (:attr:`.Measurement.faulty`) count as lost, so that the others
         take their load.
@@ -190,6 +193,7 @@ class FeedbackGains:
     weight_share: float = 1.0
     dead_zone: float = 0.0
     forgetting_time: float = np.inf
+    compliant: bool = False
 
     def __post_init__(self) -> None:
         set_positive(
@@ -200,7 +204,7 @@ class FeedbackGains:
         for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
-        for name in ("air_ahead", "fault_aware"):
+        for name in ("air_ahead", "fault_aware", "compliant"):
             if not isinstance(getattr(self, name), bool | np.bool_):
                 raise InvalidInput(f"expected {name} as True or False, got {echo(getattr(self, name))}")
 
@@ -331,9 +335,10 @@ class ModelController:
         flows = self._needed_flows(t)
         commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:
-            motion = self.plans.motion(wanted)
+            followed = ReferenceState(pose, velocity, wanted.angular_acceleration) if g.compliant else wanted
+            rubbing = not g.compliant and (self.reference is not None or self._down is not None)
             commands[self._motors.motors] = self._motors.commands(
-                self.planned.tensions, motion, measurement, self.reference is not None or self._down is not None
+                self.planned.tensions, self.plans.motion(followed), measurement, rubbing
             )
             # What a lost drive measures counts no more, neither for its own force.
             commands[self._motors.motors] *= ~self.lost[self._motors.motors]

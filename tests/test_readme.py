@@ -24,8 +24,8 @@ from exo_pin.thesis.all_rows import printed_index, summary
 
 #: Pages whose code blocks have no test of their own.
 OTHERS = (
-    "checks", "compiling", "devices", "elastic", "limits", "many_machines", "measured_motion", "movement", "muscles",
-    "positioning", "recordings", "start", "uncertainty", "view", "wearer", "workspace",
+    "compiling", "devices", "elastic", "limits", "many_machines", "movement", "muscles", "recordings", "start",
+    "uncertainty", "view", "wearer", "workspace",
 )  # fmt: skip
 
 
@@ -185,8 +185,7 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     ends = [chain.placement(caught.value.q, end).translation for end in ("rocker_end", "coupler_end")]
     gaps = [np.linalg.norm(ends[1] - each) for each in (ends[0], names["point"].translation)]
     assert gaps == pytest.approx([0.5 * (0.2 - np.hypot(0.1, 0.15))] * 2, rel=1e-3)
-    # What the page of common questions says of drift, the sign of λ and Pinocchio's readers.
-    run_code_of("loops", monkeypatch, tmp_path, names)
+    # What the page says of drift, the sign of λ and Pinocchio's readers.
     assert 0.07 < np.abs(chain.residual(names["loose"])).max() < 0.09
     assert max(np.abs(chain.residual(each)).max() for each in names["kept"].q) < 2e-12
     assert np.abs(names["weight"] - np.cross(names["lever"], names["pin_force"]))[1] < 1e-12
@@ -202,7 +201,7 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
-@pytest.mark.parametrize("page", ["equilibrium", "frames", "singularity"])
+@pytest.mark.parametrize("page", ["equilibrium", "frames", "positioning", "singularity"])
 def test_code_of_short_pages_prints_what_they_show(monkeypatch, capsys, tmp_path, page):
     run_code_of(page, monkeypatch, tmp_path)
     assert_same("\n".join(re.findall(OUTPUT, site_page(page), re.DOTALL)), capsys.readouterr().out.rstrip())
@@ -252,7 +251,6 @@ def test_every_page_with_code_is_run():
         "equilibrium",
         "frames",
         "hand_off",
-        "loops",
         "own_design",
         "which_number",
     }
@@ -261,6 +259,7 @@ def test_every_page_with_code_is_run():
         "live",
         "report",
         "plant",
+        "positioning",
         "robot_torques",
         "robot_with_loops",
         "service",
@@ -308,7 +307,7 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     assert capsys.readouterr().out.startswith(model.verdict)
     assert (tmp_path / "run.csv").stat().st_size > 100_000
     page = site_page("machine_in_motion")
-    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n\| \| model \|(.*)\n", page)
+    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n.*\n\| \| model \|(.*)\n", page)
     for row, tracking in zip(found.groups(), (ep.experiment("held-abduction").run(), model), strict=True):
         shown = [float(value) for value in re.findall(r"\d+\.?\d*", row)]
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")

@@ -1,4 +1,5 @@
 from .controllers.interaction import AdmittanceController as AdmittanceController
+from .controllers.interaction import assist_as_needed as assist_as_needed
 from .controllers.interaction import gravity_compensation as gravity_compensation
 from .controllers.interaction import impedance as impedance
 from .controllers.model_controller import FeedbackGains as FeedbackGains
@@ -44,6 +45,8 @@ from .plant.run import Run as Run
 from .plant.state import Controller as Controller
 from .plant.state import Measurement as Measurement
 from .plant.state import PlantState as PlantState
+from .sensors import SensorError as SensorError
+from .sensors import Sensors as Sensors
 from .trajectories.paths import DAILY_TASKS as DAILY_TASKS
 from .trajectories.paths import AnglePath as AnglePath
 from .trajectories.paths import Turn as Turn

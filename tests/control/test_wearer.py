@@ -157,6 +157,30 @@ def test_gravity_compensation_leaves_the_arm_where_it_is_and_a_share_of_the_weig
 
 
 @pytest.mark.full
+def test_assistance_as_needed_gives_what_lacks_and_forgets_it():
+    exo = ep.load(SERIAL)
+    pose = exo.pose(30.0, 20.0)
+    tables = ep.Plant(exo).tables
+
+    def end(lacking):
+        """Turn from the reference of an arm whose person carries the weight but for a moment, rad."""
+
+        def person(t, arm):
+            return -np.cross(arm.matrix @ tables.centre, tables.mass * tables.gravity) - lacking
+
+        plant = ep.Plant(exo, GEARED, wearer=person)
+        controller = control.assist_as_needed(plant, still(pose), 40.0, 12.0, 0.05, 0.5, 1.0)
+        run = plant.simulate(controller, 6.0, plant.state(pose), rtol=1e-6)
+        return (run.rotations[-1] * pose.inv()).as_rotvec()
+
+    lacking = np.array([0.0, 6.0, 0.0])
+    turned = end(lacking)
+    assert np.linalg.norm(turned) == pytest.approx(0.05 + 6.0 / (40.0 * 3.0), rel=0.05)
+    assert turned @ lacking < 0.0
+    assert np.linalg.norm(end(np.zeros(3))) < 0.05
+
+
+@pytest.mark.full
 def test_admittance_gives_way_by_its_own_spring():
     exo = ep.load(SERIAL)
     pose, couple = exo.pose(30.0, 20.0), np.array([0.0, 3.0, 0.0])

@@ -252,7 +252,10 @@ def _moved(folder):
     wearer[-1].torso.at(0.0, np.zeros(3))
     start = plant.held(raised, serial.reaction(raised).actuator_forces)
     for controller in (control.gravity_compensation(plant), control.AdmittanceController(plant, still, 0.5, 3.0, 5.0)):
-        plant.simulate(controller, 0.03, start)
+        sensors = control.Sensors(
+            [control.SensorError("lengths", 1e-4, lost=((0.01, 0.02),)), control.SensorError("orientation")]
+        )
+        plant.simulate(controller, 0.03, start, sensor=sensors)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
     if importlib.util.find_spec("gymnasium") is not None:

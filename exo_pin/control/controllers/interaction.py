@@ -6,7 +6,15 @@
 
     M = K log(R_r Rᵀ) + D (ω_r - ω), beside the moments of weight and of the reference's motion
 
-Both are :class:`.ModelController` with other gains.
+**Assist-as-needed.** The spring acts beyond a dead zone ε about the reference, the person carries the weight, and a
+moment a learns what the person lacks and forgets it, so that a person who follows alone gets nothing:
+
+    M = K e + D (ω_r - ω) + a,    a' = K e/T_i - a/T_f,    e = log(R_r Rᵀ) less ε
+
+A person who lacks the moment d is held ε + d/(K (1 + T_f/T_i)) off.
+
+All three are :class:`.ModelController` with other gains. Sources of the third: Emken, Benitez, Reinkensmeyer, J.
+NeuroEng. Rehabil. 4:8 (2007), forgetting factor and error weighting; Wolbrecht and others, IEEE TNSRE 16 (2008) 286.
 
 **Admittance.** A virtual body follows the reference and gives way to what the person does,
 
@@ -104,6 +112,52 @@ def impedance(
     30.0
     """
     gains = FeedbackGains(stiffness=stiffness, damping=damping, integral_time=np.inf, fault_aware=fault_aware)
+    return ModelController(plant, reference, gains, rate)
+
+
+@checked
+def assist_as_needed(
+    plant: Plant,
+    reference: Callable[[float], Any],
+    stiffness: float,
+    damping: float,
+    dead_zone: float = 0.05,
+    integral_time: float = 0.5,
+    forgetting_time: float = 2.0,
+    rate: float = 100.0,
+) -> ModelController:
+    """A controller that gives the person what is lacking, and no more; see the module.
+
+    Parameters
+    ----------
+    plant : Plant
+        What the controller takes for true.
+    reference : callable
+        As for :class:`.ModelController`.
+    stiffness, damping : float
+        K and D, N m/rad and N m s/rad.
+    dead_zone : float
+        ε, rad.
+    integral_time, forgetting_time : float
+        T_i and T_f, s.
+    rate : float
+        Hz.
+
+    Returns
+    -------
+    ModelController
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> plant = ep.Plant(ep.load("four-cables"))
+    >>> control.assist_as_needed(plant, control.flexion(), 30.0, 5.0).gains.weight_share  # the person's part
+    0.0
+    """
+    gains = FeedbackGains(
+        stiffness=stiffness, damping=damping, integral_time=integral_time, weight_share=0.0, dead_zone=dead_zone,
+        forgetting_time=forgetting_time,
+    )  # fmt: skip
     return ModelController(plant, reference, gains, rate)
 
 

@@ -159,6 +159,10 @@ class FeedbackGains:
         Whether valves also pass the air that the reference is going to need.
     weight_share : float
         Share of the arm's weight that the device carries, 0 to 1; the wearer carries the rest.
+    dead_zone : float
+        Angle from the reference within which the spring does nothing, rad.
+    forgetting_time : float
+        In which the integral fades, s; infinite for never.
     fault_aware : bool
         Whether drives whose electronics report a fault (:attr:`.Measurement.faulty`) count as lost, so that the others
         take their load.
@@ -187,12 +191,16 @@ class FeedbackGains:
     lower_in: float = np.inf
     fault_aware: bool = False
     weight_share: float = 1.0
+    dead_zone: float = 0.0
+    forgetting_time: float = np.inf
 
     def __post_init__(self) -> None:
-        set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", "weight_share", zero=True)
+        set_positive(
+            self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", "weight_share", "dead_zone", zero=True
+        )
         if self.weight_share > 1.0:
             raise InvalidInput(f"expected weight_share from 0 to 1, got {self.weight_share:g}")
-        for name in ("integral_time", "lost_beyond", "lower_in"):
+        for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
         for name in ("air_ahead", "fault_aware"):
@@ -308,6 +316,7 @@ class ModelController:
         else:
             pose, velocity = measurement.orientation, measurement.angular_velocity
             error = (wanted.orientation * pose.inv()).as_rotvec()
+            error *= max(0.0, 1.0 - self.gains.dead_zone / max(float(np.linalg.norm(error)), 1e-12))
         g, tables = self.gains, self.plant.tables
         lengths = self.plans.lengths(pose)
         if not getattr(measurement, "lost", False):
@@ -323,7 +332,7 @@ class ModelController:
             self._down = t, Turn(pose, -pose.as_rotvec(), g.lower_in), float(share.max(initial=0.0))
         # About the arm's own axis, too, with all of K: there dry friction of the drives is large beside the spring.
         pull = g.stiffness * error + self.planned.missing_moment
-        self._integral += self._interval / g.integral_time * pull
+        self._integral += self._interval * (pull / g.integral_time - self._integral / g.forgetting_time)
         flows = self._needed_flows(t)
         commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:

@@ -141,6 +141,25 @@ def test_a_controller_goes_on_with_its_own_memory(name, controller):
     assert_goes_on(plant, whole, [4, 13], simulate)
 
 
+@pytest.mark.full
+@pytest.mark.parametrize("name", control.experiments())
+def test_every_experiment_goes_on_where_it_was_cut(name):
+    experiment = ep.experiment(name)
+    plant = experiment.plant
+    kept = [None]
+
+    def simulate(duration, state):
+        sensor = None if experiment.imu is None else control.ImuSensor(experiment.imu, plant.contractions)
+        # Faults and readings that are lost begin at 3 s; what follows from them is not known earlier.
+        return plant.simulate(kept[0], duration, state, experiment.rate, sensor=sensor)
+
+    kept[0] = experiment.made_controller(plant)
+    whole = simulate(0.2, experiment.start(plant))
+    assert whole.status == "completed"
+    kept[0] = experiment.made_controller(plant)
+    assert_goes_on(plant, whole, [4, 13], simulate)
+
+
 def test_a_state_that_does_not_fit_is_refused():
     plant, start = made("four-cables", np.random.default_rng(7))
     run = plant.simulate(waves(7, 4), 0.02, start)

@@ -180,7 +180,8 @@ def main():
         "URDF": survey(given.folder, (".urdf",), "<robot", plain_model, ClosedChain.from_urdf, is_same),
         "SDF": survey(given.folder, (".sdf", ".world"), "<sdf", is_whole, ClosedChain.from_sdf),
     }
-    versions = {"MJCF": f" (MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__})"}
+    mark = f"<!-- measured: mujoco {mujoco.__version__}, pin {pin.__version__} -->"
+    versions = {"MJCF": f" (MuJoCo {mujoco.__version__}, Pinocchio {pin.__version__}) {mark}"}
     for kind, tables in found.items():
         if tables:
             text = f"{kind}{versions.get(kind, '')}: {tables}"

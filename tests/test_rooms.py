@@ -15,7 +15,7 @@ FOLDER = Path(exo_pin.__file__).parent
 ORDER = (
     "core", "numerics", "design", "muscle", "load_case", "chain", "wrist", "wrist_chain", "device", "reaction",
     "uncertainty", "person", "consistency", "thesis", "study", "workspace", "calibration", "control", "view", "report",
-    "exo", "app", "service", "testing", "cli",
+    "exo", "service", "app", "testing", "cli",
 )  # fmt: skip
 #: Rooms that stand before another one and are still none of its business.
 APART = {"chain": {"design", "muscle", "load_case"}, "wrist": {"chain"}}

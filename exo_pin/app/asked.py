@@ -18,10 +18,15 @@ from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.pose_report import PoseReport, report_on_pose
 from ..exo.shoulder_exo import ShoulderExo
+from ..load_case import Motion
 from ..person import Person
 from ..view.scene.panels import ANGLES
 
 __all__: list[str] = []
+
+_STILL = (0.0, 0.0, 0.0)
+#: Fields of an arm at rest.
+AT_REST: dict[str, Any] = {"angular_velocity": _STILL, "angular_acceleration": _STILL}
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,8 @@ class Asked(Record):
         Girth of the upper arm (0 for that of the person's size) and thickness of clothing, mm.
     flexion, abduction, internal_rotation : float
         The pose, degrees.
+    angular_velocity, angular_acceleration : tuple of float
+        Of the arm, rad/s and rad/s², base frame.
     shown : str
         What the design's file is called where it came from; empty where ``design`` says it.
     """
@@ -68,6 +75,8 @@ class Asked(Record):
     flexion: float = 0.0
     abduction: float = 0.0
     internal_rotation: float = 0.0
+    angular_velocity: tuple[float, ...] = _STILL
+    angular_acceleration: tuple[float, ...] = _STILL
     shown: str = ""
 
     @property
@@ -83,7 +92,7 @@ class Asked(Record):
     @property
     def anywhere(self) -> Asked:
         """The same in the pose at rest: equal for all poses of a device on a person."""
-        return replace(self, flexion=0.0, abduction=0.0, internal_rotation=0.0)
+        return replace(self, flexion=0.0, abduction=0.0, internal_rotation=0.0, **AT_REST)
 
     @property
     def exo(self) -> ShoulderExo:
@@ -110,6 +119,12 @@ class Asked(Record):
         return self.exo.pose(*self.angles)
 
     @property
+    def motion(self) -> Motion | None:
+        """How the arm moves; None at rest."""
+        given = self.angular_velocity, self.angular_acceleration
+        return None if given == (_STILL, _STILL) else Motion(np.array(given[0]), np.array(given[1]))
+
+    @property
     def hand(self) -> FloatArray:
         """The end of the hand in the arm's frame, shape (3,), m."""
         person, bend = self.person, self.person.elbow_flexion
@@ -132,12 +147,12 @@ class Asked(Record):
     def report(self, moving: bool = False) -> PoseReport:
         """The answer; ``moving`` leaves out what can wait while the arm moves: remedy, and tension that is kept."""
         exo, person = self.exo, self.person if has_muscles() else None
-        answer = exo.reaction(self.pose)
+        answer = exo.reaction(self.pose, self.motion)
         if not moving:
             return report_on_pose(exo, answer, person, angles=self.angles)
         contact = None
         if person is not None:
-            contact = exo.joint_contact(self.pose, person, answer, outside="mark")
+            contact = exo.joint_contact(self.pose, person, answer, self.motion, outside="mark")
             contact = None if str(contact.status) == "outside" else contact
         return PoseReport(answer, None, contact)
 
@@ -145,7 +160,7 @@ class Asked(Record):
         """The same question in Python; what it prints begins with the verdict."""
         lines = ["import exo_pin as ep", "from exo_pin.exo.pose_report import report_on_pose", ""]
         said = "".join(f", {name}={value!r}" for name, value in _options(self).items())
-        angles = ", ".join(f"{angle:g}" for angle in self.angles)
+        angles = ", ".join(f"{angle:.9g}" for angle in self.angles)
         lines += [
             f'person = ep.Person({self.height:g}, {self.mass:g}, "{self.sex}"{said})',
             f'exo = ep.load("{self.shown or self.design}", side="{self.side}")',
@@ -153,9 +168,12 @@ class Asked(Record):
         if self.changes:
             changed = ", ".join(f'"{name}": {value:.9g}' for name, value in self.changes)
             lines.append(f"exo = ep.ShoulderExo.from_device(exo.device.with_dimensions(**{{{changed}}}))")
+        moves = ""
+        if self.motion is not None:
+            moves = f", ep.Motion({[*self.angular_velocity]}, {[*self.angular_acceleration]})"
         lines += [
             "exo = exo.worn_by(person)",
-            f"answer = exo.reaction(exo.pose({angles}))",
+            f"answer = exo.reaction(exo.pose({angles}){moves})",
             f"print(report_on_pose(exo, answer, person, angles=({angles})))",
         ]
         return "\n".join(lines)

@@ -11,6 +11,7 @@ from ..core.errors import InvalidInput
 from ..core.files.atomic import write_bytes
 from ..core.records import OneProcess
 from .asked import Asked
+from .guard import LARGEST
 
 __all__: list[str] = []
 
@@ -36,13 +37,13 @@ class PageFiles(OneProcess):
         made.mkdir()
         return made
 
-    def keep_design(self, name: str, content: bytes) -> str:
-        """Path of a design file that was given, which is written under its own name within the folder."""
+    def keep(self, name: str, content: bytes, endings: tuple[str, ...] = (".toml",), most: int = LARGEST) -> str:
+        """Path of a file that was given, which is written under its own name within the folder."""
         own = Path(name.replace("\\", "/")).name
-        if not own.lower().endswith(".toml") or own.startswith("."):
-            raise InvalidInput(f"expected a design as a .toml file, got {own!r}")
-        if len(content) > LARGEST_DESIGN:
-            raise InvalidInput(f"expected a design of at most {LARGEST_DESIGN:,} bytes, got {len(content):,}")
+        if not own.lower().endswith(endings) or own.startswith("."):
+            raise InvalidInput(f"expected a {' or '.join(endings)} file, got {own!r}")
+        if len(content) > most:
+            raise InvalidInput(f"expected at most {most:,} bytes, got {len(content):,}")
         path = self._place() / own
         write_bytes(path, content)
         return str(path)

@@ -134,7 +134,7 @@ class Following(OneProcess):
                 scene, drawn = Scene(asked.exo, metres_per_newton=self._scale), None
             elif asked.anywhere != drawn.anywhere:
                 scene.replace_exo(asked.exo)
-            scene.show(asked.pose)
+            scene.show(asked.pose, motion=asked.motion)
             scene.offer(hand=asked.pose.apply(asked.hand))
             if drawn is None:
                 self._draw(place, scene)

@@ -103,7 +103,6 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked, top: float)
     ]  # fmt: skip
     held = [cell for cell in cells if cell[2] is not None]
     others = [[i, j, 0.0] for i, j, value in cells if value is None]
-    here = [(asked.flexion - FLEXIONS[0]) / _STEP, (asked.abduction - ABDUCTIONS[0]) / _STEP]
 
     def axis(name: str, values: list[float], gap: int) -> dict[str, Any]:
         return {
@@ -112,7 +111,6 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked, top: float)
         }  # fmt: skip
 
     series = {"type": "heatmap", "animation": False, "progressive": 0}
-    ring = {"type": "scatter", "symbolSize": 15, "silent": True, "animation": False, "z": 5}
     scale = {
         "type": "continuous", "min": 0, "max": top, "seriesIndex": 0, "orient": "horizontal",
         "left": "center", "top": 0, "itemHeight": 150, "text": [f"{top:g}", "|F_s|, N   0"],
@@ -128,7 +126,17 @@ def chart_of(columns: dict[float, list[float | None]], asked: Asked, top: float)
         "series": [
             series | {"name": "held", "data": held},
             series | {"name": "not held", "data": others, "itemStyle": {"color": _GREY}, "label": cross},
-            ring | {"data": [here], "itemStyle": {"color": "transparent", "borderColor": "#fff", "borderWidth": 5}},
-            ring | {"data": [here], "itemStyle": {"color": "transparent", "borderColor": "#000", "borderWidth": 2}},
+            *rings_at(asked),
         ],
     }
+
+
+def rings_at(asked: Asked) -> list[dict[str, Any]]:
+    """A ring at the pose, black on white, as series of the map's chart."""
+    here = [(asked.flexion - FLEXIONS[0]) / _STEP, (asked.abduction - ABDUCTIONS[0]) / _STEP]
+    looks = (("#fff", 5), ("#000", 2))
+    ring = {"type": "scatter", "data": [here], "symbolSize": 15, "silent": True, "animation": False, "z": 5}
+    return [
+        ring | {"id": colour, "itemStyle": {"color": "transparent", "borderColor": colour, "borderWidth": width}}
+        for colour, width in looks
+    ]

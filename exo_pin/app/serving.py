@@ -20,6 +20,8 @@ __all__ = ["serve_app"]
 
 #: Where the search for a free port starts, and how many are tried.
 FIRST_PORT, _PORTS = 7100, 100
+#: How long a page is kept for a browser that has lost its connection, s.
+_AWAY = 60.0
 #: Pages that are open at once.
 _MOST_PAGES = 8
 
@@ -66,7 +68,7 @@ def serve_app(
 def _application(asked: Asked, token: str) -> Guard:
     """Page, scenes and sockets behind a token."""
     nicegui, fastapi = optional("app", "nicegui"), optional("app", "fastapi")
-    from .page import Visit  # here, because its module needs the extra
+    from .page.visit import Visit  # here, because its module needs the extra
 
     visits: set[Visit] = set()
 
@@ -97,9 +99,17 @@ def _application(asked: Asked, token: str) -> Guard:
         else:
             await feed.serve(websocket)
 
+    async def live(websocket: Any) -> None:
+        for visit in visits:
+            if secrets.compare_digest(visit.live.key.encode(), websocket.path_params["key"].encode()):
+                await visit.live.serve(websocket)
+                return
+        await websocket.close(1008)
+
     nicegui.app.routes.append(routing.WebSocketRoute("/scene/{key}/socket", scene))
+    nicegui.app.routes.append(routing.WebSocketRoute("/live/{key}", live))
     outer = fastapi.FastAPI(openapi_url=None)
-    nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False)
+    nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False, reconnect_timeout=_AWAY)
     return Guard(outer, token)
 
 

@@ -212,7 +212,7 @@ class _Lines:
             return self._labelled("In the joint", f"{parts[0]}: {without_muscles()}")
         if bare.has_result:
             parts.append(f"{newtons(float(bare.magnitude))} N without")
-        rest = "at rest, " if contact.held else ""
+        rest = "at rest, " if contact.held and self.answer.case.motion is None else ""
         least = f" ({rest}least effort; people keep more tension)" if parts else ""
         text = f"{', '.join(parts)}{least}"
         lacking = [("with it", contact), ("without the device", bare)]

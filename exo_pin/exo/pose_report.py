@@ -325,7 +325,7 @@ def report_on_pose(
     exo : ShoulderExo
         The design, as the wearer carries it.
     answer : Reaction
-        Of a single pose at rest.
+        Of a single pose; in motion without what muscles keep and the nearest pose, which are questions of rest.
     person : Person, optional
         Whose muscles are counted.
     must_have_muscles : bool
@@ -336,17 +336,18 @@ def report_on_pose(
         Of the device's centre, mm, as it was asked for.
     """
     pose: Any = answer.case.poses
-    remedy = None
+    remedy, motion = None, answer.case.motion
     # A device that cannot hold the arm by itself in any pose has no better pose nearby; a configuration is of its pose.
-    if not answer.held and exo.device.holds_alone and isinstance(answer.case.posture, Mapping | None):
+    rests = motion is None
+    if rests and not answer.held and exo.device.holds_alone and isinstance(answer.case.posture, Mapping | None):
         with nullcontext() if answer.source.split.moves else one_search():
             remedy = exo.remedy(pose, **nearby_query(answer))
     contact, kept = None, {}
     if person is not None:
-        contact = exo.joint_contact(pose, person, answer, outside="mark", **loaded(answer, person))
+        contact = exo.joint_contact(pose, person, answer, motion, outside="mark", **loaded(answer, person))
         if not must_have_muscles and str(contact.status) == "outside":
             contact = None
-    if contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
+    if rests and contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
         assert person is not None
         kept = _kept(exo, answer, person)
     words = "" if angles is None else words_of_angles(angles)

@@ -10,9 +10,10 @@ from typing import Any, cast
 from starlette.routing import WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from .live_stream import LiveStream, opening_of
+from .live_stream import LiveStream
 from .options import ServiceOptions
 from .problems import problem
+from .sample_poses import opening_of
 from .samples import Opening
 from .workers import Workers
 

@@ -1,34 +1,22 @@
-"""Answers of a live stream, in the process that computes: a pose a sample, at rest, and whether arms move like this."""
+"""Answers of a live stream, in the process that computes: one a sample, at rest in its pose."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
-import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ..core.conventions import shoulder_rotation
 from ..core.errors import ExoPinError, InvalidInput
 from ..core.schema import document
 from ..core.validation import FloatArray, as_choice
 from ..exo.questions import doubted, understood
-from ..load_case.recordings.bodies import Bodies
-from ..load_case.recordings.plausibility import AS_NAMED, Reading, doubt, of_orientations
 from .problems import LOG, encoded, problem
+from .sample_poses import SamplePoses
 from .samples import Opening, Sample
 
 #: Questions that a stream may ask.
 STREAMED = ("reaction", "joint_contact")
-#: Samples among which the movement is looked at, how often, and the fewest.
-_WINDOW, _EVERY, _FEWEST = 1000, 100, 50
-#: By how many places numbers x, y, z, w are read on where they are in another order.
-_OTHER = {"w-first": -1, "w-last": 1}
-#: Samples of the still arm that count, and most that are kept; longest time of it, s.
-_STILL, _MOST_STILL, _LONGEST = 40, 20_000, 60.0
 
 
 @dataclass(frozen=True)
@@ -110,26 +98,13 @@ class LiveSession:
         asked = {"question": "reaction", **opening.open, "poses": {"flexion": 0.0}}
         self.name, self.exo, self._arguments = understood(asked, files=False)
         self._arguments.pop("poses")
-        self._sensors, self._reading = opening.sensors, opening.reading
-        if self._sensors is not None and not 0.0 < self._sensors.still <= _LONGEST:
-            raise InvalidInput(f"expected still of up to {_LONGEST:g} s, got {self._sensors.still:g}")
-        self._still: list[tuple[float, FloatArray, FloatArray]] = []
-        self._seen: deque[tuple[float, FloatArray]] = deque(maxlen=_WINDOW)
-        self._count, self._order = 0, ""
-        self._doubt: str | None = None
+        self._poses = SamplePoses(opening, self.exo.side)
 
     def answer(self, sample: Sample) -> dict[str, Any]:
         """What a sample's pose gives, by the names of :class:`LiveAnswer`."""
-        pose = self._pose(sample)
+        pose = self._poses.pose(sample)
         if pose is None:
-            assert self._sensors is not None
-            verdict = f"Hold the arm still, hanging, for {self._sensors.still:g} s: it shows how the sensors sit."
-            return _empty(verdict, "calibrating")
-        self._order = "w-first" if sample.quaternion_xyzw else "w-last" if sample.quaternion_wxyz else ""
-        if self._reading:
-            pose = self._readings(pose)[as_choice("reading", self._reading, self._readings(pose))]()
-        else:
-            self._look_at(sample.t, pose)
+            return _empty(self._poses.calibrating, "calibrating")
         found, cautions = doubted(lambda: getattr(self.exo, self.name)(pose, **self._arguments))
         body = _of_reaction(found) if self.name == "reaction" else _of_contact(found)
         return body | {
@@ -137,60 +112,8 @@ class LiveSession:
             "status": str(found.status),
             "magnitude": found.magnitude,
             "cautions": [*found.cautions, *cautions],
-            "doubt": self._doubt,
+            "doubt": self._poses.doubt,
         }
-
-    def _pose(self, sample: Sample) -> Rotation | None:
-        if self._sensors is not None:
-            return self._pose_of_sensors(sample)
-        quaternion, angles = sample.quaternion("quaternion"), sample.angles
-        if quaternion is not None and angles is None:
-            return Rotation.from_quat(quaternion)
-        if quaternion is None and angles is not None:
-            return shoulder_rotation(*angles, self.exo.side, degrees=True)
-        raise InvalidInput("expected quaternion_xyzw, quaternion_wxyz or angles in a sample")
-
-    def _pose_of_sensors(self, sample: Sample) -> Rotation | None:
-        """The arm against the trunk, as of a record of the still samples and this one; None while it is still."""
-        arm, trunk = sample.quaternion("arm"), sample.quaternion("trunk")
-        if arm is None or trunk is None:
-            raise InvalidInput("expected orientations of the sensors arm and trunk in a sample")
-        assert self._sensors is not None
-        row = (sample.t, trunk, arm)
-        if not self._still or sample.t - self._still[0][0] <= self._sensors.still:
-            if len(self._still) == _MOST_STILL:
-                raise InvalidInput(
-                    f"{_MOST_STILL} samples came within still, {self._sensors.still:g} s: t stands still"
-                )
-            self._still.append(row)
-            return None
-        step = max(1, len(self._still) // _STILL)
-        times, trunks, arms = (np.array(each) for each in zip(*self._still[::step], row, strict=True))
-        bodies = Bodies(arms, trunks, None, False, "the stream")
-        last = self._sensors.still
-        return bodies.poses(times, np.arange(len(times)), self.exo.side, self._sensors.forward, last).poses[-1]
-
-    def _readings(self, poses: Rotation) -> dict[str, Callable[[], Rotation]]:
-        """What samples may be in place of what they are called, by the names of recordings' readings."""
-        found = {AS_NAMED: lambda: poses, **of_orientations(poses, self.exo.side)}
-        if self._order:
-            # The same four numbers in the other order.
-            numbers = np.roll(poses.as_quat(), _OTHER[self._order], axis=-1)
-            found[self._order] = lambda: Rotation.from_quat(numbers)
-        return found
-
-    def _look_at(self, time: float, pose: Rotation) -> None:
-        """Look every second or so whether an arm moves like the last samples."""
-        self._seen.append((time, pose.as_quat()))
-        self._count += 1
-        if self._count % _EVERY or len(self._seen) < _FEWEST:
-            return
-        times, quaternions = (np.array(each) for each in zip(*self._seen, strict=True))
-        poses = Rotation.from_quat(quaternions)
-        others = {name: (lambda make=make: Reading(make(), times)) for name, make in self._readings(poses).items()}
-        del others[AS_NAMED]
-        found = doubt(Reading(poses, times), self.exo.side, others)
-        self._doubt = None if found is None else found.text
 
 
 def _empty(verdict: str, status: str) -> dict[str, Any]:

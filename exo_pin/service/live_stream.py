@@ -129,14 +129,3 @@ class LiveStream:
                 if "seq" in answer:
                     answer |= self._since_the_last()
                 await self._send(msgspec.json.encode(answer))
-
-
-def opening_of(message: bytes | str, token: str | None) -> Opening | bytes:
-    """The opening of a stream, or a problem document."""
-    try:
-        found = msgspec.json.decode(message, type=Opening)
-    except (msgspec.DecodeError, msgspec.ValidationError, UnicodeError) as error:
-        return problem(422, "InvalidInput", f'expected {{"open": ...}} as the first message: {error}')
-    if token is not None and not secrets.compare_digest((found.token or "").encode(), token.encode()):
-        return problem(401, "Token", "expected the service's token in the first message")
-    return found

@@ -20,6 +20,7 @@ CASES = {
     "flaccid": Asked(height=1.6, mass=45.0, sex="female", strength=0.0, payload=0.5, flexion=40.0, side="right"),
     "no wrist": Asked(SUPPORT, elbow=45.0, clothing=4.0, flexion=70.0),
     "changed": Asked("four-cables", (("cuff_height_mm", 200.0), ("A[1].radius_mm", 250.0)), flexion=30.0),
+    "moving": Asked(flexion=40.123456, angular_velocity=(0.1, -2.0, 0.0), angular_acceleration=(0.0, -10.0, 1.5)),
     "thick": Asked("four-cables", girth=340.0, abduction=70.0, internal_rotation=20.0),
 }
 

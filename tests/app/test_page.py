@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import socket
 import time
 from dataclasses import replace
 from http.client import HTTPConnection
@@ -11,6 +12,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from app_window import AppWindow, served
+from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin.app.asked import Asked
@@ -21,6 +23,7 @@ from exo_pin.view import find_browser
 
 pytestmark = pytest.mark.full
 WIDE, NARROW = (1280, 900), (420, 860)
+LIFT = REPOSITORY / "examples" / "lift.csv"
 VERDICT, SLIDER = ".verdict b", "[role=slider][aria-label^={}] [tabindex='0']"
 
 
@@ -166,6 +169,62 @@ def test_two_designs_stand_side_by_side(window):
         window.resize(WIDE)
         window.choose("Beside it", "nothing")
         window.wait_for("document.querySelectorAll('.verdict').length === 1")
+
+
+def test_a_recorded_movement_is_played_and_scrubbed(window):
+    movement = ep.read_movement(LIFT)
+    exo = Asked().exo
+    largest = exo.follow(movement)
+    with served() as url:
+        window.open(url)
+        window.give(".pose input[type=file]", LIFT)
+        window.wait_for(f"document.querySelector('.words').innerText.includes('{largest.peak:.1f} N')")
+        window.click(".strip button")
+        window.wait_for("document.querySelector('.clock').innerText === '4.00 of 4.00 s'")
+        keep(window, "played")
+        window.focus(SLIDER.format("Time"))
+        window.press("ArrowLeft", 200)
+        window.settled("document.querySelector('.clock').innerText === '2.00 of 4.00 s'")
+        window.settled("document.querySelector('.call').innerText.includes('ep.Motion')")
+        own = movement.motion
+        motion = ep.Motion(own.angular_velocity[100], own.angular_acceleration[100])
+        size = float(exo.reaction(movement.poses[100], motion).magnitude)
+        window.wait_for(f"document.querySelector('.figures').innerText.includes('{size:.0f}')")
+        keep(window, "scrubbed")
+        window.focus(SLIDER.format("Flexion"))
+        window.press("ArrowRight")
+        window.settled("!document.querySelector('.call').innerText.includes('ep.Motion')")
+
+
+def test_sensors_move_the_arm_and_lost_samples_are_said(window):
+    connect = pytest.importorskip("websockets.sync.client").connect
+    with served() as url:
+        window.open(url)
+        window.click(".sensors")
+        window.wait_for("document.querySelector('.where pre')")
+        lines = [line.split(None, 1) for line in window.text(".where").splitlines()]
+        (_, address), (_, udp), (_, opening), _ = lines
+        with connect(address) as stream:
+            stream.send(opening)
+            assert json.loads(stream.recv())["opened"] == "pose"
+            for seq in (0, 1, 4):
+                stream.send(json.dumps({"seq": seq, "t": 0.01 * seq, "flexion": 50.0 + seq, "abduction": 20.0}))
+            window.settled("document.querySelector('.call').innerText.includes('exo.pose(54, 20, 0)')")
+        words = window.evaluate("document.querySelector('.live .words').innerText")
+        assert "2 lost" in words or "No sample for" in words
+        keep(window, "sensors")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            link.connect(("127.0.0.1", int(udp.split()[-1])))
+            link.settimeout(30.0)
+            link.send(opening.encode())
+            assert json.loads(link.recv(65536))["opened"] == "pose"
+            link.send(b'{"t": 0.0, "flexion": 35.0}')
+            window.settled("document.querySelector('.call').innerText.includes('exo.pose(35, 0, 0)')")
+        window.click(".live button")
+        with connect(address) as stream:
+            stream.send(opening)
+            with pytest.raises(Exception, match="1008"):
+                stream.recv()
 
 
 def test_the_hand_is_dragged_in_the_picture(window):

@@ -24,7 +24,7 @@ def files():
 def test_a_design_comes_back_with_its_changes(files):
     asked = Asked("four-cables", (("cuff_height_mm", 200.0),))
     name, content = files.design(asked)
-    path = files.keep_design(name, content)
+    path = files.keep(name, content)
     assert name == "four-cables.toml"
     assert -1e3 * ep.load(path).geometry.platform_points[:, 2].mean() == pytest.approx(200.0)
     # The page's person is none of the design.
@@ -45,7 +45,7 @@ def test_a_device_of_several_files_comes_as_an_archive(files, tmp_path):
     "name", ["../../evil.toml", "/etc/evil.toml", "C:\\evil.toml", "a/b/../evil.toml", "evil.toml"]
 )
 def test_a_given_file_stays_within_its_folder(files, name):
-    path = Path(files.keep_design(name, b""))
+    path = Path(files.keep(name, b""))
     assert path.name == "evil.toml"
     assert "exo_pin_app_" in path.parts[-3]
     files.close()
@@ -55,12 +55,12 @@ def test_a_given_file_stays_within_its_folder(files, name):
 @pytest.mark.parametrize("name", ["", ".toml", "device.urdf", "..", "device.toml.exe"])
 def test_other_files_are_refused(files, name):
     with pytest.raises(InvalidInput, match=r"\.toml file"):
-        files.keep_design(name, b"")
+        files.keep(name, b"")
 
 
 def test_a_large_design_is_refused(files):
     with pytest.raises(InvalidInput, match="at most"):
-        files.keep_design("device.toml", bytes(LARGEST_DESIGN + 1))
+        files.keep("device.toml", bytes(LARGEST_DESIGN + 1), most=LARGEST_DESIGN)
 
 
 @pytest.mark.parametrize("design", ["four-cables", "prototype", str(URDF / "spring-support.urdf")])

@@ -16,7 +16,8 @@ from service_client import Service
 import exo_pin as ep
 
 pytest.importorskip("starlette", reason="needs the extra service")
-from exo_pin.service.live_stream import LiveStream, opening_of
+from exo_pin.service.live_stream import LiveStream
+from exo_pin.service.sample_poses import opening_of
 from exo_pin.service.samples import Opening
 
 

@@ -9,12 +9,13 @@ from typing import Any
 
 from nicegui import ui
 
-from ..core.records import OneProcess
-from .asked import Asked
-from .following import Shown
-from .pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, top_of
+from ...core.records import OneProcess
+from ..asked import Asked
+from ..following import Shown
+from ..pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, rings_at, top_of
+from ..words import answer_html
 from .scene_feed import SceneFeed
-from .words import answer_html
+from .widgets import card, tag
 
 __all__: list[str] = []
 
@@ -86,6 +87,8 @@ class AnswerView(OneProcess):
         self._asked = shown.asked
         self._answer.set_content(answer_html(shown))
         self._answer.props(f"data-answers={self.answers} data-moving={'yes' if shown.moving else 'no'}")
+        rings = [{"id": each["id"], "data": each["data"]} for each in rings_at(shown.asked)]
+        self._chart.run_chart_method("setOption", {"series": rings})
         self._call.set_content(f"<pre class='call'>{escape(shown.asked.python())}</pre>")
         if shown.report is not None:
             self._name.set_text(shown.asked.name)
@@ -105,15 +108,3 @@ class AnswerView(OneProcess):
     def _clicked(self, event: Any) -> None:
         i, j, *_ = event.value
         self._pick(FLEXIONS[int(i)], ABDUCTIONS[int(j)])
-
-
-def tag(name: str, text: str) -> Any:
-    """An element with a text."""
-    with ui.element(name) as made:
-        ui.html(escape(text), sanitize=False, tag="span")
-    return made
-
-
-def card(classes: str = "") -> Any:
-    """A card of the page."""
-    return ui.element("section").classes(f"card {classes}")

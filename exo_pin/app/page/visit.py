@@ -13,20 +13,23 @@ from typing import Any
 import numpy as np
 from nicegui import run, ui
 
-from ..core.errors import ExoPinError
-from ..core.records import OneProcess
-from ..design import presets
-from ..exo.loading import load
-from ..view import Scene
-from ..view.colours import BLUE
-from ..view.scene.panels import ANGLES
-from .answer_view import AnswerView, card, tag
-from .asked import Asked
-from .dimensions import dimensions_of
-from .files import LARGEST_DESIGN, PageFiles
-from .following import Following, Shown
+from ...core.errors import ExoPinError
+from ...core.records import OneProcess
+from ...design import presets
+from ...exo.loading import load
+from ...view import Scene
+from ...view.colours import BLUE
+from ...view.scene.panels import ANGLES
+from ..asked import AT_REST, Asked
+from ..dimensions import dimensions_of
+from ..files import LARGEST_DESIGN, PageFiles
+from ..following import Following, Shown
+from ..searching import Found, Search
+from .answer_view import AnswerView
+from .live_input import LiveInput
+from .playing import Player
 from .scene_feed import SceneFeed
-from .searching import Found, Search
+from .widgets import Slider, card, choice, tag
 
 __all__: list[str] = []
 
@@ -59,6 +62,8 @@ class Visit(OneProcess):
         self._following = Following(self._send, self._draw)
         self._search, self._best = Search(self._send_found), dict[str, float]()
         self._files, self._sliders = PageFiles(), dict[str, Any]()
+        self._player = Player(self._move, self._files.keep)
+        self.live = LiveInput(self._move, lambda: self._asked.side)
         self._build()
         self.change()
 
@@ -72,14 +77,19 @@ class Visit(OneProcess):
         self._following.close()
         self._files.close()
         self._search.stop()
+        self._player.close()
+        self.live.close()
         for view in self._views:
             view.close()
 
     def change(self, **fields: Any) -> None:
-        """Ask with some fields changed."""
-        self._asked = replace(self._asked, **fields)
+        """Ask with some fields changed; a pose without its motion is at rest."""
+        rest = AT_REST if ANGLES.keys() & fields.keys() else {}
+        self._asked = replace(self._asked, **(rest | fields))
         beside = [self._beside] if len(self._views) > 1 else []
-        self._following.ask(self._asked, *(replace(self._asked, changes=(), **each) for each in beside))
+        asked = (self._asked, *(replace(self._asked, changes=(), **each) for each in beside))
+        self._following.ask(*asked)
+        self._player.ask(*asked)
 
     def _send(self, place: int, shown: Shown) -> None:
         self._loop.call_soon_threadsafe(self._show, place, shown)
@@ -97,7 +107,6 @@ class Visit(OneProcess):
         if place == 0 and shown.report is not None:
             device = shown.report.device
             self._title.set_text(device.title or device.name)
-        self._draw_maps()
 
     def _send_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
         self._loop.call_soon_threadsafe(self._take_map, view, columns)
@@ -142,13 +151,27 @@ class Visit(OneProcess):
         self.pose(flexion=flexion, abduction=abduction)
 
     def pose(self, **angles: float) -> None:
-        """Move the arm, and the sliders with it."""
-        self.change(**angles)
-        for name, angle in angles.items():
-            self._sliders[name].value = angle
+        """Move the arm, and the sliders with it, away from a movement that is played."""
+        self._player.pause()
+        self._move(**angles)
+
+    def _move(self, **fields: Any) -> None:
+        self.change(**fields)
+        for name in ANGLES.keys() & fields.keys():
+            self._sliders[name].value = round(fields[name], 1)
+
+    async def _follow_sensors(self) -> None:
+        self._player.leave()
+        here = await ui.run_javascript("location.href.replace(/^http/, 'ws').replace(/[?#].*/, '')")
+        await self.live.start(f"{here}live/{self.live.key}")
+
+    def _turn(self, name: str, angle: float) -> None:
+        """Follow a slider of the pose."""
+        self._player.pause()
+        self.change(**{name: angle})
 
     def _build(self) -> None:
-        ui.add_css((files("exo_pin.app") / "page.css").read_text(encoding="utf-8"))
+        ui.add_css((files("exo_pin.app.page") / "page.css").read_text(encoding="utf-8"))
         ui.colors(primary=BLUE)
         with ui.element("header").classes("top"):
             tag("h1", "exo_pin")
@@ -161,6 +184,8 @@ class Visit(OneProcess):
                 button = ui.button(label).props("outline dense no-caps")
                 button.on_click(partial(self._give, button, make))
         with ui.element("main").classes("board") as self._board:
+            self._player.build()
+            self.live.build()
             with ui.element("div").classes("column controls"):
                 self._build_device()
                 self._build_pose()
@@ -172,11 +197,11 @@ class Visit(OneProcess):
             tag("h2", "Device")
             self._designs = {name: name for name in dict.fromkeys([self._asked.design, *presets()])}
             with ui.element("div").classes("fields"):
-                self._design = _choice("Design", self._designs, self._asked.design, self._choose_design).classes("wide")
+                self._design = choice("Design", self._designs, self._asked.design, self._choose_design).classes("wide")
                 sides = {side: side for side in ("left", "right")}
-                _choice("Side", sides, self._asked.side, lambda value: self.change(side=value))
+                choice("Side", sides, self._asked.side, lambda value: self.change(side=value))
                 designs = {"": "nothing"} | self._designs
-                self._other = _choice("Beside it", designs, "", self._put_beside).classes("wide")
+                self._other = choice("Beside it", designs, "", self._put_beside).classes("wide")
             self._dimensions = ui.element("div").classes("dimensions")
             self._build_dimensions()
             given = ui.upload(
@@ -200,7 +225,7 @@ class Visit(OneProcess):
         """Ask about a design that was given as a file."""
         path = event.file.name
         try:
-            path = self._files.keep_design(event.file.name, await event.file.read())
+            path = self._files.keep(event.file.name, await event.file.read(), most=LARGEST_DESIGN)
             load(path)
         except (ExoPinError, OSError) as error:
             ui.notify(str(error).replace(path, event.file.name), type="warning", multi_line=True, close_button=True)
@@ -236,8 +261,8 @@ class Visit(OneProcess):
                 )
             others = [name for name in known if name not in shown]
             if others:
-                choice = ui.select(others, label="Change another dimension", on_change=lambda e: self._add(e.value))
-                choice.props("dense outlined options-dense")
+                other = ui.select(others, label="Change another dimension", on_change=lambda e: self._add(e.value))
+                other.props("dense outlined options-dense")
             with ui.element("div").classes("row-of-buttons"):
                 self._searching = ui.button("Search within sliders", on_click=self._start_or_stop)
                 self._searching.props("outline dense no-caps").set_visibility(bool(shown))
@@ -294,9 +319,9 @@ class Visit(OneProcess):
             tag("h2", "Pose of the arm")
             for name, (low, high) in ANGLES.items():
                 words, value = f"{name.replace('_', ' ').capitalize()}, °", getattr(self._asked, name)
-                self._sliders[name] = self._build_slider(
-                    words, name, low, high, value, 1.0, lambda key, angle: self.change(**{key: angle})
-                )
+                self._sliders[name] = self._build_slider(words, name, low, high, value, 1.0, self._turn)
+            ui.button("Follow sensors", on_click=self._follow_sensors).props("outline dense no-caps").classes("sensors")
+            self._player.build_upload()
 
     def _build_slider(
         self,
@@ -311,7 +336,7 @@ class Visit(OneProcess):
         with ui.element("div").classes("angle"):
             ui.label(words)
             shown = ui.label().classes("value")
-            slider = _Slider(min=low, max=high, step=step, value=value).props(f'aria-label="{words}" dense')
+            slider = Slider(min=low, max=high, step=step, value=value).props(f'aria-label="{words}" dense')
             shown.bind_text_from(slider, "value", lambda number: f"{number:g}".replace("-", "−"))
             slider.on("update:model-value", lambda event: change(name, float(event.args)), throttle=_PACE)
         return slider
@@ -321,7 +346,7 @@ class Visit(OneProcess):
             tag("h2", "Person")
             with ui.element("div").classes("fields"):
                 sexes = {sex: sex for sex in ("male", "female")}
-                _choice("Sex", sexes, self._asked.sex, lambda value: self.change(sex=value))
+                choice("Sex", sexes, self._asked.sex, lambda value: self.change(sex=value))
                 for name, label, low, high, step in _PERSON:
                     box = ui.number(label, value=getattr(self._asked, name), min=low, max=high, step=step)
                     box.props(f'dense outlined debounce=300 aria-label="{label}"')
@@ -333,20 +358,9 @@ class Visit(OneProcess):
             self.change(**{name: float(event.value)})
 
 
-class _Slider(ui.slider):
-    """A slider that leads: what the server has heard of it so far does not put it back while keys move it on."""
-
-    LOOPBACK = False
-
-
 def _words(name: str) -> str:
     """A dimension's name with its unit apart."""
     if name == "cuff_height_mm":
         return "Cuff below shoulder, mm"
     stem, _, unit = name.rpartition("_")
     return f"{stem.replace('_', ' ').capitalize()}, {unit.replace('deg', '°')}"
-
-
-def _choice(label: str, options: dict[str, str], value: str, change: Callable[[str], None]) -> Any:
-    made = ui.select(options, label=label, value=value, on_change=lambda event: change(event.value))
-    return made.props("dense outlined options-dense")

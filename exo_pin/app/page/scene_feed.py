@@ -10,9 +10,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from ..core.optional_packages import optional
-from ..core.records import OneProcess
-from ..view import Scene
+from ...core.optional_packages import optional
+from ...core.records import OneProcess
+from ...view import Scene
 
 __all__: list[str] = []
 

@@ -1,28 +1,37 @@
 """The parts of a device that a workshop orders or makes: drives, frame and cuff, what each must do, and what it weighs.
 
 Drives are chosen by effort and travel from :data:`PRODUCTS`, whose figures are those of the named pages and no others:
-what a page does not state is NaN here and "not stated" in print. Frame and cuff are those of
-:mod:`exo_pin.design.holding_frame`, as drawn. What holds the frame on the torso, electronics and cables are not in it.
+what a page does not state is NaN here and "not stated" in print. A cable is wound on a drum of 40 mm on a motor of a
+hinge (as in :class:`exo_pin.control.Winch`). Frame and cuff are those of :mod:`exo_pin.design.holding_frame`, as drawn.
+What holds the frame on the torso, electronics and cables are not in it.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..core.errors import InvalidInput, MissingData
 from ..core.errors.checked import checked
 from ..core.tables import aligned, filled
-from ..core.validation import as_positive
-from ..design import Mechanism
+from ..core.validation import as_positive, as_real, require_type
+from ..design import LimbBody, Mechanism
 from ..design.holding_frame import frame_parts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..study import StudyTable
+from ..wrist.clearance.clearance import LIMB_RADII
 from .limb_table import limb_table
 from .result import Workspace
 
 _NAN = float("nan")
+#: Radius of a cable's drum, m.
+_DRUM = 0.02
+#: Share of a linear actuator's mass in its rod: assumed.
+_ROD = 0.15
 
 
 class _Product(NamedTuple):
@@ -37,7 +46,8 @@ class _Product(NamedTuple):
     effort : float
         Greatest force or moment that it moves, N or N m.
     speed : float
-        Greatest speed, m/s or rad/s: without load, or at ``effort`` of the LA31.
+        Greatest speed, m/s or rad/s: without load, or at ``effort`` of the LA31 and of the ROBOTIS motors, whose
+        efforts are those that they give for long.
     strokes : tuple of float
         Least and greatest stroke that is sold, m.
     mass : float
@@ -53,6 +63,11 @@ class _Product(NamedTuple):
     source: str
 
 
+def _motor(name: str, moment: float, turns: float, mass: float, page: str) -> _Product:
+    """A motor of a hinge: N m, turns a minute, kg."""
+    return _Product(name, "N m", moment, turns * np.pi / 30.0, (_NAN, _NAN), mass, page)
+
+
 #: Least effort first, then least stroke, so that the first one that fits is the smallest.
 PRODUCTS = (
     *(
@@ -63,23 +78,43 @@ PRODUCTS = (
         for force, speed in ((50.0, 0.032), (100.0, 0.020), (200.0, 0.008))
         for stroke, mass in ((0.050, 0.056), (0.100, 0.074), (0.140, 0.084))
     ),
+    *(
+        _Product(f"Actuonix P16-{1e3 * stroke:.0f}-256", "N", 300.0, 0.0048, (0.0, stroke), mass, "actuonix.com")
+        for stroke, mass in ((0.050, 0.095), (0.100, 0.110))
+    ),
     _Product("LINAK LA31, fast", "N", 1000.0, 0.020, (_NAN, _NAN), _NAN, "scribd 127800120"),
     _Product("LINAK LA23", "N", 2500.0, _NAN, (0.020, 0.500), _NAN, "chnfcs.com"),
     _Product("LINAK LA31", "N", 3500.0, 0.005, (_NAN, _NAN), _NAN, "scribd 127800120"),
-    _Product("RMD X8-90", "N m", 25.0, 130.0 * np.pi / 30.0, (_NAN, _NAN), _NAN, "docs.ros.org"),
+    _motor("ROBOTIS M54-40-S250-R", 3.9, 24.2, 0.710, "emanual.robotis.com"),
+    _motor("ROBOTIS M54-60-S250-R", 10.1, 28.3, 0.853, "emanual.robotis.com"),
+    _motor("ROBOTIS L54-50-S500-R", 14.0, 13.7, 0.656, "emanual.robotis.com"),
+    _motor("RMD X8-90", 25.0, 130.0, _NAN, "docs.ros.org"),
+    _motor("ROBOTIS H54-100-S500-R", 25.3, 29.2, 0.732, "emanual.robotis.com"),
+    _motor("RMD X8-60", 30.0, 40.0, _NAN, "docs.ros.org"),
+    _motor("ROBOTIS H54-200-S500-R", 44.7, 29.0, 0.855, "emanual.robotis.com"),
 )  # fmt: skip
 
 
 def _fitting_product(unit: str, effort: float, travel: float) -> _Product | None:
-    """The smallest product that has an effort and, of a linear actuator, a stroke; None if there is none."""
-    for each in PRODUCTS:
-        if each.unit == unit and each.effort >= effort and (unit == "N m" or each.strokes[1] >= travel):
-            return each
-    return None
+    """The smallest product that has an effort and, of a linear actuator, a stroke; None if there is none.
+
+    One whose mass is known comes first.
+    """
+    fit = [
+        each
+        for each in PRODUCTS
+        if each.unit == unit and each.effort >= effort and (unit == "N m" or each.strokes[1] >= travel)
+    ]
+    return min(fit, key=lambda each: bool(np.isnan(each.mass)), default=None)
 
 
 @checked
-def parts_list(mechanism: Device | Mechanism, found: Workspace, rate: float = np.radians(30.0)) -> StudyTable:
+def parts_list(
+    mechanism: Device | Mechanism,
+    found: Workspace,
+    rate: float = np.radians(30.0),
+    drive_mass: float | None = None,
+) -> StudyTable:
     """Parts of a device with what its drives must do over the poses inside, at a rate of the arm about its worst axis.
 
     Parameters
@@ -91,6 +126,8 @@ def parts_list(mechanism: Device | Mechanism, found: Workspace, rate: float = np
         criteria.
     rate : float
         How fast the arm turns, rad/s.
+    drive_mass : float, optional
+        Of each drive whose mass is not known, kg.
 
     Returns
     -------
@@ -117,7 +154,8 @@ def parts_list(mechanism: Device | Mechanism, found: Workspace, rate: float = np
     device: Any = as_device(mechanism)
     rate = as_positive("rate", rate)
     limbs, table = device.accelerate("workspace"), limb_table(mechanism, found)
-    rows = [_drive_row(device, limbs, table, k, rate) for k in range(len(table["lever"]))]
+    given = None if drive_mass is None else as_positive("drive_mass", drive_mass)
+    rows = [_drive_row(device, limbs, table, k, rate, given) for k in range(len(table["lever"]))]
     if limbs is None:
         own = {"links on the arm": device.arm.mass - (device.arm.person.mass if device.arm.person else 0.0)}
         own["other links"] = device.links_mass
@@ -132,7 +170,9 @@ def parts_list(mechanism: Device | Mechanism, found: Workspace, rate: float = np
     return StudyTable(rows)
 
 
-def _drive_row(device: Any, limbs: Mechanism | None, table: StudyTable, k: int, rate: float) -> dict[str, Any]:
+def _drive_row(
+    device: Any, limbs: Mechanism | None, table: StudyTable, k: int, rate: float, given: float | None
+) -> dict[str, Any]:
     """What one drive must do, and which product does it."""
     if limbs is None:
         name, unit = str(table["drive"][k]), str(table["unit"][k])
@@ -143,28 +183,94 @@ def _drive_row(device: Any, limbs: Mechanism | None, table: StudyTable, k: int, 
     short, long, low, high = (float(table[column][k]) for column in (*used, *effort))
     speed = rate * float(table["lever"][k])
     stated, drive = 0.0 if limbs is None else limbs.limbs[k].mass, device.drives[k]
-    product, words = None, "a drive that only pulls: none in the table of products"
-    if getattr(drive, "route", None) is None and not (drive.actuator is not None and drive.actuator.pulls_only):
-        product = _fitting_product(unit, max(abs(low), abs(high)), long - short)
-        words = "none in the table of products" if product is None else _order(product, speed, rate)
+    product, words, actuator = None, "a drive that only pulls: none in the table of products", drive.actuator
+    winds = getattr(drive, "route", None) is not None or (
+        actuator is not None and actuator.family == "cable" and actuator.tackle is None
+    )
+    if winds or actuator is None or not actuator.pulls_only:
+        drum, needed = (_DRUM, "N m") if winds else (1.0, unit)
+        product = _fitting_product(needed, drum * max(abs(low), abs(high)), long - short)
+        words = "none in the table of products" if product is None else _order(product, speed / drum, rate, winds)
     mass = stated or (_NAN if product is None else product.mass)
+    if stated:
+        words += "; mass as the design states"
+    elif given is not None and np.isnan(mass):
+        mass, words = given, f"{words}; mass as given"
     return {
         "part": name, "count": 1, "unit": unit, "shortest": short, "longest": long, "effort_from": low,
         "effort_to": high, "speed": speed, "power_W": rate * float(table["moment"][k]), "mass_kg": mass,
-        "order": f"{words}; mass as the design states" if stated else words,
+        "order": words,
     }  # fmt: skip
 
 
-def _order(product: _Product, speed: float, rate: float) -> str:
+def _order(product: _Product, speed: float, rate: float, winds: bool) -> str:
     """A product, what is not stated of it, and how slow it makes the arm."""
     lacking = [what for what, value in (("speed", product.speed), ("mass", product.mass)) if np.isnan(value)]
     lacking += ["stroke"] if product.unit == "N" and np.isnan(product.strokes[1]) else []
-    texts = [product.name]
+    texts = [f"{product.name} with a drum of {2e3 * _DRUM:.0f} mm" if winds else product.name]
     if lacking:
         texts.append(f"{' and '.join(lacking)} not stated")
     if product.speed < speed:
         texts.append(f"turns the arm at {np.degrees(rate * product.speed / speed):.1f}°/s at most")
     return f"{'; '.join(texts)} [{product.source}]"
+
+
+@checked
+def with_drive_masses(mechanism: Mechanism, masses: ArrayLike) -> Mechanism:
+    """A design of limbs whose drives have mass, so that all answers count it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With limbs whose stroke and actuator are known.
+    masses : array_like
+        Shape (n,), kg, of the drive of each limb; NaN leaves a limb as it is.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InvalidInput
+        If there is not one mass a limb, above zero.
+    MissingData
+        If a stroke or actuator is not known.
+
+    Notes
+    -----
+    A linear actuator is a rod with 15 % of the mass and a case, uniform both and as long as the retracted limb; a
+    muscle is as long as the shortest limb, half of it on either side. A cable's motor is on the torso, and adds nothing
+    to the limb. The shares are assumed.
+
+    Examples
+    --------
+    >>> from exo_pin.workspace.parts import with_drive_masses
+    >>> exo = ep.load("four-linear-actuators-worn")
+    >>> heavy = ep.ShoulderExo.from_mechanism(with_drive_masses(exo.mechanism, [0.325] * 4))
+    >>> light, more = (each.reaction(each.pose(flexion=60), split="minimal").magnitude for each in (exo, heavy))
+    >>> bool(more > light)  # N
+    True
+    """
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
+    given = np.asarray(as_real("masses", masses))
+    if given.shape != (mechanism.limb_count,) or (given <= 0.0).any() or np.isinf(given).any():
+        raise InvalidInput(f"expected {mechanism.limb_count} masses of drives above zero, kg, got {given.tolist()}")
+    limbs = []
+    for k, (limb, mass) in enumerate(zip(mechanism.limbs, given.tolist(), strict=True)):
+        stroke, actuator = limb.stroke, limb.actuator
+        if stroke is None or stroke.end_fitting is None or actuator is None:
+            raise MissingData([f"limbs[{k}].stroke and actuator"], "masses of drives", mechanism.name)
+        if np.isnan(mass) or actuator.family == "cable":
+            limbs.append(limb)
+            continue
+        length = stroke.nominal_length * stroke.shortest + stroke.end_fitting
+        share, part = (_ROD, 1.0) if actuator.family == "linear" else (0.5, 0.5)
+        base, platform = (
+            LimbBody.rod(own * mass, part * length, LIMB_RADII[actuator.family]) for own in (1.0 - share, share)
+        )
+        limbs.append(replace(limb, base_body=base, platform_body=platform))
+    return mechanism.replace(limbs=limbs)
 
 
 @checked
@@ -215,6 +321,8 @@ def parts_sheet(mechanism: Device | Mechanism, table: StudyTable) -> str:
     )
     if as_device(mechanism).accelerate("workspace") is not None:
         words += f" {_massless_words(mechanism)}"
+    else:
+        words += " Links that the design states may hold the drives' mass already."
     return "\n".join([*aligned(rows, words=1), filled(words)])
 
 

@@ -141,6 +141,26 @@ def test_impedance_is_the_stiffness_that_a_push_finds(axis):
 
 
 @pytest.mark.full
+@pytest.mark.parametrize("name", ["six-cables.urdf", "four-linear-actuators-worn"])
+def test_drives_with_a_loop_of_their_own_give_way_as_asked(name):
+    """Their dry friction holds a part of the push; without it the arm has the stiffness asked for."""
+    exo = ep.load(URDF / name if name.endswith("urdf") else name)
+    pose, smooth = exo.pose(30.0, 20.0), {"coulomb": 0.0, "load_friction": 0.0}
+    found = []
+    for given in (smooth, {}):
+        options = control.PlantOptions(winch=control.Winch(**given), linear_actuator=control.LinearActuator(**given))
+        plant = ep.Plant(exo, options, wearer=control.Push(ep.Load(np.zeros(3), [0.0, 10.0, 0.0])))
+        controller = control.impedance(plant, still(pose), 20.0, 3.0)
+        least, greatest = plant.force_limits(plant.contractions.lengths(pose))
+        start = plant.held(pose, controller.plans.tensions(pose, None, greatest, least, None).tensions)
+        run = plant.simulate(controller, 1.5, start, rtol=1e-5)
+        turned = (run.rotations[-1] * pose.inv()).as_rotvec()
+        found.append(10.0 * turned[1] / (turned @ turned))
+    assert found[0] == pytest.approx(20.0, rel=0.05)
+    assert found[1] > 22.0
+
+
+@pytest.mark.full
 def test_gravity_compensation_leaves_the_arm_where_it_is_and_a_share_of_the_weight_to_the_wearer():
     exo = ep.load(SERIAL)
     pose = exo.pose(40.0, 10.0)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 
+from ...core.errors import InvalidInput
 from ...core.schema import document
 from ...design import DEFAULT_PRESET
-from ...workspace.parts import parts_list, parts_sheet
+from ...workspace.parts import parts_list, parts_sheet, with_drive_masses
 from .. import options
-from ..command import deliver, writes
+from ..command import check_file, deliver, writes
 from ..options.criteria_options import Judged
+
+_toml = partial(check_file, "--with-masses", (".toml",), False)
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,8 @@ def parts(
     judged: Judged = Judged(),
     step: options.Degrees = 8.0,
     rate: Annotated[float, options.called("DEG/S")] = 30.0,
+    drive_mass: options.Kilograms | None = None,
+    with_masses: Annotated[Path | None, Parameter(metavar="FILE", validator=_toml)] = None,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".csv", ".xlsx", ".json", picture=False)] = None,
 ) -> None:
@@ -62,14 +69,25 @@ def parts(
         Step of the grid of poses, degrees.
     rate : float
         How fast the arm turns, about any axis, degrees a second.
+    drive_mass : float, optional
+        Mass of each drive whose mass is not known, kg.
+    with_masses : Path, optional
+        Write the design with the masses of its drives, for other commands.
 
     Examples
     --------
+    exo-pin parts --drive-mass 0.325 --with-masses heavy.toml
     exo-pin parts four-linear-actuators-worn --step 20 --out parts.csv
     """
     exo = worn.load(design, side)
     found = exo.workspace(step, judged.of(exo), centre_offset=options.centre_of(offset, moving_centre, exo))
-    table = parts_list(exo.device, found, np.radians(rate))
+    table = parts_list(exo.device, found, np.radians(rate), drive_mass)
+    mechanism = exo.device.accelerate("workspace")
+    if with_masses is not None:
+        if mechanism is None:
+            raise InvalidInput(f"--with-masses is for designs of limbs; the file of {exo.name} has masses of its links")
+        heavy = with_drive_masses(mechanism, table["mass_kg"][: mechanism.limb_count])
+        type(exo).from_mechanism(heavy).save(with_masses)
     asked = {"poses_inside": int(found.inside.sum()), "rate_deg_s": rate, "known_mass_kg": np.nansum(table["mass_kg"])}
     text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
     deliver(

@@ -111,7 +111,9 @@ def impedance(
     >>> control.impedance(plant, control.flexion(), 30.0, 5.0).gains.stiffness  # N m/rad
     30.0
     """
-    gains = FeedbackGains(stiffness=stiffness, damping=damping, integral_time=np.inf, fault_aware=fault_aware)
+    gains = FeedbackGains(
+        stiffness=stiffness, damping=damping, integral_time=np.inf, fault_aware=fault_aware, compliant=True
+    )
     return ModelController(plant, reference, gains, rate)
 
 
@@ -156,7 +158,7 @@ def assist_as_needed(
     """
     gains = FeedbackGains(
         stiffness=stiffness, damping=damping, integral_time=integral_time, weight_share=0.0, dead_zone=dead_zone,
-        forgetting_time=forgetting_time,
+        forgetting_time=forgetting_time, compliant=True,
     )  # fmt: skip
     return ModelController(plant, reference, gains, rate)
 

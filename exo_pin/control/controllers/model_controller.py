@@ -131,6 +131,8 @@ def _flows(valves: ValveUnit, supply: float, p: float) -> tuple[float, float]:
 _AHEAD = 0.05
 #: Moment of the weight, N m, up to which the standard gains hold, and damping ratio beyond it.
 _STANDARD_WEIGHT, _DAMPING_RATIO = 1.5, 0.25
+#: T_i beyond it, s: two and a half times I/D of a man's arm.
+_INTEGRAL_TIME = 1.0
 
 
 @checked
@@ -151,7 +153,8 @@ class FeedbackGains:
     bandwidth : float
         Ω of the length loop of motor drives, rad/s.
     axial_share : float
-        Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
+        Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there. The integral
+        has none: it is as far from unstable there as about the other axes, T_i > I/D.
     air_ahead : bool
         Whether valves also pass the air that the reference is going to need.
     weight_share : float
@@ -160,6 +163,9 @@ class FeedbackGains:
         Angle from the reference within which the spring does nothing, rad.
     forgetting_time : float
         In which the integral fades, s; infinite for never.
+    compliant : bool
+        Whether the loop on the drives' own lengths follows the arm, which then gives way as the spring says; else it
+        holds the reference's lengths, and is stiffer by far. Dry friction of the drives is then not compensated.
     fault_aware : bool
         Whether drives whose electronics report a fault (:attr:`.Measurement.faulty`) count as lost, so that the others
         take their load.
@@ -190,6 +196,7 @@ class FeedbackGains:
     weight_share: float = 1.0
     dead_zone: float = 0.0
     forgetting_time: float = np.inf
+    compliant: bool = False
 
     def __post_init__(self) -> None:
         set_positive(
@@ -200,7 +207,7 @@ class FeedbackGains:
         for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
-        for name in ("air_ahead", "fault_aware"):
+        for name in ("air_ahead", "fault_aware", "compliant"):
             if not isinstance(getattr(self, name), bool | np.bool_):
                 raise InvalidInput(f"expected {name} as True or False, got {echo(getattr(self, name))}")
 
@@ -230,7 +237,9 @@ def gains_for(mechanism: Mechanism | Device) -> FeedbackGains:
     stiffness = standard.stiffness * weight / _STANDARD_WEIGHT
     damping = 2.0 * _DAMPING_RATIO * float(np.sqrt(stiffness * greatest))
     share = float(np.sqrt(inertia[2, 2] / greatest))
-    return replace(standard, stiffness=stiffness, damping=damping, axial_share=share, air_ahead=True)
+    return replace(
+        standard, stiffness=stiffness, damping=damping, integral_time=_INTEGRAL_TIME, axial_share=share, air_ahead=True
+    )
 
 
 class ModelController:
@@ -325,15 +334,16 @@ class ModelController:
             most = np.abs(self.plant.force_limits(lengths)).max(axis=0)
             share = np.abs(self.planned.tensions[~self.lost]) / np.maximum(most[~self.lost], 1e-9)
             self._down = t, Turn(pose, -pose.as_rotvec(), g.lower_in), float(share.max(initial=0.0))
-        spring = g.stiffness * self._shared(error, pose)
-        gain = (spring + self.planned.missing_moment) / g.integral_time - self._integral / g.forgetting_time
-        self._integral += self._interval * gain
+        # About the arm's own axis, too, with all of K: there dry friction of the drives is large beside the spring.
+        pull = g.stiffness * error + self.planned.missing_moment
+        self._integral += self._interval * (pull / g.integral_time - self._integral / g.forgetting_time)
         flows = self._needed_flows(t)
         commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:
-            motion = self.plans.motion(wanted)
+            followed = ReferenceState(pose, velocity, wanted.angular_acceleration) if g.compliant else wanted
+            rubbing = not g.compliant and (self.reference is not None or self._down is not None)
             commands[self._motors.motors] = self._motors.commands(
-                self.planned.tensions, motion, measurement, self.reference is not None or self._down is not None
+                self.planned.tensions, self.plans.motion(followed), measurement, rubbing
             )
             # What a lost drive measures counts no more, neither for its own force.
             commands[self._motors.motors] *= ~self.lost[self._motors.motors]

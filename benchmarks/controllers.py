@@ -1,4 +1,4 @@
-"""Which controller spares the joint most: a person who can do a part of a lift, with three designs.
+"""Which controller spares the joint most: a person who can do a part of a lift, with cables and linear drives.
 
     python benchmarks/controllers.py [design ...]
 
@@ -6,7 +6,7 @@ The person follows 40° of flexion in 2 s with at most a share of the moment tha
 late, through a passive spring and damper; these numbers are assumptions of this case and stand below. Every controller
 has the bar of gravity compensation alone. F_s is of device, weight and motion; the joint's force counts the wearer's
 own muscles, which carry what the device leaves (extra person), and their effort is the sum of squared activations. The
-dummy of the prototype has no muscles. The table stands on docs/howto/control.md.
+table stands on docs/howto/control.md.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.model_controller import gains_for
 
-DESIGNS = ("prototype", "four-cables-worn", "four-linear-actuators-worn")
+DESIGNS = ("four-cables-worn", "four-linear-actuators-worn")
 _SOURCE = "an assumption of this case"
 #: Share of the weight's moment that the person can make, delay, s, and length of the lift, s.
 _STRENGTH, _DELAY, _LIFT = 0.4, 0.15, 2.0
@@ -73,15 +73,13 @@ def main() -> None:
             run = own.simulate(experiment.made_controller(own), _LIFT + 1.0, experiment.start(own), rtol=1e-5)
             error = np.degrees((reference(run.times).orientation * run.rotations.inv()).magnitude())
             force = np.linalg.norm(run.shoulder_force, axis=1)
-            drives, size, joint, effort = np.sqrt((run.tensions**2).mean()), own.mechanism.arm.wearer, "-", "-"
-            if size is not None:
-                found = exo.joint_contact_of_run(run, ep.Person(size.height, size.mass, size.sex, side=exo.side))
-                most, done = float(np.nanmax(found.magnitude)), float(np.nanmean(found.effort))
-                joint, effort = f"{np.nanmean(found.magnitude):.0f}, {most:.0f} N", f"{1e3 * done:.2f}e-3"
+            drives, size = np.sqrt((run.tensions**2).mean()), own.mechanism.arm.wearer
+            found = exo.joint_contact_of_run(run, ep.Person(size.height, size.mass, size.sex, side=exo.side))
+            joint, effort = found.magnitude, 1e3 * float(np.nanmean(found.effort))
             ended = "" if run.status == "completed" else f" {run.status}"
             print(
                 f"| {name} | {rule} | {np.sqrt((error**2).mean()):.1f}, {error.max():.0f}° | {force.mean():.0f}, "
-                f"{force.max():.0f} N | {joint} | {effort} | {drives:.0f} N |{ended}",
+                f"{force.max():.0f} N | {np.nanmean(joint):.0f}, {np.nanmax(joint):.0f} N | {effort:.2f}e-3 | {drives:.0f} N |{ended}",
                 flush=True,
             )
 

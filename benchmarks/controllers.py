@@ -77,11 +77,11 @@ def main() -> None:
             found = exo.joint_contact_of_run(run, ep.Person(size.height, size.mass, size.sex, side=exo.side))
             joint, effort = found.magnitude, 1e3 * float(np.nanmean(found.effort))
             ended = "" if run.status == "completed" else f" {run.status}"
-            print(
-                f"| {name} | {rule} | {np.sqrt((error**2).mean()):.1f}, {error.max():.0f}° | {force.mean():.0f}, "
-                f"{force.max():.0f} N | {np.nanmean(joint):.0f}, {np.nanmax(joint):.0f} N | {effort:.2f}e-3 | {drives:.0f} N |{ended}",
-                flush=True,
-            )
+            cells = (
+                f"{np.sqrt((error**2).mean()):.1f}, {error.max():.0f}°", f"{force.mean():.0f}, {force.max():.0f} N",
+                f"{np.nanmean(joint):.0f}, {np.nanmax(joint):.0f} N", f"{effort:.2f}e-3", f"{drives:.0f} N",
+            )  # fmt: skip
+            print(f"| {name} | {rule} | {' | '.join(cells)} |{ended}", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import exo_pin  # noqa: E402
 
 project = "exo_pin"
 author = "the exo_pin developers"
+copyright = f"{author}, BSD-2-Clause licence. Tests run the code on these pages."
 release = exo_pin.__version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_design"]
 exclude_patterns = ["scripts"]
@@ -25,6 +26,8 @@ html_theme = "furo"
 html_title = f"exo_pin {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_theme_options = {"light_logo": "logo-light.svg", "dark_logo": "logo-dark.svg"}
+html_favicon = "_static/logo-light.svg"
 html_copy_source = False
 smartquotes = False
 # Pages open from a folder, without a server and without a network.
@@ -123,6 +126,21 @@ def fill_in(app, name, source):
     source[0] = re.sub(r"\((?:\.\./)+notebooks/(\w+)\.ipynb\)", r"(/notebooks/\1.ipynb)", text)
 
 
+def offline_search(app, name, template, context, doctree):
+    """A browser lets no page that was opened from a folder fetch others: excerpts come from a script."""
+    if name == "search":
+        app.add_js_file("excerpts.js")
+        app.add_js_file("offline_search.js")
+
+
+def write_excerpts(app, error):
+    """Text of all pages, for excerpts of the search."""
+    if not error:
+        text = {f"{name}.html": app.env.get_doctree(name).astext() for name in sorted(app.env.found_docs)}
+        script = f"window.EXCERPTS = {json.dumps(text, ensure_ascii=False)};\n"
+        (Path(app.outdir) / "_static" / "excerpts.js").write_text(script, encoding="utf-8")
+
+
 def escape(app, what, name, item, options, lines):
     """Docstrings write |x| and names that end in _, which reStructuredText reads as references."""
     for k, line in enumerate(lines):
@@ -138,3 +156,5 @@ def setup(app):
     app.connect("builder-inited", make_pages)
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", escape, priority=400)
+    app.connect("html-page-context", offline_search)
+    app.connect("build-finished", write_excerpts)

@@ -7,6 +7,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+import reference_pages
 from places import SCRIPTS, URDF
 from scenes import has_human
 
@@ -66,6 +67,10 @@ def test_an_example_prints_what_it_shows(path, text, monkeypatch, tmp_path):
 def test_the_reference_has_every_room_with_public_names():
     rooms = {path.parent.name for path in NAMES["PACKAGE"].glob("*/__init__.pyi")}
     assert rooms - set(NAMES["ROOMS"]) == {"numerics"}  # which is not for scripts
+    tasks = [room for group in reference_pages.TASKS.values() for room in group]
+    assert sorted(tasks) == sorted(NAMES["ROOMS"])
+    assert set(reference_pages.MOST_USED) <= set(CALLABLES)
+    assert len(reference_pages.MOST_USED) == 10
 
 
 def test_a_wrong_example_is_reported():

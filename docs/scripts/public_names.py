@@ -1,7 +1,7 @@
-"""The public names of exo_pin: what the reference of the site lists, room by room.
+"""The public names of exo_pin: what the reference of the site lists, module by module.
 
-A name is public if a stub file (``__init__.pyi``) of the package or of a room exports it. It stands once, under the
-room that defines it, and under the shortest path by which a script imports it.
+A name is public if a stub file (``__init__.pyi``) of the package or of a module exports it. It stands once, under the
+module that defines it, and under the shortest path by which a script imports it.
 """
 
 from __future__ import annotations

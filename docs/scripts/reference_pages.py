@@ -9,7 +9,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 
 from cyclopts import App
-from public_names import HIDDEN, ROOMS, public_names
+from public_names import HIDDEN, ROOMS, Public, callables, public_names
 
 from exo_pin.chain.formats.leaving_out import LEAVE_OUT
 from exo_pin.chain.structure.closures import TYPES
@@ -35,36 +35,74 @@ _TABLES = {
     "Tackle": "tackle, of an actuator",
     "Wearer": "[arm.wearer]",
 }
+#: Names that notebooks and pages use most, as a script writes them.
+MOST_USED = {
+    "exo_pin.load": "ep.load",
+    "exo_pin.ShoulderExo.pose": "exo.pose",
+    "exo_pin.shoulder_rotation": "ep.shoulder_rotation",
+    "exo_pin.ShoulderExo.reaction": "exo.reaction",
+    "exo_pin.Person": "ep.Person",
+    "exo_pin.ShoulderExo.worn_by": "exo.worn_by",
+    "exo_pin.ShoulderExo.joint_contact": "exo.joint_contact",
+    "exo_pin.ShoulderExo.replace": "exo.replace",
+    "exo_pin.ShoulderExo.workspace": "exo.workspace",
+    "exo_pin.ShoulderExo.view": "exo.view",
+}
+#: Modules by what a reader wants to do.
+TASKS = {
+    "Compute forces": ("exo", "load_case", "reaction"),
+    "Describe a device": ("design", "device"),
+    "Count the wearer's muscles": ("person",),
+    "Judge and improve a design": ("workspace", "study"),
+    "Know how sure a number is": ("uncertainty", "calibration", "consistency"),
+    "Move it": ("control", "muscle"),
+    "Draw, report, serve": ("view", "report", "service"),
+    "Use any robot with closed loops": ("chain",),
+    "Use the wrist's closed forms": ("wrist", "wrist_chain"),
+    "Look up errors and the thesis": ("core", "thesis"),
+}
 #: Classes whose own methods are not listed under their children.
 _BUILT_IN = "tuple, dict, list, str, int, float"
 _ITEM = re.compile(r"^(\w[\w, ]*) : (.*)\n((?:    .*\n|\n)*)", re.MULTILINE)
 
 
 def write_api(folder: Path) -> None:
-    """Write one page a room, and their list."""
+    """Write one page a module, and their list by task."""
     folder.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for room, names in public_names().items():
-        if room == "core":
-            listed = {id(item) for others in public_names().values() for _, item in others}
-            named = ((f"{errors.__name__}.{name}", getattr(errors, name)) for name in errors.__all__)
-            names += [(path, item) for path, item in named if id(item) not in listed]
+    found = public_names()
+    listed = {id(item) for names in found.values() for _, item in names}
+    kinds = ((f"{errors.__name__}.{name}", getattr(errors, name)) for name in errors.__all__)
+    found["core"] += [Public(path, item) for path, item in kinds if id(item) not in listed]
+    for module, names in found.items():
         blocks = "\n".join(_entry(path, item) for path, item in names)
-        (folder / f"{room}.md").write_text(
-            f"# {room}\n\n{ROOMS[room]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
+        (folder / f"{module}.md").write_text(
+            f"# {module}\n\n{ROOMS[module]}.\n\n```{{eval-rst}}\n{blocks}```\n", encoding="utf-8"
         )
-        rows.append(f"| [{room}]({room}.md) | {ROOMS[room]} | {len(names)} |")
-    text = (
-        "# API by room\n\nEvery public name stands under the room that defines it, by the path that a script imports: "
-        "`exo_pin.ShoulderExo`\nis `ep.ShoulderExo` after `import exo_pin as ep`. Examples assume that and "
-        "`import numpy as np`; tests run them.\n\n"
-        "| room | what it is for | names |\n| --- | --- | --- |\n"
-        + "\n".join(rows)
-        + "\n\n```{toctree}\n:hidden:\n\n"
-        + "\n".join(public_names())
-        + "\n```\n"
-    )
-    (folder / "index.md").write_text(text, encoding="utf-8")
+    lines = [
+        "# API by task",
+        "",
+        "`ep` is `import exo_pin as ep`, `exo` what `ep.load` returns. Tests run the examples.",
+    ]
+    lines += ["", "## The ten names used most", "", "| name | what it does |", "| --- | --- |"]
+    lines += [f"| {_link(path, said)} | {_cell(_first_line(path))} |" for path, said in MOST_USED.items()]
+    for task, modules in TASKS.items():
+        lines += ["", f"## {task}", "", "| module | names |", "| --- | --- |"]
+        for module in (each for each in modules if each in found):
+            names = ", ".join(_link(path, path.rpartition(".")[2]) for path, _ in found[module])
+            lines.append(f"| [{module}]({module}.md): {_cell(ROOMS[module])} | {names} |")
+    shown = [module for modules in TASKS.values() for module in modules if module in found]
+    lines += ["", "```{toctree}", ":hidden:", "", *shown, "```"]
+    (folder / "index.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _link(path: str, said: str) -> str:
+    return f"{{py:obj}}`{said} <{path}>`"
+
+
+def _first_line(path: str) -> str:
+    """First sentence of a docstring, without roles."""
+    text = " ".join((inspect.getdoc(callables()[path]) or "").split("\n\n")[0].split())
+    return re.sub(r":\w+:`~?[\w.]*?(\w+)`", r"`\1`", text).replace("``", "`")
 
 
 def _entry(path: str, item: object) -> str:

@@ -43,6 +43,7 @@ QUESTIONS = {
     "singularity": ("singularity", "device_singularity"),
     "accuracy": ("pose_accuracy",),
     "check": ("report",),
+    "report": ("design_report",),
 }
 #: Module and record of each of these.
 ANSWERS = {
@@ -57,6 +58,7 @@ ANSWERS = {
     "device_singularity": "device.device_singularity:DeviceSingularity",
     "pose_accuracy": "device.accuracy.pose_accuracy:PoseAccuracy",
     "report": "consistency.report:Report",
+    "design_report": "report.record:DesignReport",
     "batch_answer": "exo.questions:BatchAnswer",
 }
 #: What a question has besides the arguments of its method.
@@ -64,7 +66,7 @@ OWN = ("schema", "id", "question", "design", "side", "worn_by")
 DEFAULT_DESIGN = "four-cables"
 #: Files whose texts a question may hold, by the names of its members.
 FILES = {"toml": "design.toml", "urdf": "robot.urdf", "closures": "robot.closures.toml", "device": "robot.device.toml"}
-_NOT_HERE = ("self", "progress", "executor", "within")
+_NOT_HERE = ("self", "progress", "executor", "within", "file")
 #: Length that a unit quaternion may be off.
 _UNIT = 1e-3
 _EXPECTED = (ExoPinError, OSError, TypeError, ValueError, OverflowError, RecursionError)

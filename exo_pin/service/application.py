@@ -23,7 +23,7 @@ from ..exo.questions import QUESTIONS
 from .live import Live
 from .openapi import openapi
 from .options import LOOPBACK, ServiceOptions
-from .problems import LOG, MEDIA, encoded, problem
+from .problems import JSON, LOG, MEDIA, PAGES, encoded, problem
 from .workers import Busy, Workers
 
 #: Time in which a body has to arrive, s.
@@ -39,10 +39,12 @@ def application(workers: Workers, options: ServiceOptions, live: Live | None = N
 
     async def ask(request: Request) -> Response:
         name, start = request.url.path[1:], time.perf_counter()
-        status, body = await _answered(workers, options, name, request)
+        media = _wanted(request) if name == "report" else JSON
+        asked = f"{name}.{PAGES[media]}" if media in PAGES else name
+        status, body = await _answered(workers, options, asked, request)
         metrics.count(name, status, time.perf_counter() - start)
         headers = {"Retry-After": "1"} if status == 503 else {}
-        return Response(body, status, headers, "application/json" if status == 200 else MEDIA)
+        return Response(body, status, headers, media if status == 200 else MEDIA)
 
     async def health(_: Request) -> Response:
         return Response(encoded({"status": "ok", "version": __version__}), media_type="application/json")
@@ -69,9 +71,15 @@ def application(workers: Workers, options: ServiceOptions, live: Live | None = N
     return Guard(app, options)
 
 
+def _wanted(request: Request) -> str:
+    """The first media type of ``Accept`` that a report has; else JSON."""
+    wanted = [part.partition(";")[0].strip().lower() for part in request.headers.get("accept", "").split(",")]
+    return next((each for each in wanted if each in (*PAGES, JSON)), JSON)
+
+
 async def _answered(workers: Workers, options: ServiceOptions, name: str, request: Request) -> tuple[int, bytes]:
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if kind != "application/json":
+    if kind != JSON:
         return 415, problem(415, "MediaType", "expected the header Content-Type: application/json")
     try:
         async with asyncio.timeout(_ARRIVAL):

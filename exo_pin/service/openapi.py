@@ -18,7 +18,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import Load, Motion
 from ..reaction import SPLITS
 from ..workspace import Criteria
-from .problems import MEDIA
+from .problems import JSON, MEDIA, PAGES
 
 _NUMBERS = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]}
 _ANGLE = {**_NUMBERS, "description": "degrees, positive as named; lists are of one length"}
@@ -107,7 +107,10 @@ def _asked(name: str, roots: dict[str, Any]) -> dict[str, Any]:
         str(status): {"description": text, "content": {MEDIA: {"schema": roots["problem"]}}}
         for status, text in _STATUSES.items()
     }
-    answer = {"description": "The answer.", "content": {"application/json": {"schema": body}}}
+    content: dict[str, Any] = {JSON: {"schema": body}}
+    if name == "report":
+        content |= {media: {"schema": {"type": "string"}} for media in PAGES}
+    answer = {"description": "The answer.", "content": content}
     return {
         "operationId": name,
         "summary": " ".join((said.short_description or "").split()),

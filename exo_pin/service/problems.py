@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from dataclasses import dataclass, field
 from http import HTTPStatus
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import msgspec
 
 from ..core.errors import ExoPinError, MissingExtra
 from ..core.results import plain
 from ..core.schema import document
-from ..exo.questions import answer, answer_document, doubted, parsed
+from ..exo.questions import answer, answer_document, doubted, parsed, understood
 
 #: What is wrong with the service itself, with tracebacks.
 LOG = logging.getLogger("exo_pin.service")
-#: Media type of problem documents.
-MEDIA = "application/problem+json"
+#: Media type of problem documents, of documents, and of the pages of a report by their names.
+MEDIA, JSON = "application/problem+json", "application/json"
+PAGES = {"application/pdf": "pdf", "text/html": "html"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def reply(question: str, body: bytes) -> tuple[int, bytes]:
     Parameters
     ----------
     question : str
-        Of :data:`exo_pin.exo.questions.QUESTIONS`.
+        Of :data:`exo_pin.exo.questions.QUESTIONS`; "report.pdf" and "report.html" for the pages in place of a document.
     body : bytes
         The question, as a line of ``exo-pin batch``; a design is a preset's name or stands in it, and no file is read.
 
@@ -78,6 +83,7 @@ def reply(question: str, body: bytes) -> tuple[int, bytes]:
     MemoryError
         If the answer needs more memory than the process may take.
     """
+    question, _, ending = question.partition(".")
     try:
         asked = parsed(body)
     except ExoPinError as error:
@@ -90,6 +96,8 @@ def reply(question: str, body: bytes) -> tuple[int, bytes]:
             if asked["question"] != question:
                 detail = f"expected question {question!r} or none at this address"
                 return 422, problem(422, "InvalidInput", detail)
+        if ending:
+            return 200, _pages(asked, ending)
         found, texts = doubted(lambda: answer(asked, files=False))
         return 200, encoded(answer_document(asked, 1, found, None, texts))
     except MissingExtra as error:
@@ -101,3 +109,13 @@ def reply(question: str, body: bytes) -> tuple[int, bytes]:
     except Exception:
         LOG.exception("a question had no answer: %s", question)
         return 500, problem(500, "InternalFault", "a fault of exo_pin, which its log describes")
+
+
+def _pages(asked: Any, ending: str) -> bytes:
+    """The pages of a report that is asked for, as ``exo-pin report`` writes them."""
+    _, exo, arguments = understood(asked, files=False)
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the pages have the cautions
+        path = Path(folder, f"report.{ending}")
+        exo.report(**arguments).save(path)
+        return path.read_bytes()

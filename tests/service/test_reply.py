@@ -111,6 +111,25 @@ def test_texts_of_a_design_lead_to_no_file():
         assert "prototype-whole" not in found["detail"]
 
 
+@pytest.mark.full
+def test_a_report_has_the_pages_of_the_python_call(tmp_path):
+    pytest.importorskip("fpdf", reason="needs the extra report")
+    question = {"design": "four-cables", "person": {"height": 1.6, "mass": 45.0, "sex": "female"}, "arm_speed": 20.0}
+    found = ep.load("four-cables").report(ep.Person(1.6, 45, "female"), arm_speed=20.0)
+    found.save(tmp_path / "own.html")
+    assert reply("report.html", json.dumps(question).encode()) == (200, (tmp_path / "own.html").read_bytes())
+    status, pdf = reply("report.pdf", json.dumps(question).encode())
+    assert (status, pdf[:5], pdf.count(b"/Type /Page\n")) == (200, b"%PDF-", 2)
+    status, document = asked(question, "report")
+    assert (status, document["answer"]["verdict"]) == (200, found.verdict)
+
+
+@pytest.mark.parametrize("pages", ["report", "report.pdf"])
+def test_a_report_reads_no_file(pages):
+    status, found = asked({"file": "/etc/passwd"}, pages)
+    assert (status, found["kind"]) == (422, "UnknownName")
+
+
 def test_a_fault_of_the_package_is_logged_and_not_shown(monkeypatch, caplog):
     def broken(*_, **__):
         raise ZeroDivisionError("/home/somebody/secret")

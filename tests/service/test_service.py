@@ -46,6 +46,19 @@ def test_what_is_refused_is_a_problem_document(service, method, path, body, head
     assert received["content-type"] == "application/problem+json"
 
 
+@pytest.mark.parametrize(
+    ("accept", "begins"), [("application/pdf", b"%PDF-"), ("text/html;q=0.9", b"<!DOC"), ("*/*", b"{")]
+)
+def test_a_report_is_what_the_request_accepts(service, accept, begins):
+    pytest.importorskip("fpdf", reason="needs the extra report")
+    headers = {"Content-Type": "application/json", "Accept": accept}
+    status, received, body = service.send("POST", "/report", '{"design": "four-cables"}', headers)
+    assert (status, body[:5].startswith(begins)) == (200, True)
+    assert received["content-type"].startswith(accept.partition(";")[0] if begins != b"{" else "application/json")
+    status, received, body = service.send("POST", "/report", '{"design": "nothing"}', headers)
+    assert (status, received["content-type"]) == (422, "application/problem+json")
+
+
 def test_two_hundred_ask_at_once_and_all_have_the_answer_of_the_python_call(service):
     exo = ep.load("four-cables")
     angles = [float(k % 80) for k in range(200)]

@@ -22,7 +22,6 @@ DOCUMENTS = {
     "optimised": "workspace.optimisation.optimised:Optimised",
     "total_uncertainty": "uncertainty.total_uncertainty:TotalUncertainty",
     "study_table": "study.study_table:_StudyDocument",
-    "design_report": "report.record:DesignReport",
     "parts": "cli.designs.parts_command:Parts",
     "robot_forces": "cli.robot_commands:RobotForces",
     "track_summary": "cli.motion_commands:TrackSummary",

@@ -307,21 +307,12 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     assert capsys.readouterr().out.startswith(model.verdict)
     assert (tmp_path / "run.csv").stat().st_size > 100_000
     page = site_page("machine_in_motion")
-    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n.*\n\| \| model \|(.*)\n", page)
+    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n\| \| model \|(.*)\n", page)
     for row, tracking in zip(found.groups(), (ep.experiment("held-abduction").run(), model), strict=True):
         shown = [float(value) for value in re.findall(r"\d+\.?\d*", row)]
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")
         computed = [tracking.summary()[key] for key in keys]
         assert shown == pytest.approx(computed, abs=0.5, rel=0.02)
-    text = (
-        r"In `held-abduction` with the model-based controller it is (\d+) % "
-        r"\(muscles 1 to 3: (\d+), (\d+)\s+and\s+(\d+) %\)"
-    )
-    pulls, inside = model.run.tensions > 0.0, model.run.in_range
-    computed = [inside[pulls].mean(), *(inside[pulls[:, i], i].mean() for i in range(3))]
-    np.testing.assert_allclose(
-        [float(share) for share in re.search(text, page).groups()], 100.0 * np.array(computed), atol=0.6
-    )
 
 
 def test_counts_of_the_thesis_are_not_stale(ledger_rows):

@@ -203,8 +203,8 @@ def track(
         texts = [text.replace(",all,", f",{limb},", 1) for text in fault for limb in _limbs(text, count)]
         changes["faults"] = tuple(Fault.from_text(text, count) for text in texts)
     chosen = chosen.replace(**changes)
-    noticing = {"lost_beyond": None if lost_beyond is None else 1e-3 * lost_beyond, "lower_in": lower_in}
-    noticing = {name: value for name, value in noticing.items() if value is not None}
+    asked = {"lost_beyond": None if lost_beyond is None else 1e-3 * lost_beyond, "lower_in": lower_in}
+    noticing: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if noticing:
         if chosen.controller != "model":
             word = "--lost-beyond" if lost_beyond is not None else "--lower-in"

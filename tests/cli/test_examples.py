@@ -27,7 +27,7 @@ ANSWERS = {
     "view": r"The device can|http://",
     "workspace": r"\d+\.\d % of \d+ poses are inside",
     "parts": r"Mass of these parts: \d",
-    "tasks": r"published range +\d+|does \d+ of 13 tasks of a day",
+    "tasks": r"published range +\d+|does \d+ of 14 tasks of a day",
     "compare": r"ranks first|Equal first",
     "report": r"It holds (none|\d)",
     "uncertainty": r"shoulder force|offset|draws of all",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -216,7 +217,7 @@ def _faults(tracking: Tracking) -> list[str]:
         if (tracking.times >= start).any():
             every = len(limbs) == tracking.run.plant.count > 1
             who = "all drives" if every else ", ".join(_name(tracking, limb) for limb in limbs)
-            texts.append(f"{who}: {kind} from {start:g} s on; {_worst(tracking, lambda times, t=start: times >= t)}")
+            texts.append(f"{who}: {kind} from {start:g} s on; {_worst(tracking, partial(np.less_equal, start))}")
     return texts
 
 

@@ -131,6 +131,25 @@ class Asked(Record):
         forearm = person.forearm_length * np.array([np.sin(bend), 0.0, -np.cos(bend)])
         return np.asarray(forearm - [0.0, 0.0, person.upper_arm_length])
 
+    @property
+    def joints(self) -> dict[str, FloatArray]:
+        """Centres of joints on torso and arm by name, in this pose, shape (3,), m, base frame."""
+        places = self.exo.device.places().items()
+        found = {name: at for name, at in places if name.startswith("A[")}
+        return found | {name: self.pose.apply(at) for name, at in places if name.startswith("B[")}
+
+    def with_joint_at(self, name: str, place: FloatArray) -> Asked:
+        """The same with a joint centre elsewhere, shape (3,), m, base frame, as dimensions that the design changes."""
+        own = self.pose.inv().apply(place) if name.startswith("B[") else place
+        known = replace(self, changes=()).bare.device.dimensions()
+        changes = dict[str, float]()
+        for key, value in self.bare.device.with_place(name, own).dimensions().items():
+            if abs(value - known.get(key, np.inf)) > 1e-9:
+                stem, _, unit = key.rpartition("_")
+                size, shown = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "deg")}[unit]
+                changes[f"{stem}_{shown}"] = round(size * value, 2)
+        return replace(self, changes=tuple(sorted(changes.items())))
+
     def with_hand_at(self, place: FloatArray) -> dict[str, float]:
         """Angles of the pose that brings the hand towards a place, shape (3,), m, by the shortest turn, in degrees."""
         here = self.pose.apply(self.hand)

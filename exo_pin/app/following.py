@@ -70,6 +70,8 @@ class Following(OneProcess):
         self._show, self._draw = show, draw
         self._asked: tuple[Asked, ...] = ()
         self._changed, self._ends = threading.Event(), False
+        #: Whether joint centres of the first design can be dragged.
+        self.joints = False
         self._drawn = dict[int, tuple[Scene, Asked]]()
         self._beside: tuple[Asked, ...] | None = None
         self._scale: float | None = None
@@ -135,7 +137,8 @@ class Following(OneProcess):
             elif asked.anywhere != drawn.anywhere:
                 scene.replace_exo(asked.exo)
             scene.show(asked.pose, motion=asked.motion)
-            scene.offer(hand=asked.pose.apply(asked.hand))
+            joints = asked.joints if self.joints and not place else {}
+            scene.offer(joints, hand=asked.pose.apply(asked.hand))
             if drawn is None:
                 self._draw(place, scene)
             self._drawn[place] = scene, asked

@@ -133,3 +133,16 @@ def test_two_designs_are_answered_in_one_pose_and_drawn_to_one_scale():
     following.close()
     assert scenes[0] is not first
     assert scenes[1] is not second
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("design", ["four-cables", "prototype"])
+def test_a_dragged_joint_centre_is_a_change_of_dimensions(design, side):
+    asked = Asked(design, (("cuff_height_mm", 190.0),), side=side, flexion=40.0, abduction=20.0)
+    for name, at in [*asked.joints.items()][::3]:
+        place = at + np.array([0.01, -0.02, 0.03])
+        moved = asked.with_joint_at(name, place)
+        # Values have two decimals, in mm and degrees.
+        for other, found in moved.joints.items():
+            np.testing.assert_allclose(found, place if other == name else asked.joints[other], atol=1e-4)
+        assert 'with_dimensions(**{"A[1]' in moved.python() or name != "A[1]"

@@ -117,17 +117,17 @@ def test_a_better_design_is_found_by_a_search_that_is_stopped(window, tmp_path):
     asked = Asked(str(tmp_path / "low.toml"), flexion=60.0)
     with served(asked.design, "--flexion", "60") as url:
         window.open(url)
-        window.click(".row-of-buttons button")
+        window.click(".device .row-of-buttons button")
         window.wait_for("document.querySelector('.found').innerText.includes('designs tried')")
         keep(window, "search")
-        assert window.text(".row-of-buttons button").lower() == "stop the search"
-        window.wait_for("document.querySelector('.row-of-buttons button:last-child').offsetParent")
-        window.click(".row-of-buttons button:last-child")
+        assert window.text(".device .row-of-buttons button").lower() == "stop the search"
+        window.wait_for("document.querySelector('.device .row-of-buttons button:last-child').offsetParent")
+        window.click(".device .row-of-buttons button:last-child")
         window.settled("document.querySelector('.call').innerText.includes('cuff_height_mm')")
         height = re.search(r'"cuff_height_mm": ([\d.]+)', window.text(".call"))[1]
         found = answered(asked.changed("cuff_height_mm", float(height)))
         window.wait_for(f"document.querySelector('.drives').innerText.includes('{found.parts.drives[0][1]}')")
-        assert window.text(".row-of-buttons button").lower() == "search within sliders"
+        assert window.text(".device .row-of-buttons button").lower() == "search within sliders"
         keep(window, "better_design")
 
 
@@ -227,21 +227,38 @@ def test_sensors_move_the_arm_and_lost_samples_are_said(window):
                 stream.recv()
 
 
+def middle_of_handle(window, title):
+    """Where a handle of the scene is on the page."""
+    frame = "document.querySelector('.scene iframe')"
+    handle = f"[...{frame}.contentDocument.querySelectorAll('.handle')].find((each) => each.title === '{title}')"
+    window.wait_for(handle)
+    return window.evaluate(
+        f"(() => {{ const outer = {frame}.getBoundingClientRect(), inner = {handle}.getBoundingClientRect();"
+        "return [outer.left + inner.left + inner.width / 2, outer.top + inner.top + inner.height / 2]; })()"
+    )
+
+
 def test_the_hand_is_dragged_in_the_picture(window):
     with served("--flexion", "60") as url:
         window.open(url)
-        frame = "document.querySelector('.scene iframe')"
-        window.wait_for(f"{frame}.contentDocument.querySelector('.handle')")
-        x, y = window.evaluate(
-            f"(() => {{ const outer = {frame}.getBoundingClientRect();"
-            f"const inner = {frame}.contentDocument.querySelector('.handle').getBoundingClientRect();"
-            "return [outer.left + inner.left + inner.width / 2, outer.top + inner.top + inner.height / 2]; })()"
-        )
-        window.drag_from(x, y, (0, -60), 6)
+        window.drag_from(*middle_of_handle(window, "Drag the hand"), (0, -60), 6)
         window.settled("Number(document.querySelector('.pose .value').innerText) > 62")
         shown = "document.querySelector('.pose .value').innerText"
         window.wait_for(f"document.querySelector('.call').innerText.includes('exo.pose(' + Number({shown}) + ', ')")
         keep(window, "dragged_hand")
+
+
+def test_a_joint_centre_is_dragged_in_the_picture(window):
+    with served("four-cables", "--flexion", "60") as url:
+        window.open(url)
+        window.click(".joints")
+        window.drag_from(*middle_of_handle(window, "Drag the A[2]"), (30, -40), 6)
+        window.settled("document.querySelector('.device').innerText.includes('Changed: A[2]')")
+        radius = float(re.search(r'"A\[2\].radius_mm": ([\d.]+)', window.text(".call"))[1])
+        assert radius > 260.0  # 249.87 as designed; up and away from the shoulder
+        keep(window, "dragged_joint")
+        window.choose("Design", "prototype")
+        window.settled("!document.querySelector('.call').innerText.includes('with_dimensions')")
 
 
 def test_only_who_has_the_address_sees_the_page():

@@ -61,7 +61,7 @@ class Visit(OneProcess):
         self._views: list[AnswerView] = []
         self._following = Following(self._send, self._draw)
         self._search, self._best = Search(self._send_found), dict[str, float]()
-        self._files, self._sliders = PageFiles(), dict[str, Any]()
+        self._files, self._sliders, self._chosen = PageFiles(), dict[str, Any](), list[str]()
         self._player = Player(self._move, self._files.keep)
         self.live = LiveInput(self._move, lambda: self._asked.side)
         self._build()
@@ -139,13 +139,26 @@ class Visit(OneProcess):
         self._following.draw_anew()
 
     def _drag(self, message: str) -> None:
-        """Bring the hand where the scene's handle was dragged."""
+        """Bring hand or joint centre where the scene's handle was dragged."""
         try:
-            place = np.array([float(part) for part in json.loads(message)["to"]])
+            said = json.loads(message)
+            if "dropped" in said:
+                if said["dropped"] != "hand":
+                    self._build_dimensions()
+                return
+            name, place = said["drag"], np.array([float(part) for part in said["to"]])
         except (ValueError, TypeError, KeyError, RecursionError):
             return
-        if place.shape == (3,) and np.isfinite(place).all() and 1e-6 < np.linalg.norm(place) < 10.0:
+        if place.shape != (3,) or not np.isfinite(place).all() or not 1e-6 < np.linalg.norm(place) < 10.0:
+            return
+        if name == "hand":
             self.pose(**self._asked.with_hand_at(place))
+        elif name in self._asked.joints:
+            self.change(changes=self._asked.with_joint_at(name, place).changes)
+
+    def _offer_joints(self, offered: bool) -> None:
+        self._following.joints = offered
+        self.change()
 
     def _pick(self, flexion: float, abduction: float) -> None:
         self.pose(flexion=flexion, abduction=abduction)
@@ -202,6 +215,8 @@ class Visit(OneProcess):
                 choice("Side", sides, self._asked.side, lambda value: self.change(side=value))
                 designs = {"": "nothing"} | self._designs
                 self._other = choice("Beside it", designs, "", self._put_beside).classes("wide")
+            joints = ui.checkbox("Drag joint centres in the picture", on_change=lambda e: self._offer_joints(e.value))
+            joints.props("dense").classes("joints")
             self._dimensions = ui.element("div").classes("dimensions")
             self._build_dimensions()
             given = ui.upload(
@@ -241,6 +256,7 @@ class Visit(OneProcess):
         return {"design": path, "shown": self._designs[path] if path != self._designs[path] else ""}
 
     def _choose_design(self, path: str) -> None:
+        self._chosen.clear()
         self.change(changes=(), **self._design_fields(path))
         self._build_dimensions()
 
@@ -248,17 +264,15 @@ class Visit(OneProcess):
         """Sliders of the dimensions that are changed, and a list of the others."""
         self._dimensions.clear()
         try:
-            known = {each.name: each for each in dimensions_of(replace(self._asked, changes=()).bare.device)}
+            known = {each.name: each for each in dimensions_of(self._asked.bare.device)}
         except (ExoPinError, OSError):
             return  # the answer says what is wrong
         changed = dict(self._asked.changes)
-        shown = [name for name in known if name in changed or name == next(iter(known))]
+        shown = [name for name in known if name in self._chosen or name == next(iter(known))]
         with self._dimensions:
             for name in shown:
                 each = known[name]
-                self._build_slider(
-                    _words(name), name, each.low, each.high, changed.get(name, each.value), 0.5, self._resize
-                )
+                self._build_slider(_words(name), name, each.low, each.high, each.value, 0.5, self._resize)
             others = [name for name in known if name not in shown]
             if others:
                 other = ui.select(others, label="Change another dimension", on_change=lambda e: self._add(e.value))
@@ -270,6 +284,9 @@ class Visit(OneProcess):
                 self._taken.set_visibility(False)
             self._found = ui.label().classes("found").props('role="status"')
             self._bounds = {name: (known[name].low, known[name].high) for name in shown}
+            moved = dict.fromkeys(name.split(".")[0] for name in changed if name not in shown)
+            if moved:
+                ui.label(f"Changed: {', '.join(moved)}").classes("found")
             if changed:
                 ui.button("As designed", on_click=self._as_designed).props("flat dense no-caps")
 
@@ -303,8 +320,7 @@ class Visit(OneProcess):
         self._build_dimensions()
 
     def _add(self, name: str) -> None:
-        known = {each.name: each.value for each in dimensions_of(replace(self._asked, changes=()).bare.device)}
-        self._resize(name, known[name])
+        self._chosen.append(name)
         self._build_dimensions()
 
     def _as_designed(self) -> None:

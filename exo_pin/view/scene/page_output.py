@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -188,15 +188,17 @@ class Pages(OneProcess, ABC):
         """
         return self._stage.attach(publish)
 
-    def offer(self, **points: ArrayLike) -> None:
-        """Points that a page of one's own server (:meth:`attach`) lets its user drag, on spheres about the origin.
+    def offer(self, free: Mapping[str, ArrayLike] | None = None, /, **points: ArrayLike) -> None:
+        """Points that a page of one's own server (:meth:`attach`) lets its user drag.
 
-        What a page sends of them is ``{"drag": name, "to": [x, y, z]}``.
+        What a page sends of them is ``{"drag": name, "to": [x, y, z]}``, and at the end ``{"dropped": name}``.
 
         Parameters
         ----------
+        free : mapping, optional
+            Those that are dragged across the picture: shape (3,) each, m, base frame, by name.
         **points
-            Shape (3,) each, m, base frame, by name.
+            Those that stay on spheres about the origin, in the same way.
 
         Examples
         --------
@@ -207,7 +209,11 @@ class Pages(OneProcess, ABC):
         >>> scene.serial - before
         1
         """
-        placed = [{"name": name, "at": as_finite(name, at, (3,)).tolist()} for name, at in points.items()]
+        placed = [
+            {"name": name, "at": as_finite(name, at, (3,)).tolist(), "free": not on_sphere}
+            for on_sphere, given in ((True, points), (False, free or {}))
+            for name, at in given.items()
+        ]
         self._stage.set_panel("handles", placed)
 
     @property

@@ -4,7 +4,8 @@
 
 The controller is ``control.impedance``; a constant couple pushes the arm that rests at 30° of flexion and 20° of
 abduction, and after 2 s its stiffness is the couple over the turn along it. Friction of the drives holds a part of the
-couple: what the spring does not. Drives at their limits are named. The table stands on docs/howto/control.md.
+couple: what the spring does not. Drives at their limit or the end of their range are named. docs/howto/control.md has
+the result.
 """
 
 from __future__ import annotations
@@ -53,7 +54,10 @@ def pushed(
     run = plant.simulate(controller, _END, start, rtol=1e-5)
     turn = (run.rotations[-1] * pose.inv()).as_rotvec()
     full = np.abs(run.commands[-1]) > _AT_LIMIT
-    names = ", ".join(f"drive {k + 1}" for k in np.flatnonzero(full))
+    left = [min(x - own.shortest, own.longest - x) for x, own in zip(run.lengths[-1], plant.drives, strict=True)]
+    names = ", ".join(
+        f"drive {k + 1} at its {'limit' if full[k] else 'end'}" for k in np.flatnonzero(full | (np.array(left) < 1e-3))
+    )
     return float(couple @ turn / (turn @ turn)), names if run.status == "completed" else run.status
 
 

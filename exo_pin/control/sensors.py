@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.validation import as_count, as_finite, as_real, require_type, set_fields, set_positive
+from ..core.validation import ReadOnly, as_count, as_finite, as_real, require_type, set_fields, set_positive
 from .plant.state import Measurement
 
 __all__ = ["SensorError", "Sensors"]
@@ -36,7 +36,7 @@ _SAME = 1e-9
 
 @checked
 @dataclass(frozen=True, eq=False)
-class SensorError:
+class SensorError(ReadOnly):
     """What is wrong with a channel, in its unit; of an orientation rotation vectors in the base frame, rad.
 
     Parameters
@@ -94,27 +94,8 @@ class SensorError:
             raise InvalidInput(f"expected lost as intervals (from, to) in s, got {echo(self.lost)}")
         set_fields(self, lost=tuple((start, end) for start, end in lost.tolist()))
 
-    def read(self, value: Any, sample: int) -> Any:
-        """A reading of a true value.
-
-        Parameters
-        ----------
-        value : Rotation, float or ndarray
-            Of the channel.
-        sample : int
-            Its number, by which the noise is drawn.
-
-        Returns
-        -------
-        Rotation, float or ndarray
-            As the value.
-
-        Examples
-        --------
-        >>> from exo_pin.control import SensorError
-        >>> SensorError("pressures", bias=40.0, resolution=100.0).read(np.array([1030.0, 1080.0]), 0)
-        array([1100., 1100.])
-        """
+    def _read(self, value: Any, sample: int) -> Any:
+        """A reading of a true value; the noise is drawn by the number of the sample."""
         turned = isinstance(value, Rotation)
         true = np.zeros(3) if turned else np.asarray(value, dtype=np.float64)
         if self.limb is not None and not (true.ndim == 1 and self.limb < len(true) and not turned):
@@ -138,7 +119,8 @@ class Sensors:
     Parameters
     ----------
     errors : SensorError or sequence of SensorError
-        Those of one channel act one after the other. ``Measurement.lost`` is true where the orientation is.
+        As a list or tuple. Those of one channel act one after the other. ``Measurement.lost`` is true where the
+        orientation is.
 
     Examples
     --------
@@ -153,7 +135,10 @@ class Sensors:
     """
 
     def __init__(self, errors: SensorError | Sequence[SensorError]) -> None:
-        self.errors = (errors,) if isinstance(errors, SensorError) else tuple(errors)
+        given = (errors,) if isinstance(errors, SensorError) else errors
+        if not isinstance(given, list | tuple):
+            raise InvalidInput(f"expected errors as a SensorError or a list of them, got {echo(errors)}")
+        self.errors = tuple(given)
         for each in self.errors:
             require_type("errors", each, SensorError, "SensorError records")
         #: Samples so far, and readings (time, value) of each error that may still be asked.
@@ -182,7 +167,7 @@ class Sensors:
             value = getattr(measurement, own.channel)
             gone = any(start <= t + _SAME < end for start, end in own.lost)
             # What is lost before the first sample is as it was there.
-            readings = past if gone and past else (*past, (t, own.read(value, sample)))
+            readings = past if gone and past else (*past, (t, own._read(value, sample)))
             due = [k for k, (when, _) in enumerate(readings) if when <= t - own.delay + _SAME]
             readings = readings[due[-1] if due else 0 :]
             after.append(readings)

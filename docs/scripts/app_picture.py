@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "oracles"))
@@ -20,6 +21,8 @@ def main() -> None:
     """Write the picture to the file that is named."""
     with served(*ASKED.split()) as url, AppWindow(SIZE) as window:
         window.open(url)
+        # The map is a canvas, which does not say when it is complete.
+        time.sleep(25.0)
         Path(sys.argv[1]).write_bytes(window.screenshot())
 
 

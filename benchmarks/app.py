@@ -31,7 +31,7 @@ def rates(design, seconds=5.0):
         following.ask(replace(asked, flexion=60.0 + 30.0 * np.sin(now)))
         time.sleep(1.0 / 90.0)
     spent = time.process_time() - spent
-    following.close()
+    following.close(wait=True)
     return len(shown) / spent, len(shown) / seconds
 
 

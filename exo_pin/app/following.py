@@ -88,11 +88,13 @@ class Following(OneProcess):
         """Draw new scenes with the next answers."""
         self._beside = None
 
-    def close(self) -> None:
-        """End the threads."""
+    def close(self, wait: bool = False) -> None:
+        """End the threads; ``wait`` until they have ended."""
         self._ends = True
         self._changed.set()
-        self._whole.shutdown(wait=False, cancel_futures=True)
+        self._whole.shutdown(wait, cancel_futures=True)
+        if wait:
+            self._thread.join()
 
     def _run(self) -> None:
         self._changed.wait()

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.validation import as_count, as_finite, as_real, require_type, set_fields, set_positive
+from ..core.validation import ReadOnly, as_count, as_finite, as_real, require_type, set_fields, set_positive
 from .plant.state import Measurement
 
 __all__ = ["SensorError", "Sensors"]
@@ -36,7 +36,7 @@ _SAME = 1e-9
 
 @checked
 @dataclass(frozen=True, eq=False)
-class SensorError:
+class SensorError(ReadOnly):
     """What is wrong with a channel, in its unit; of an orientation rotation vectors in the base frame, rad.
 
     Parameters

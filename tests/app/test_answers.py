@@ -84,7 +84,7 @@ def test_the_newest_question_counts():
     for each in asked:
         following.ask(each)
     assert done.wait(60.0)
-    following.close()
+    following.close(wait=True)
     # Not one by one: the last is answered shortly, then in full.
     assert [answer.asked for answer in shown[-2:]] == [asked[-1]] * 2
     assert [answer.moving for answer in shown[-2:]] == [True, False]
@@ -130,7 +130,7 @@ def test_two_designs_are_answered_in_one_pose_and_drawn_to_one_scale():
     following.ask(asked[1])
     following.ask(*asked)
     assert done.wait(60.0)
-    following.close()
+    following.close(wait=True)
     assert scenes[0] is not first
     assert scenes[1] is not second
 

@@ -86,7 +86,10 @@ class SensorError(ReadOnly):
         if self.channel not in CHANNELS:
             raise UnknownName("channel", self.channel, CHANNELS)
         set_positive(self, "noise", "resolution", "delay", zero=True)
-        set_fields(self, seed=as_count("seed", self.seed), bias=as_finite("bias", self.bias, (), stack=True))
+        bias = as_finite("bias", self.bias, (), stack=True)
+        if bias.ndim > 1:
+            raise InvalidInput(f"expected bias as a number or a list of them, got shape {bias.shape}")
+        set_fields(self, seed=as_count("seed", self.seed), bias=tuple(bias.tolist()) if bias.ndim else float(bias))
         if self.limb is not None:
             set_fields(self, limb=as_count("limb", self.limb))
         lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))
@@ -101,7 +104,7 @@ class SensorError(ReadOnly):
         if self.limb is not None and not (true.ndim == 1 and self.limb < len(true) and not turned):
             raise InvalidInput(f"expected limb as one of the entries of {self.channel}, got {self.limb}")
         draw = np.random.default_rng([self.seed, CHANNELS.index(self.channel), sample])
-        error = self.bias + self.noise * draw.standard_normal(true.shape)
+        error = np.asarray(self.bias) + self.noise * draw.standard_normal(true.shape)
         if self.limb is not None:
             error = np.where(np.arange(len(true)) == self.limb, error, 0.0)
         read = true + error

@@ -171,7 +171,7 @@ def test_obstacles_stand_about_the_person():
     for name, into in (("bed", back), ("wall:100", back - 0.1), ("ceiling:20", top - 0.02), ("wall:900", -own)):
         gap = exo.workspace(rest, criteria=replace(plain, obstacles=(name,))).gaps[0, 1]
         assert gap == pytest.approx(-into, abs=1e-3)
-    for wrong in ("car", "wall:far", "wall:-3"):
+    for wrong in ("sofa", "wall:far", "wall:-3"):
         with pytest.raises(ep.InvalidInput):
             ep.Criteria(obstacles=(wrong,))
     with pytest.raises(ep.InvalidInput, match="body of your own"):

@@ -221,10 +221,10 @@ def test_sensors_move_the_arm_and_lost_samples_are_said(window):
             link.send(b'{"t": 0.0, "flexion": 35.0}')
             window.settled("document.querySelector('.call').innerText.includes('exo.pose(35, 0, 0)')")
         window.click(".live button")
-        with connect(address) as stream:
+        # The page may have closed it before anything is sent.
+        with connect(address) as stream, pytest.raises(Exception, match="1008"):
             stream.send(opening)
-            with pytest.raises(Exception, match="1008"):
-                stream.recv()
+            stream.recv()
 
 
 def middle_of_handle(window, title):

@@ -110,7 +110,7 @@ GROUPS = {
         "muscle loop": Command("muscle_commands", "step of one muscle under its PI controller"),
         "thesis": Command("motion_commands", "numbers of the thesis beside computed ones"),
         "schema": Command("documents.schema_command", "what the documents of --json hold, as JSON schemas"),
-        "warm-up": Command("motion_commands", "compile the kernels ahead of time (once, about a minute)"),
+        "warm-up": Command("motion_commands", "compile the kernels ahead of time (once, some minutes)"),
     },
 }
 COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -10,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 
 from ..core.conventions import shoulder_rotation
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, MissingExtra
 from ..core.optional_packages import require_extra
 from ..core.schema import document
 from ..core.tables import aligned
@@ -356,7 +358,7 @@ def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
 def warm_up() -> None:
     """Compile all numerical functions now, so that later commands need not wait.
 
-    It takes about a minute, once; nothing else changes.
+    It takes one to three minutes, once; nothing else changes.
 
     Examples
     --------
@@ -370,6 +372,7 @@ def warm_up() -> None:
         _compile_forces(exo)
         _compile_workspaces()
         _compile_motion(exo)
+        _compile_report()
     ready = sum(each.is_ready for each in kernels())
     print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
 
@@ -403,6 +406,13 @@ def _compile_forces(exo: ShoulderExo) -> None:
         exo.reaction(pose, constraint_bounds="actuator", split="minimal")
     for split in rigid:
         exo.reaction_map(_few(3), split=split)
+
+
+def _compile_report() -> None:
+    # Suggestions, margins and twins, too; its pictures need an extra, which may be missing.
+    with contextlib.suppress(MissingExtra), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        load(DEFAULT_PRESET).report(Wearer(1.75, 75, "male"))
 
 
 def _compile_workspaces() -> None:

@@ -208,6 +208,8 @@ def assumptions_of(mechanism: Any, drives: Sequence[LimbDrive], options: PlantOp
             names = [item.name for item in fields(own) if not (limited and item.name == "no_load_speed")]
             estimates = _estimates(own, names, "estimate: ")
             found += [replace(each, name=f"{name}.{each.name}") for each in estimates]
+    if any(isinstance(drive, MotorDrive) for drive in drives):
+        found += _estimates(options, ["play"])
     return (*found, *_shoulder_estimates(mechanism, options))
 
 

@@ -3,6 +3,7 @@
 import os
 import pickle
 import sys
+import tomllib
 from fcntl import LOCK_EX, flock
 from pathlib import Path
 
@@ -25,9 +26,11 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 def pytest_collection_modifyitems(items):
     """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""
     items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
+    slow = {} if "TEST_TIMES" in os.environ else tomllib.loads((FOLDER / "slow_tests.toml").read_text(encoding="utf-8"))
+    mark_of = {name: mark for mark, names in slow.items() for name in names}
     for item in items:
-        if item.get_closest_marker("full") and item.get_closest_marker("long"):
-            raise pytest.UsageError(f"{item.nodeid} is marked both full and long, so that '-m full' would run it")
+        if item.nodeid in mark_of:
+            item.add_marker(mark_of[item.nodeid])
         if "ledger_rows" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.full)  # the whole ledger takes a quarter of a minute
 

@@ -129,7 +129,12 @@ def _compiled(compile_now: Callable[[Any], Any], folder: Path | None, is_part: b
         _stop_deferred(),
         _half_optimised() if is_part else contextlib.nullcontext(),
     ):
-        return compile_now(signature)
+        return compile_now(tuple(map(_open, signature)))
+
+
+def _open(kind: Any) -> Any:
+    """The type of an argument; of a flag whether or not its value is written out, as one form serves both values."""
+    return numba.types.boolean if isinstance(kind, numba.types.BooleanLiteral) else kind
 
 
 @contextlib.contextmanager

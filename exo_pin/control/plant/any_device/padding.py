@@ -23,7 +23,7 @@ from ....core.validation import FloatArray, set_positive
 from ....device import ChainDevice
 from ....device.device_model import DeviceModel
 from ....device.elastic.soft_tree import padded_device
-from ....device.elastic.springs import CUFF, HARNESS
+from ....device.elastic.springs import CUFF, HARNESS, PlacedSpring
 from ....device.postures import following, postures
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class Pads:
         #: The same with rigid parts, in whose configurations no spring is displaced.
         self.rigid = DeviceModel(device)
         self.model, springs = padded_device(device, tuple(_JOINTS[name] for name in given))
-        held, by_joint = self.model.held.model, {spring.name: spring for spring in springs}
+        held, by_joint = self.model.held.model, {one.name: one for one in springs if isinstance(one, PlacedSpring)}
         self._springs = {name: by_joint[_JOINTS[name]] for name in given}
         self._places = {name: v_slice(held, held.getJointId(_JOINTS[name])) for name in given}
         self._times = {name: float(pad.damping_time) for name, pad in given.items() if pad.damping_time is not None}

@@ -40,10 +40,10 @@ OUTWARD = -0.04
 def _longer(mechanism: Mechanism, poses: Rotation) -> Mechanism:
     """Muscles as long as the limbs are at most in some poses, less short end fittings; Section 5.4.1 asks for them."""
     most = Contractions(mechanism).lengths(poses).max(axis=0) - SHORT_FITTING
-    limbs = [
-        replace(limb, stroke=replace(limb.stroke, nominal_length=length, end_fitting=SHORT_FITTING))
-        for limb, length in zip(mechanism.limbs, most.tolist(), strict=True)
-    ]
+    limbs = []
+    for limb, length in zip(mechanism.limbs, most.tolist(), strict=True):
+        assert limb.stroke is not None
+        limbs.append(replace(limb, stroke=replace(limb.stroke, nominal_length=length, end_fitting=SHORT_FITTING)))
     return mechanism.replace(limbs=limbs, name=f"{mechanism.name}, longer muscles")
 
 

@@ -41,7 +41,7 @@ def person_spec(path: str | PathLike[str] | None, left: bool) -> Any:
     try:
         with mujoco_warnings(mujoco, []):
             spec = mujoco.MjSpec.from_file(os.fsdecode(path))
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, TypeError) as error:
         raise FileFormatError(f"MuJoCo cannot read it: {echo(str(error))}", os.fsdecode(path)) from error
     # The new file may stand in another folder.
     folder = Path(os.fsdecode(path)).resolve().parent

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"
 from on_person import Worn, angles_apart, law_of_drives
 
 import exo_pin as ep
-from exo_pin.exo.on_person import LOCKS
+from exo_pin.person.on_person import LOCKS
 
 #: Design, side, step in s, and how the person is written.
 CASES: tuple[tuple[str, str, float, dict[str, Any]], ...] = (

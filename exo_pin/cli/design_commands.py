@@ -23,8 +23,8 @@ from ..design import presets as names_of_presets
 from ..design.parameters.names import assigned
 from ..exo.loading import load, load_designs
 from ..exo.models import EXPORTS
-from ..exo.on_person import ON_PERSON
 from ..exo.shoulder_exo import ShoulderExo
+from ..person.on_person import ON_PERSON
 from ..study import StudyTable, adl_box
 from ..study import compare as compared
 from ..study import sweep as swept

@@ -34,6 +34,7 @@ from .plant.any_device.arm_actions import ArmState as ArmState
 from .plant.any_device.arm_actions import Payload as Payload
 from .plant.any_device.moving_torso import Torso as Torso
 from .plant.any_device.moving_torso import TorsoState as TorsoState
+from .plant.any_device.padding import Padding as Padding
 from .plant.contractions import Contractions as Contractions
 from .plant.faults import Fault as Fault
 from .plant.options import JointMotor as JointMotor

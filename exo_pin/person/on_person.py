@@ -32,11 +32,11 @@ from ..core.validation import FloatArray, as_choice, as_texts
 from ..design import Arm, Mechanism
 from ..design.holding_frame import estimated_cuff
 from ..device.files.device_export import Exported
-from ..person.limb.myoarm_file import person_spec
 from ..reaction.constraints.actuator_limits import length_limits, stroke_limits
+from .limb.myoarm_file import person_spec
 
 if TYPE_CHECKING:
-    from .shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 #: What such a file holds.
 ON_PERSON = "Limbs are tendons. Controls are tensions in N, positive where they pull, within what the actuators can do."
@@ -61,7 +61,7 @@ def export_on_person(
     """Write the device on MyoArm as one MJCF, for MuJoCo and MyoSuite.
 
     Actuators are called after the limbs, and their controls are tensions in N, positive where they pull. The person's
-    joints and muscles keep their names. See :mod:`exo_pin.exo.on_person`.
+    joints and muscles keep their names. See :mod:`exo_pin.person.on_person`.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def export_on_person(
     >>> model = mujoco.MjModel.from_xml_path(str(written[0]))
     >>> [model.actuator(k).name for k in range(model.nu)], model.actuator("limb_1").ctrlrange.tolist()  # N
     (['limb_1', 'limb_2', 'limb_3', 'limb_4'], [0.0, 400.0])
-    >>> round(written.worn["arm"].mass, 2)  # kg, of MyoArm's arm
-    3.78
+    >>> round(written.worn["arm"].mass, 2)  # kg, of MyoArm's arm and what the device moves
+    4.44
     """
     require_ending("the file", path, (".xml",))
     target = Path(path)

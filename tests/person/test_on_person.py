@@ -8,7 +8,7 @@ from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin import FileFormatError, InvalidInput, MissingData
-from exo_pin.exo.on_person import LOCKS
+from exo_pin.person.on_person import LOCKS
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 

@@ -5,14 +5,15 @@
     python benchmarks/mutants.py --all                        every mutant of every room: days
 
 A mutant is one small change of one module: another comparison, sign, operator, number, truth value or function; a
-statement, keyword or call that is lost; a condition that always holds or never. It is
-never written to a file. A room is judged by its own tests alone, those of the full run among them with ``--full``, and
-kernels run without compilation. The tests are collected once; a process forked from there runs them all and notes
+statement, keyword or call that is lost; a condition that always holds or never. It is never written to a file.
+A room is judged by its own tests alone, or first by these and then by those of the folders ``--beside``; those of the
+full run are among them with ``--full``. Mutants of files with kernels are judged in a process that compiles none. The
+tests are collected once; a process forked from there runs them all and notes
 which statement each runs, and one for each mutant gives the loaded functions its code and runs the tests that come by
 the changed statement, the quickest files first. What runs when a module is loaded is changed in a process of its own. A
 mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed; so does one that
-ends the process. Tests that take more than ``--slowest`` seconds of the processor without compiled kernels are left
-out.
+ends the process. Tests that take more than ``--slowest`` seconds of the processor are left out, and those that come
+after ``--budget`` seconds of the processor of others.
 
 ``equivalent_mutants.toml`` beside this file lists changes that no test can notice, each with its proof.
 """
@@ -38,7 +39,8 @@ import tempfile
 import time
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,9 +72,28 @@ class Tally(NamedTuple):
         told = self.count - len(self.equivalent)
         return 100.0 * (told - len(self.alive)) / max(1, told)
 
+    @property
+    def least(self) -> float:
+        """Lower end of the one-sided 95 % confidence interval of that share, of Clopper and Pearson, in %."""
+        from scipy.stats import beta  # here: it imports NumPy, whose threads are chosen in each process
+
+        told = self.count - len(self.equivalent)
+        killed = told - len(self.alive)
+        return float(100.0 * beta.ppf(0.05, killed, told - killed + 1)) if killed else 0.0
+
     def __str__(self) -> str:
         told = self.count - len(self.equivalent)
-        return f"| {self.room} | {told - len(self.alive)} of {told} | {self.share:.0f} % | {len(self.equivalent)} |"
+        killed, share = f"{told - len(self.alive)} of {told}", f"{self.share:.0f} % | {self.least:.0f} %"
+        return f"| {self.room} | {killed} | {share} | {len(self.equivalent)} |"
+
+
+def joined(room: str, parts: list[Tally]) -> Tally:
+    """One tally of a room's parts."""
+    alive, equivalent = (
+        [text for part in parts for text in part.alive],
+        [text for part in parts for text in part.equivalent],
+    )
+    return Tally(room, sum(part.count for part in parts), alive, equivalent)
 
 
 def tests_of(room: str) -> Path:
@@ -86,14 +107,11 @@ def tests_of(room: str) -> Path:
 class Judge:
     """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def __init__(self, room: str, options: argparse.Namespace, known: Mapping[tuple[str, Place], str]) -> None:
-        self.tally = Tally(room, 0, [], [])
-        self._known, self._slowest, self._sources = known, options.slowest, Unchanged()
+    def __init__(self, room: str, chosen: list[Mutant], options: argparse.Namespace) -> None:
+        self.tally, self._chosen = Tally(room, 0, [], []), chosen
+        self._known, self._slowest, self._budget = known_equivalents(), options.slowest, options.budget
         self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
-        self._chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
-        if not options.all:
-            count = min(options.count, len(self._chosen))
-            self._chosen = random.Random(f"{room} {options.seed}").sample(self._chosen, count)
+        self._sources = Unchanged()
         self._noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
 
     def pytest_runtest_logreport(self, report: Any) -> None:
@@ -110,10 +128,11 @@ class Judge:
         # One that is loaded later, when it is needed, would be traced and changed nowhere.
         for module in sorted({mutant.module for mutant in self._chosen}):
             importlib.import_module(module)
+        importlib.import_module("numba")  # once, and not in each process
         with tempfile.NamedTemporaryFile() as file:
             ok = self._forked(lambda: self._trace(Path(file.name)), None)
             if not ok:
-                raise RuntimeError(f"tests of {self.tally.room} fail without a mutant: {Path(file.name).read_text()}")
+                raise RuntimeError(f"a test fails without a mutant: {Path(file.name).read_text()}")
             told = json.loads(Path(file.name).read_text())
         self._took: dict[str, float] = told["took"]
         self.items = [item for item in self.items if item.nodeid in self._took]
@@ -128,16 +147,16 @@ class Judge:
         return True
 
     def _judge(self, mutant: Mutant) -> None:
-        alive = self._is_alive(mutant)
+        alive = self._is_alive(mutant, tests_of(self.tally.room))
         self._sources.check()
-        self.tally = self.tally._replace(count=self.tally.count + 1)
+        tally = self.tally = self.tally._replace(count=self.tally.count + 1)
         listed = (str(mutant.path.relative_to(ROOT / "exo_pin")), mutant.place) in self._known
         if alive:
-            (self.tally.equivalent if listed else self.tally.alive).append(str(mutant))
+            (tally.equivalent if listed else tally.alive).append(str(mutant))
         if alive is not listed:
             print(f"{'alive' if alive else 'listed as equivalent, but killed'}: {mutant}", flush=True)
 
-    def _is_alive(self, mutant: Mutant) -> bool:
+    def _is_alive(self, mutant: Mutant, own: Path) -> bool:
         name = str(mutant.path.relative_to(ROOT))
         if mutant.statement:
             items = self._by_place.get((name, mutant.statement), [])
@@ -147,8 +166,11 @@ class Judge:
         total: dict[str, float] = defaultdict(float)
         for item in items:
             total[item.path] += self._took[item.nodeid]
-        items = sorted(items, key=lambda item: (total[item.path], item.path, self._took[item.nodeid]))
-        limit = max(_LEAST_LIMIT, 10.0 * sum(total.values()))
+        order = {item: (not item.path.is_relative_to(own), total[item.path], item.path) for item in items}
+        items = sorted(items, key=lambda item: (order[item], self._took[item.nodeid]))
+        passed = list(accumulate((self._took[item.nodeid] for item in items), initial=0.0))
+        items = [item for item, before in zip(items, passed, strict=False) if before <= self._budget]
+        limit = max(_LEAST_LIMIT, 10.0 * min(passed[-1], self._budget))
         if not mutant.statement:
             return passes_reloaded(mutant, items, limit)
         return self._forked(lambda: self._run_changed(mutant, items), limit)
@@ -167,10 +189,10 @@ class Judge:
             replace_code(path, Noting(path).visit(parsed(path)))
         took = {}
         for number, item in enumerate(self.items):
-            begun = time.monotonic()
+            begun = time.process_time()  # other work on the machine does not count
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
             if self._passes([item], *self.items[number + 1 : number + 2]):
-                took[item.nodeid] = time.monotonic() - begun
+                took[item.nodeid] = time.process_time() - begun
             elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped:
                 file.write_text(item.nodeid)
                 return False
@@ -223,8 +245,9 @@ def _forget_results() -> None:
     for thing in gc.get_objects():
         if isinstance(thing, functools._lru_cache_wrapper) and (thing.__module__ or "").startswith("exo_pin"):
             thing.cache_clear()
-    for kernel in kernels():
-        kernel.forget()
+    if os.environ["NUMBA_DISABLE_JIT"] == "1":
+        for kernel in kernels():
+            kernel.forget()
 
 
 def known_equivalents() -> dict[tuple[str, Place], str]:
@@ -237,27 +260,34 @@ def known_equivalents() -> dict[tuple[str, Place], str]:
     }
 
 
-def judged(room: str, options: argparse.Namespace) -> Tally:
-    """Mutants of a room, a seeded sample or all, after its tests; to be called once in a process."""
-    judge = Judge(room, options, known_equivalents())
+def chosen_mutants(room: str, options: argparse.Namespace) -> list[Mutant]:
+    """Mutants of a room, a seeded sample or all."""
+    chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
+    if options.all:
+        return chosen
+    return random.Random(f"{room} {options.seed}").sample(chosen, min(options.count, len(chosen)))
+
+
+def judged(room: str, chosen: list[Mutant], options: argparse.Namespace) -> Tally:
+    """Judge mutants of a room; to be called once in a process."""
+    judge = Judge(room, chosen, options)
     # pytest reads the line of each frame, and a test that the timer stops may be at none.
     arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--tb=native", "--rootdir", str(ROOT)]
-    code = pytest.main(
-        [*arguments, *(["-m", "not long"] if options.full else []), str(tests_of(room))], plugins=[judge]
-    )
+    folders = [str(tests_of(room)), *(str(ROOT / "tests" / name) for name in options.beside)]
+    code = pytest.main([*arguments, *(["-m", "not long"] if options.full else []), *folders], plugins=[judge])
     if code != pytest.ExitCode.OK:
         raise RuntimeError(f"the mutants of {room} could not be judged: {code}")
     return judge.tally
 
 
-def _in_own_process(room: str, options: argparse.Namespace) -> Tally:
+def _in_own_process(room: str, chosen: list[Mutant], options: argparse.Namespace, compiles: bool) -> Tally:
     ours, theirs = os.pipe()
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
         try:
-            tally = judged(room, options)
-            os.write(theirs, json.dumps(tally).encode())
+            os.environ |= {"NUMBA_DISABLE_JIT": str(int(not compiles)), "OMP_NUM_THREADS": "1"}
+            os.write(theirs, json.dumps(judged(room, chosen, options)).encode())
         finally:
             sys.stdout.flush()
             os._exit(0)
@@ -268,6 +298,10 @@ def _in_own_process(room: str, options: argparse.Namespace) -> Tally:
     if not text:
         raise SystemExit(1)
     return Tally(*json.loads(text))
+
+
+def _has_kernels(mutant: Mutant) -> bool:
+    return "\n@kernel" in mutant.path.read_text(encoding="utf-8")
 
 
 def main() -> None:
@@ -281,24 +315,32 @@ def main() -> None:
     parser.add_argument("--full", action="store_true", help="with the tests of the full run")
     parser.add_argument("--match", default="", help="only mutants whose line in the list matches this expression")
     parser.add_argument("--slowest", type=float, default=20.0, help="longest test, s of the processor (default 20)")
+    parser.add_argument("--beside", nargs="*", default=[], help="folders of tests beside the room's own, such as study")
+    parser.add_argument(
+        "--budget", type=float, default=120.0, help="of the tests of one mutant, s of the processor (default 120)"
+    )
     parser.add_argument("--least", type=float, default=0.0, help="share, in %%, that is to be killed in each room")
     options = parser.parse_args()
-    if os.environ.get("NUMBA_DISABLE_JIT") != "1":
-        os.execve(
-            sys.executable, [sys.executable, *sys.argv], os.environ | {"NUMBA_DISABLE_JIT": "1", "OMP_NUM_THREADS": "1"}
-        )
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT))
-    tallies = []
     counts = Counter(room for room in options.rooms for _ in range(options.count))
     if options.sample is not None:
         places = [room for room in options.rooms for _ in mutants(room)]
         counts = Counter(random.Random(options.seed).sample(places, options.sample))
+    tallies = []
     for room, options.count in sorted(counts.items()):
-        tallies.append(_in_own_process(room, options))
+        chosen = chosen_mutants(room, options)
+        parts = [
+            _in_own_process(room, own, options, compiles)
+            for compiles in (True, False)
+            if (own := [mutant for mutant in chosen if _has_kernels(mutant) is not compiles])
+        ]
+        tallies.append(joined(room, parts))
         print(tallies[-1], flush=True)
     lax = [tally.room for tally in tallies if tally.share < options.least]
-    print("\n| room | killed | share | equivalent |\n| --- | --- | --- | --- |", *tallies, sep="\n")
+    print(
+        "\n| room | killed | share | at least, 95 % | equivalent |\n| --- | --- | --- | --- | --- |", *tallies, sep="\n"
+    )
     if lax:
         raise SystemExit(f"less than {options.least:g} % killed: {', '.join(lax)}")
 

@@ -126,11 +126,20 @@ def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
     from mutants import Judge
 
     judge = object.__new__(Judge)
-    judge._by_place, judge._failed = {}, False
+    judge._by_place, judge._failed, judge._budget = {}, False, 1.0
     unseen = next(each for each in places.mutants("muscle/laws") if each.statement)
     judge._forked = lambda job, limit: job()
     monkeypatch.setattr("mutants.replace_code", lambda *_: None)
-    assert judge._is_alive(unseen)
+    assert judge._is_alive(unseen, FOLDER)
+
+
+def test_share_and_its_lower_bound(places, monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from mutants import Tally
+
+    # Of Clopper and Pearson, from one side: 95 % ** (1 / n) where all are killed.
+    assert Tally("room", 21, [], ["one"]).least == pytest.approx(100.0 * 0.05 ** (1 / 20))
+    assert str(Tally("room", 60, ["one"] * 5, [])) == "| room | 55 of 60 | 92 % | 83 % | 0 |"
 
 
 def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
@@ -139,13 +148,13 @@ def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
 
     judge = object.__new__(Judge)
     judge._chosen = places.mutants("muscle/laws")
-    judge.tally, loaded = types.SimpleNamespace(room="muscle/laws"), []
+    loaded = []
     judge._forked = lambda job, limit: not loaded
     monkeypatch.setattr("mutants.importlib.import_module", loaded.append)
-    with pytest.raises(RuntimeError, match="fail without a mutant"):
+    with pytest.raises(RuntimeError, match="fails without a mutant"):
         judge.pytest_runtestloop(types.SimpleNamespace(items=[]))
     monkeypatch.undo()
-    assert sorted(loaded) == sorted({mutant.module for mutant in judge._chosen})
+    assert sorted(loaded) == sorted({mutant.module for mutant in judge._chosen} | {"numba"})
 
 
 @pytest.mark.parametrize("change", ["edit", "add", "remove"])

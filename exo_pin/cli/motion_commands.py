@@ -108,6 +108,7 @@ def track(
     controller: Literal["pi", "model"] | None = None,
     flange: bool = False,
     supply: options.Bar | None = None,
+    play: options.Millimetres | None = None,
     lost_imu: Annotated[str | None, options.called("FROM,TO")] = None,
     drift: Annotated[float | None, options.called("DEG_S")] = None,
     noise: options.Degrees | None = None,
@@ -143,6 +144,9 @@ def track(
         With the second flange bearing of Section 5.4.3.
     supply : float, optional
         Gauge pressure of the air for muscles, bar (default: as in the experiment).
+    play : float, optional
+        Backlash between each winch or linear actuator and its limb, end to end, mm (default: as the design states, else
+        none).
     lost_imu : str, optional
         Interval without readings of the inertial sensor, s.
     drift : float, optional
@@ -198,6 +202,10 @@ def track(
         if chosen.plant.supply is None:
             raise InvalidInput(f"--supply is for pneumatic muscles, and {chosen.mechanism.name} has none")
         changes["supply"] = Supply(1e5 * supply)
+    if play is not None:
+        if not any(hasattr(drive, "play") for drive in chosen.plant.drives):
+            raise InvalidInput(f"--play is for winches and linear actuators, and {chosen.mechanism.name} has none")
+        changes["play"] = 1e-3 * play
     if any(value is not None for value in (noise, drift, delay, lost_imu)):
         changes["imu"] = _imu(noise, drift, delay, lost_imu, seed)
     if fault:

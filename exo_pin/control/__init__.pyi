@@ -30,6 +30,7 @@ from .measured_run import write_run as write_run
 from .plant.any_device.arm_actions import ArmState as ArmState
 from .plant.any_device.arm_actions import Payload as Payload
 from .plant.any_device.moving_torso import Torso as Torso
+from .plant.any_device.padding import Padding as Padding
 from .plant.faults import Fault as Fault
 from .plant.options import JointMotor as JointMotor
 from .plant.options import LinearActuator as LinearActuator
@@ -40,6 +41,8 @@ from .plant.run import Run as Run
 from .plant.state import Controller as Controller
 from .plant.state import Measurement as Measurement
 from .plant.state import PlantState as PlantState
+from .remote import ControllerServer as ControllerServer
+from .remote import RemoteController as RemoteController
 from .sensors import SensorError as SensorError
 from .sensors import Sensors as Sensors
 from .trajectories.paths import DAILY_TASKS as DAILY_TASKS

@@ -160,6 +160,7 @@ ABDUCTION, CABLES = ["--experiment", "abduction"], ["--experiment", "four-cables
         ([*CABLES, "--fault", "burst,2,2"], "'supply drop' of limb 2, which has a motor"),
         ([*CABLES, "--fault", "torn,5,2"], "1 to 4"),
         ([*CABLES, "--supply", "3"], "pneumatic muscles"),
+        ([*ABDUCTION, "--play", "0.5"], "winches and linear actuators"),
         ([*ABDUCTION, "--fault", "burst,3,99"], "within the run"),
         ([*ABDUCTION, "--noise", "-1"], "got -1"),
         ([*ABDUCTION, "--plot", "nowhere/x.png"], "make its folder first"),

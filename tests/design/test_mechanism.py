@@ -87,6 +87,9 @@ def test_a_left_geometry_is_refused_on_a_right_shoulder():
         (lambda: preset("prototype").replace(limbs=Limb()), "of Limb records"),
         (lambda: preset("prototype").replace(name=None), "name"),
         (lambda: preset("prototype").replace(estimated="x"), "estimated"),
+        (lambda: preset("prototype").replace(estimated=[1]), "estimated"),
+        (lambda: preset("prototype").replace(sources={"arm": 1}), "map strings to strings"),
+        (lambda: preset("prototype").replace(sources=["arm"]), "map strings to strings"),
         (lambda: Load([1, 2, 3], moment=[[1, 2], [3]]), "real numbers"),
         (lambda: Load(np.ma.masked_array([1, 2, 3], [0, 1, 0])), "real numbers"),
         (lambda: Motion([1e8, 0, 0], [0, 0, 0]), "below"),
@@ -121,6 +124,12 @@ def test_shoulder_range_is_a_diamond():
     shoulder = preset("prototype").shoulder
     poses = Rotation.from_euler("YXZ", [[0, 90, 0], [50, 90, 90], [0, 0, 0], [0, 0, 10], [0, -4, 5]], degrees=True)
     assert shoulder.allows(poses).tolist() == [True, True, True, False, False]
-    # (0, 90, 96) is also (180, 90, -84), and the unit turns freely about Y.
-    assert shoulder.allows(Rotation.from_euler("YXZ", [0, 90, 96], degrees=True))
+    # (θy, θx, θz) is also (θy + 180°, 180° - θx, θz + 180°), and the unit turns freely about Y.
+    x, z = (grid.ravel() for grid in np.meshgrid(np.arange(-85.0, 90.0, 10.0), np.arange(-175.0, 180.0, 10.0)))
+    centre, half = np.degrees(shoulder.abduction_centre), np.degrees(shoulder.half_diagonal)
+    twice = [(x, np.abs(z)), (180.0 - x, 180.0 - np.abs(z))]
+    inside = np.any([np.abs(own - centre) + turned < half for own, turned in twice], axis=0)
+    grid = Rotation.from_euler("YXZ", np.stack([np.full(x.shape, 20.0), x, z], axis=1), degrees=True)
+    assert shoulder.allows(grid).tolist() == inside.tolist()
+    assert 0.05 < inside.mean() < 0.95
     assert Shoulder().allows(poses).all()

@@ -257,6 +257,9 @@ def _moved(folder):
         plant.simulate(controller, 0.03, start, sensor=sensors)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
+    with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:
+        server.answer(b"no sample")
+        remote.reset()
     if importlib.util.find_spec("gymnasium") is not None:
         ShoulderEnv(serial, still)
 

@@ -44,6 +44,9 @@ def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
     assert np.isinf(found.effects[0].greatest)
     assert not found.effects[0].holds
     assert "offset_mm" in found.cautions[0]
+    certain = serial.uncertainty(serial.pose(50, 30), uncertainties=dict.fromkeys(ONLY, 0.0)).known
+    assert next(each for each in certain if each.name == "offset").effects["F_s_percent"] == np.inf
+    assert "Places of joints and loops count as certain" in found.cautions[1]
     assert np.isnan(found.worst_offset.magnitudes).all()
     assert "no answer 10 mm off in any direction: rigid, it cannot follow" in str(found)
 
@@ -66,8 +69,13 @@ def test_ten_millimetres_in_every_direction(name):
     assert np.linalg.norm(worst.offset) == pytest.approx(0.01)
     # Some of the 26 directions is less than 28° from the worst, and the change of |F_s| goes with the cosine.
     assert worst.magnitude - worst.magnitudes.max() < 0.15 * (worst.magnitude - found.magnitude)
+    assert "Worst offset within 10 mm: (" in str(found)
     table = str(found).split("mm off (in the middle")[1]
-    assert all(f"{size:.1f}" in table for size in worst.magnitudes)
+    # The columns lie forward, in the middle and backward.
+    for place, row, column in [((1, 1, 1), "up left", 0), ((0, -1, -1), "down right", 1), ((-1, 0, 1), "up", 2)]:
+        size = worst.magnitudes[(worst.directions @ place).argmax()]
+        cells = next(line.removeprefix(f"  {row} ") for line in table.splitlines() if line.startswith(f"  {row:<12}"))
+        assert cells.split()[column] == f"{size:.1f}"
 
 
 @pytest.mark.full
@@ -96,6 +104,7 @@ def test_the_foot_of_a_strut_moves_its_force():
         other = support.replace(springs=[device.Spring(strut.name, strut.law, route=route)])
         sizes.append(float(other.reaction(pose).magnitude))
     own = effect(found, "spring[strut,1]_mm")
+    assert not any("count as certain" in text for text in found.cautions)
     # The steepest direction is tried besides.
     assert own.least <= min(sizes) + 1e-12
     assert own.greatest >= max(sizes) - 1e-12

@@ -1,5 +1,7 @@
 """Everything uncertain at once: spreads with a known answer, and forces of single draws asked again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from places import URDF
@@ -16,7 +18,7 @@ def exo():
 
 
 def test_weight_alone_spreads_the_force_as_itself(exo):
-    found = exo.total_uncertainty(exo.pose(60, 30), uncertainties=CERTAIN | {"mass_percent": 5}, draws=400)
+    found = exo.total_uncertainty(exo.pose(60, 30), uncertainties=CERTAIN | {"mass_percent": 5}, draws=200)
     assert found.magnitude == pytest.approx(float(exo.reaction(exo.pose(60, 30)).magnitude))
     share = found.shoulder_forces / found.magnitude - 1.0
     assert np.abs(share).max() <= 0.05 + 1e-9
@@ -29,6 +31,23 @@ def test_weight_alone_spreads_the_force_as_itself(exo):
     assert np.isnan(only.of_joint)
     assert np.isnan(found.joint_forces).all()
     assert found.held.all()
+
+
+def test_draws_fill_a_ball_evenly_and_those_that_are_not_held_are_counted():
+    """Three limbs: a linear |F_s| spreads by R |gradient| / sqrt(5), and with the arm's mass tensions grow alike."""
+    exo = ep.load("prototype").worn_by(ep.Wearer(1.755, 85, "male"))
+    pose, steps = exo.pose(60, 30), 1e-4 * np.concatenate([np.eye(3), -np.eye(3)])
+    f, certain = exo.reaction(pose).actuator_forces, dict.fromkeys([*CERTAIN, "lean_deg"], 0)
+    sizes = exo.reaction(exo.pose([60] * 6, 30), centre_offset=steps).magnitude
+    limit = ep.Actuator("linear", pull_limit=float(f.max()), push_limit=1e4)
+    exo = exo.replace(limbs=[replace(limb, actuator=limit, stroke=None) for limb in exo.limbs])
+    found = exo.total_uncertainty(pose, uncertainties=certain | {"offset_mm": 0.1}, draws=100)
+    slope = np.linalg.norm(sizes[:3] - sizes[3:]) / 2.0
+    assert found.shoulder_forces.std() == pytest.approx(slope / np.sqrt(5.0), rel=0.1)
+    assert 0.8 * slope < np.abs(found.shoulder_forces - found.magnitude).max() <= 1.01 * slope
+    found = exo.total_uncertainty(pose, uncertainties=certain | {"mass_percent": 5}, draws=40)
+    assert found.held.tolist() == (found.shoulder_forces <= found.magnitude).tolist()
+    assert f"does not hold the arm in {(~found.held).sum()} of 40." in str(found)
 
 
 def test_the_centre_dominates_and_stays_within_the_worst_offset(exo):
@@ -50,7 +69,8 @@ def test_tone_adds_what_muscles_keep(exo):
     assert found.joint_forces.max() > found.joint_N + 10.0
     assert found.joint_forces.max() < 1.2 * float(most.magnitude)
     assert found.explained[0].name == "tone_percent"
-    assert "0 to 30" in str(found)
+    assert found.explained[0].of_joint == pytest.approx(1.0, abs=0.6)
+    assert "tone_percent 0 to 30" in str(found)
 
 
 @pytest.mark.parametrize("name", ["four-linear-actuators-worn", pytest.param("serial", marks=pytest.mark.full)])

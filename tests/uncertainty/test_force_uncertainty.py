@@ -32,14 +32,18 @@ def in_ball(rng, count, radius):
     return u / np.linalg.norm(u, axis=1, keepdims=True) * radius * np.cbrt(rng.random((count, 1)))
 
 
-def worst(exo, pose, millimetres, split="spherical"):
+#: The device's centre as a question may state it, m.
+OFF = np.array([0.002, -0.001, 0.0015])
+
+
+def worst(exo, pose, millimetres, split="spherical", off=None):
     asked = OFFSET_ALONE | {"offset_mm": millimetres}
     if split != "elastic":
         asked = {
             name: size for name, size in asked.items() if name not in ("shoulder_stiffness_percent", "guides_percent")
         }
     asked.pop("load_percent")
-    return exo.uncertainty(pose, split=split, uncertainties=asked)
+    return exo.uncertainty(pose, split=split, uncertainties=asked, centre_offset=off)
 
 
 @pytest.mark.full
@@ -81,18 +85,27 @@ def test_worst_offset_of_cables_within_their_limits():
     exo = ep.ShoulderExo.from_mechanism(mechanism.replace(limbs=(limb,) * 4))
     poses = regular_poses(mechanism, np.random.default_rng(52), 40, margin=0.1)
     pose = poses[int(np.flatnonzero(exo.reaction(poses).held)[0])]
-    found = worst(exo, pose, 3.0)
-    sampled = exo.reaction(again(pose, 500), centre_offset=in_ball(np.random.default_rng(53), 500, 0.003))
+    found = worst(exo, pose, 3.0, off=OFF)
+    assert found.magnitude == float(exo.reaction(pose, centre_offset=OFF).magnitude)
+    sampled = exo.reaction(again(pose, 500), centre_offset=OFF + in_ball(np.random.default_rng(53), 500, 0.003))
+    there = exo.reaction(pose, centre_offset=OFF + found.worst_offset.offset)
+    np.testing.assert_allclose(there.shoulder_force, found.worst_offset.shoulder_force, rtol=1e-9)
+    # No neighbour on the ball is worse.
+    turns = Rotation.from_rotvec(2.0 * np.concatenate([np.eye(3), -np.eye(3)]), degrees=True)
+    beside = exo.reaction(again(pose, 6), centre_offset=OFF + turns.apply(found.worst_offset.offset)).magnitude
+    assert beside.max() <= found.worst_offset.magnitude * (1 + 1e-9)
+    assert found.effects[0].least <= sampled.magnitude.min() * (1 + 1e-3)
+    assert found.effects[0].least > 0.9 * sampled.magnitude.min()
     assert 0.95 * found.worst_offset.magnitude <= sampled.magnitude.max()
     assert sampled.magnitude.max() <= found.worst_offset.magnitude * (1 + 1e-6)
     assert found.worst_offset.holds or not sampled.held.all()
 
 
-@pytest.mark.full
 def test_every_quantity_against_the_question_by_hand(exo):
-    load = ep.Load([3.0, -5.0, -20.0], at=[0.0, 0.0, -0.3])
+    load = ep.Load([3.0, -5.0, -20.0], [2.0, 1.0, -1.0], at=[0.0, 0.0, -0.3])
     certain = dict.fromkeys(("offset_mm", "pose_deg", "A[2]_mm", "B_mm"), 0.0)
-    found = exo.uncertainty(LIFTED, None, load, "elastic", uncertainties=certain | {"cuff_height_mm": 5.0})
+    certain |= {"cuff_height_mm": 5.0}
+    found = exo.uncertainty(LIFTED, None, load, "elastic", centre_offset=OFF, uncertainties=certain)
     effects = {effect.name: effect for effect in found.effects}
     assert effects.keys() == {
         "mass_percent", "centre_of_mass_mm", "load_percent", "shoulder_stiffness_percent", "guides_percent",
@@ -100,7 +113,7 @@ def test_every_quantity_against_the_question_by_hand(exo):
     }  # fmt: skip
 
     def asked(device, load=load):
-        return float(device.reaction(LIFTED, None, load, "elastic").magnitude)
+        return float(device.reaction(LIFTED, None, load, "elastic", centre_offset=OFF).magnitude)
 
     assert found.magnitude == asked(exo)
     arm, shoulder, geometry = exo.arm, exo.mechanism.shoulder, exo.geometry
@@ -122,13 +135,23 @@ def test_every_quantity_against_the_question_by_hand(exo):
 
 def test_a_ball_has_its_steepest_direction(exo):
     """Of a small ball the effect is that of the gradient, which differences show."""
-    asked = {"pose_deg": 1e-3, "offset_mm": 0.0}
+    asked = {"pose_deg": 1e-3, "offset_mm": 1e-3, "lean_deg": 1e-3, "centre_of_mass_mm": 1e-3}
     found = {effect.name: effect for effect in exo.uncertainty(LIFTED, uncertainties=asked).effects}
-    turns = np.radians(1e-3) * np.concatenate([np.eye(3), -np.eye(3)])
-    sizes = exo.reaction(Rotation.from_rotvec(turns) * LIFTED).magnitude
-    slope = np.linalg.norm(sizes[:3] - sizes[3:]) / 2.0
-    effect = found["pose_deg"]
-    assert effect.greatest - effect.least == pytest.approx(2.0 * slope, rel=1e-3)
+    assert found.keys() == asked.keys() | {"mass_percent", *(f"{end}[{i}]_mm" for end in "AB" for i in (1, 2, 3))}
+    steps = np.concatenate([np.eye(3), -np.eye(3)])
+    turns, gravity, arm = Rotation.from_rotvec(1e-3 * steps, degrees=True), np.array(exo.device.gravity), exo.arm
+    sizes = {
+        "pose_deg": exo.reaction(turns * LIFTED).magnitude,
+        "offset_mm": exo.reaction(again(LIFTED, 6), centre_offset=1e-6 * steps).magnitude,
+        "lean_deg": [exo.replace(gravity=own.apply(gravity)).reaction(LIFTED).magnitude for own in turns],
+        "centre_of_mass_mm": [
+            exo.replace(arm=replace(arm, centre_of_mass=arm.centre_of_mass + 1e-6 * step)).reaction(LIFTED).magnitude
+            for step in steps
+        ],
+    }
+    for name, magnitudes in sizes.items():
+        slope = np.linalg.norm(np.subtract(magnitudes[:3], magnitudes[3:])) / 2.0
+        assert found[name].greatest - found[name].least == pytest.approx(2.0 * slope, rel=1e-3), name
 
 
 def test_the_peak_of_a_movement_is_asked():
@@ -139,6 +162,7 @@ def test_the_peak_of_a_movement_is_asked():
     found = exo.uncertainty(poses, motion, uncertainties={"offset_mm": 0.0})
     assert found.magnitude == pytest.approx(whole.peak, rel=1e-12)
     assert whole.magnitude[found.at] == pytest.approx(whole.peak)
+    assert f"N at pose {found.at[0]}. It becomes" in str(found)
     assert found.answer.case.motion.angular_velocity.tolist() == motion.angular_velocity[found.at].tolist()
 
 
@@ -152,10 +176,19 @@ def test_lost_holds_are_named_and_answers_are_data(tmp_path):
     assert any(text.startswith("The device may not hold the pose within") for text in found.cautions)
     assert "not held throughout" in str(found)
     data = json.loads(found.to_json())
-    assert data["magnitude"] == found.magnitude
+    assert (data["magnitude"], data["at"], data["verdict"]) == (found.magnitude, [], found.verdict)
+    assert (data["worst_offset"], data["cautions"]) == (None, list(found.cautions))
+    assert [each["name"] for each in data["known"]] == [each.name for each in found.known]
     assert [effect["name"] for effect in data["effects"]] == [effect.name for effect in found.effects]
     assert data["provenance"]["design"]["name"] == "four-cables"
-    assert len(found.columns()["quantity"]) == len(found.effects)
+    columns = found.columns()
+    for row, each in enumerate(found.effects):
+        own = [each.name, each.size, each.least, each.greatest, each.change(found.magnitude), each.holds]
+        assert [values[row] for values in columns.values()] == own
+        assert f"{each.least:.1f} to" in str(found)
+    assert columns["change_F_s_N"].max() == max(
+        found.magnitude - columns["least_F_s_N"].min(), columns["greatest_F_s_N"].max() - found.magnitude
+    )
     assert len(repr(found)) < 1200
 
 
@@ -178,11 +211,17 @@ def test_bad_questions(exo):
 
 def test_what_counts_as_certain_is_listed_with_its_effect():
     exo = ep.load("prototype").worn_by(PERSON)
-    found = exo.uncertainty(LIFTED, uncertainties={"mass_percent": 0.0, "offset_mm": 0.0, "A_mm": 0.0, "B_mm": 0.0})
+    certain = dict.fromkeys(("mass_percent", "offset_mm", "A_mm", "B_mm", "load_percent"), 0.0)
+    found = exo.uncertainty(LIFTED, uncertainties=certain)
     known = {each.name: each.effects["F_s_percent"] for each in found.known}
     assert {"mass", "offset", "lean", "A[1]", "B[3]"} <= known.keys()
     # Massless limbs: the force is in proportion to the arm's mass.
     assert known["mass"] == pytest.approx(1.0, rel=1e-9)
+    assert {(each.size, each.unit) for each in found.known if each.name != "mass"} == {(1.0, "mm"), (1.0, "deg")}
+    steps = 1e-3 * np.concatenate([np.eye(3), -np.eye(3)])
+    sizes = exo.reaction(again(LIFTED, 6), centre_offset=steps).magnitude
+    share = 50.0 * np.linalg.norm(sizes[:3] - sizes[3:]) / found.magnitude
+    assert known["offset"] == pytest.approx(share, rel=1e-6)
     slope = []
     for axis in np.radians(0.5) * np.eye(3):
         leant = [

@@ -86,6 +86,8 @@ class MotorDrive(LimbDrive):
         Of motor and transmission.
     pull_limit, push_limit : float
         Greatest forces of the limb by the design, N; the motor's own limit is the larger of the two, either way.
+    play : float
+        Between drive and limb, end to end, m.
     """
 
     is_motor: ClassVar[bool] = True
@@ -94,6 +96,7 @@ class MotorDrive(LimbDrive):
     parameters: MotorParameters
     pull_limit: float
     push_limit: float
+    play: float = 0.0
 
     @property
     def pushes(self) -> bool:
@@ -142,6 +145,7 @@ class MotorDrive(LimbDrive):
             "pushes": float(self.pushes),
             "shortest": self.shortest,
             "longest": self.longest,
+            "play": self.play,
         }
         return np.array([values[name] for name in MOTOR_COLUMNS])
 
@@ -375,7 +379,8 @@ def _motor_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:
     if actuator.speed_limit is not None:
         parameters = replace(parameters, no_load_speed=actuator.speed_limit)
     word, taut = "cable" if is_cable else "actuator", parameters.least_tension
-    return MotorDrive(word, *_ends(limb.stroke), taut, parameters, actuator.pull_limit, actuator.push_limit)
+    play = (limb.play or 0.0) if options.play is None else options.play
+    return MotorDrive(word, *_ends(limb.stroke), taut, parameters, actuator.pull_limit, actuator.push_limit, play)
 
 
 def _muscle_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:

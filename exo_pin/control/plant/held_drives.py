@@ -95,7 +95,9 @@ def drive_states(self: Plant, lengths: ArrayLike, tensions: ArrayLike) -> DriveS
         pressures_for(self.tables.law, self.tables.muscles, given, held, self.supply.pressure, pressures)
     for i, drive in enumerate(self.drives):
         if isinstance(drive, MotorDrive | DirectDrive):
-            pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
+            # The play lies on the side of the tension.
+            slip = 0.5 * drive.play * np.sign(held[i]) if isinstance(drive, MotorDrive) else 0.0
+            pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness - slip
     return DriveStates(pressures, positions)
 
 

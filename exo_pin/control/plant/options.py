@@ -20,7 +20,7 @@ from ...muscle.valve.flow import Supply, Valve, ValveUnit
 _MAY_BE_ZERO = {
     "viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension",
     "drum_inertia", "routing_length", "screw_inertia", "shoulder_viscous", "shoulder_coulomb", "pulley_friction",
-    "inertia", "brake_effort",
+    "inertia", "brake_effort", "play",
 }  # fmt: skip
 
 
@@ -337,6 +337,9 @@ class PlantOptions:
         Of every linear actuator.
     joint_motor : JointMotor
         Of every drive of a device that states no more than its limits.
+    play : float or None
+        Backlash between each winch or linear actuator and its limb, end to end, m; None for that which the design
+        states (:attr:`exo_pin.Actuator.play`), none where it states none. Of limbs that only pull it is an offset.
 
     Raises
     ------
@@ -388,6 +391,7 @@ class PlantOptions:
     winch: Winch = field(default_factory=Winch)
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)
     joint_motor: JointMotor = field(default_factory=JointMotor)
+    play: float | None = estimate(None, "mm", "that of the design's drives; none where they state none", 1e3)
 
     def __post_init__(self) -> None:
         units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves

@@ -20,8 +20,10 @@ from ...load_case import Load
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
 from .any_device.arm_actions import Payload, Wearer
 from .any_device.device_equations import DeviceEquations
-from .any_device.device_motion import device_rest, started
+from .any_device.device_motion import started
+from .any_device.device_rest import device_rest
 from .any_device.moving_torso import Torso
+from .any_device.padding import Padding
 from .contractions import Contractions
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
@@ -71,6 +73,8 @@ class Plant(Record):
         What the arm carries for a time.
     torso : Torso, optional
         How the torso moves, with shoulder and device on it; it stands still if left out.
+    cuff, harness : Padding, optional
+        How cuff and harness move on the springs of the device's interfaces; rigid if left out.
 
     Raises
     ------
@@ -95,6 +99,8 @@ class Plant(Record):
         wearer: Wearer | Sequence[Wearer] = (),
         payloads: Payload | Sequence[Payload] = (),
         torso: Torso | None = None,
+        cuff: Padding | None = None,
+        harness: Padding | None = None,
     ) -> None:
         device = as_device(exo)
         record = device.accelerate("plant")
@@ -108,7 +114,9 @@ class Plant(Record):
         if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
             raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
         self.supply, geometry = supply_of(self.drives, self.options), None if record is None else record.geometry
-        self.tables = plant_tables(self.mechanism, geometry, self.drives, self.options, load, self.supply)
+        self.tables = plant_tables(
+            self.mechanism, geometry, self.drives, self.options, load, self.supply, cuff is not None
+        )
         self.wearer = (wearer,) if callable(wearer) else tuple(wearer)
         for each in self.wearer:
             require_type("wearer", each, Callable, "functions (t, arm) -> moment")
@@ -117,11 +125,15 @@ class Plant(Record):
             require_type("payloads", held, Payload, "Payload records")
         require_type("torso", torso, Torso | None, "a Torso")
         self.torso = torso
+        for name, pad in (("cuff", cuff), ("harness", harness)):
+            require_type(name, pad, Padding | None, "a Padding")
+        #: Of "cuff" and "harness", where they give way.
+        self.padding = {name: pad for name, pad in (("cuff", cuff), ("harness", harness)) if pad is not None}
         #: Equations of the closed chain; None where closed forms move the arm.
         self.equations: DeviceEquations | None = None
-        if chain is not None or self.wearer or self.payloads or torso or not self.mechanism.limbs_are_massless:
-            whole = device.as_chain()
-            self.equations = DeviceEquations(whole, self.drives, self.tables, self.wearer, self.payloads, torso)
+        more = (self.wearer, self.payloads, torso, self.padding)
+        if chain is not None or any(more) or not self.mechanism.limbs_are_massless:
+            self.equations = DeviceEquations(device.as_chain(), self.drives, self.tables, *more)
         self.contractions: Contractions | DeviceEquations
         if record is not None:
             self.contractions = Contractions(record)

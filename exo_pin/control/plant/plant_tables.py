@@ -46,8 +46,9 @@ def plant_tables(
     options: PlantOptions,
     load: Load | None,
     supply: Supply | None,
+    soft_cuff: bool = False,
 ) -> Tables:
-    """The tables of a plant.
+    """The tables of a plant; with a soft cuff the arm is that of the person alone.
 
     Raises
     ------
@@ -57,6 +58,8 @@ def plant_tables(
         If the load is not one constant force, or a law is no polynomial.
     """
     arm = mechanism.require_arm("a plant", inertia=True)
+    if soft_cuff and arm.person is not None:
+        arm = arm.person
     assert arm.inertia is not None
     c = arm.centre_of_mass
     inertia = arm.inertia + arm.mass * (c @ c * np.eye(3) - np.outer(c, c))
@@ -208,6 +211,8 @@ def assumptions_of(mechanism: Any, drives: Sequence[LimbDrive], options: PlantOp
             names = [item.name for item in fields(own) if not (limited and item.name == "no_load_speed")]
             estimates = _estimates(own, names, "estimate: ")
             found += [replace(each, name=f"{name}.{each.name}") for each in estimates]
+    if any(isinstance(drive, MotorDrive) for drive in drives):
+        found += _estimates(options, ["play"])
     return (*found, *_shoulder_estimates(mechanism, options))
 
 

@@ -19,6 +19,7 @@ from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
 from .any_device.arm_actions import ArmState
 from .any_device.moving_torso import arm_loads
+from .any_device.padding import displacements
 from .cautions import muscle_cautions
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
@@ -226,6 +227,16 @@ class Run(Result, ReadOnly):
         return self.chain[:, : 0 if self.plant.equations is None else self.plant.equations.nq]
 
     @property
+    def cuff_displacement(self) -> FloatArray:
+        """Of a cuff that gives way, against the arm at the point of its spring, shape (N, 6), m and rad, arm frame."""
+        return displacements(self, "cuff")
+
+    @property
+    def harness_displacement(self) -> FloatArray:
+        """Of a harness that gives way, against the torso, shape (N, 6), m and rad, base frame."""
+        return displacements(self, "harness")
+
+    @property
     def wearer_work(self) -> FloatArray:
         """Work of the wearer and of a torso that moves, and energy of payloads caught and dropped, shape (N,), J."""
         return self.chain[:, -3] if self.chain.shape[1] else np.zeros(len(self.times))
@@ -367,6 +378,8 @@ class Run(Result, ReadOnly):
             "load": Load(np.asarray(load.force)[rows], np.asarray(load.moment)[rows]),
         }
         device = self.plant.mechanism
+        if self.plant.padding:
+            raise InvalidInput("expected a rigid cuff and harness: take shoulder_force and cuff_wrench of the run")
         if self.plant.torso is not None and not device.limbs_are_massless:
             raise InvalidInput(
                 "expected a torso at rest, or massless limbs: the query does not know the links' inertia on it"
@@ -421,6 +434,8 @@ class Run(Result, ReadOnly):
         device whose links have mass it is that of its links, or of :meth:`reaction` where these do not determine it.
         """
         tables, mechanism = self.plant.tables, self.plant.mechanism
+        if self.plant.padding:
+            return self.link_force
         if not mechanism.limbs_are_massless:
             return self.link_force if np.isfinite(self.link_force).all() else np.asarray(self.reaction().shoulder_force)
         span = self.rotations.as_matrix() @ tables.platform.T

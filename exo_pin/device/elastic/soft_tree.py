@@ -21,6 +21,7 @@ from ...chain.formats.bodies import COPIED
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
 from ...chain.structure.motion_axes import q_slice, v_slice
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, set_fields
 from ...design import Interfaces, Shoulder
 from ...design.shoulder import nothing_gives_way
@@ -29,7 +30,19 @@ from ..chain_roles import soft_bodies
 from ..device_model import DeviceModel, device_model
 from ..parts.drives import Drive, Spring
 from ..parts.routes import Route, RoutePoint
-from .springs import CUFF, HARNESS, OF_LINK, SHOULDER, GuidedLimb, gives_way, guided_limbs, placed_springs, straight
+from .springs import (
+    CUFF,
+    HARNESS,
+    OF_LINK,
+    SHOULDER,
+    GuidedLimb,
+    PlacedGuide,
+    PlacedSpring,
+    gives_way,
+    guided_limbs,
+    placed_springs,
+    straight,
+)  # fmt: skip
 
 
 class SoftTree:
@@ -39,11 +52,11 @@ class SoftTree:
     ----------
     device : ChainDevice
         The device.
-    ends : bool
-        Whether shoulder, harness and cuff are among these parts.
+    ends : tuple of str
+        Which of shoulder, harness and cuff are among these parts.
     """
 
-    def __init__(self, device: ChainDevice, ends: bool = True) -> None:
+    def __init__(self, device: ChainDevice, ends: tuple[str, ...] = (SHOULDER, HARNESS, CUFF)) -> None:
         self.given: ChainState = device.chain._state
         self.arm, self.model, self._ends = device.arm_index, pin.Model(), ends
         old = self.given.model
@@ -54,10 +67,12 @@ class SoftTree:
         self.joint, self.carrier = {0: 0}, {0: (0, pin.SE3.Identity())}
         # In the shoulder's centre, from which the points of springs are counted.
         centre = pin.SE3(np.eye(3), old.jointPlacements[self.arm].translation)
-        if ends:
-            last = self._add(SHOULDER, pin.JointModelTranslation(), 0, centre)
-            if device.interfaces.harness is not None:
-                last = self._add(HARNESS, pin.JointModelFreeFlyer(), last)
+        last, place = 0, centre
+        if SHOULDER in ends:
+            last, place = self._add(SHOULDER, pin.JointModelTranslation(), last, place), pin.SE3.Identity()
+        if HARNESS in ends and device.interfaces.harness is not None:
+            last = self._add(HARNESS, pin.JointModelFreeFlyer(), last, place)
+        if last:
             self.carrier[0] = last, centre.inverse()
         cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
         # Depth first: what stands on the torso before the arm, wherever they are in the given tree.
@@ -94,7 +109,7 @@ class SoftTree:
         for names, part in (COPIED[0], q_slice), (COPIED[1], v_slice):
             for name in names:
                 getattr(new, name)[part(new, own)] = getattr(old, name)[part(old, joint)]
-        if joint == self.arm and self._ends:
+        if joint == self.arm and CUFF in self._ends:
             self.carrier[joint] = self._add(CUFF, cuff, own), pin.SE3.Identity()
         elif limb is not None:
             spin = self._add(limb.joint, pin.JointModelRevoluteUnaligned(limb.along), own)
@@ -119,9 +134,11 @@ class SoftTree:
     def _end(self, name: str) -> tuple[str, pin.SE3] | None:
         """Where what the device has on a frame of arm or torso hangs: a frame, and its place; None of other frames."""
         frame = self.given.model.frames[self.given.frame_index(name)]
-        if frame.parentJoint not in (0, self.arm) or not self._ends:
+        if frame.parentJoint not in (0, self.arm):
             return None
         carrier, shift = self.carrier[frame.parentJoint]
+        if carrier == self.joint[frame.parentJoint]:
+            return None
         return str(self.model.names[carrier]), shift * frame.placement
 
     def closure(self, closure: Closure) -> Closure:
@@ -184,9 +201,34 @@ def twisting_device(device: ChainDevice) -> Any:
     """
     slides = tuple(replace(part, guide=None) for part in device.guided_slides)
     bare = device.replace(guided_slides=slides, soft_links=(), interfaces=Interfaces(), shoulder=Shoulder())
-    found = _on_tree(bare, SoftTree(bare, ends=False))
+    found = _on_tree(bare, SoftTree(bare, ends=()))
     vars(found)["twists"] = tuple(limb.joint for limb in guided_limbs(bare).values())
     return found
+
+
+def padded_device(device: ChainDevice, ends: tuple[str, ...]) -> tuple[DeviceModel, list[PlacedSpring | PlacedGuide]]:
+    """Trees of a device whose cuff and harness give way, and nothing else, and their springs in them.
+
+    Parameters
+    ----------
+    device : ChainDevice
+    ends : tuple of str
+        Names of the joints of those that give way; their stiffness is that of the device.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb's guide resists across it: its ends could not follow without bending.
+    """
+    stiff = [part.slide for part in device.guided_slides if part.resists]
+    if stiff:
+        raise InvalidInput(f"expected limbs without guides on a cuff that gives way, got one of {stiff[0]!r}")
+    own = device.interfaces
+    held = Interfaces(own.harness if HARNESS in ends else None, own.cuff if CUFF in ends else None, own.cuff_area)
+    bare = device.replace(soft_links=(), shoulder=replace(device.shoulder, stiffness=None), interfaces=held)
+    found = _on_tree(bare, SoftTree(bare, ends))
+    model = DeviceModel(found, soft_joints=ends)
+    return model, placed_springs(bare, model)
 
 
 def _on_tree(device: ChainDevice, tree: SoftTree) -> Any:

@@ -275,15 +275,15 @@ class PlacedSpring(NamedTuple):
 
     def load(self, q: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:
         """Generalised force on its joint in the free tree, shape (6,) or (3,); see :meth:`displacement`."""
-        moved = self.displacement(q, base, cuff)
-        wrench = -self.stiffness @ moved
-        if len(moved) == 3:
-            return np.asarray(wrench)
+        wrench = -self.stiffness @ self.displacement(q, base, cuff)
+        return np.asarray(wrench if len(wrench) == 3 else self.jacobian(q, base, cuff).T @ wrench)
+
+    def jacobian(self, q: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:
+        """Rate of the displacement over the velocity of its joint, shape (6, 6); see :meth:`displacement`."""
         R = pin.Quaternion(q[self.held][3:]).matrix()
-        # The energy depends on the rotation vector, whose rate is the inverse of the left Jacobian times the turn's.
+        # The rate of the rotation vector is the inverse of the left Jacobian times the turn's.
         lever = R @ self._arm(base, cuff)
-        about = pin.Jlog3(R) @ wrench[3:] + pin.skew(lever) @ wrench[:3]
-        return np.concatenate([R.T @ wrench[:3], R.T @ about])
+        return np.block([[R, -pin.skew(lever) @ R], [np.zeros((3, 3)), pin.Jlog3(R).T @ R]])
 
     def along_motion(self, q: FloatArray) -> FloatArray:
         """Motions of its joint that strain no spring: none, shape (6, 0) or (3, 0)."""

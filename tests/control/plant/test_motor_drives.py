@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from drive_plants import SMOOTH, held, integrated, limb_mjcf
 from plant_chain import chain_run
+from scipy.integrate import solve_ivp
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData, UnknownName, control
@@ -36,6 +37,54 @@ def test_the_motion_is_that_of_an_integration_of_its_own(name):
     assert constant.slack.any() == (name == "four-cables")
     assert (constant.rotations * other.inv()).magnitude().max() < 1e-8
     assert run.status == "completed"
+
+
+def test_a_drive_in_its_play_swings_as_a_mass_between_two_springs():
+    play, speed, length = 2e-3, 0.05, 0.4
+    plant = ep.Plant(ep.load("three-linear-actuators"), SMOOTH.replace(play=play))
+    own, free = plant.drives[0], (0.0, 1.0, 0.0, 1.0)
+
+    def rate(t, x):
+        return [x[1], motor_rates(own.row(), free, length, 0.0, x[0], x[1], 0.0)[1]]
+
+    # Half a swing on a spring at either end, and twice across the play.
+    period = 2.0 * np.pi * np.sqrt(own.parameters.mass / own.stiffness) + 2.0 * play / speed
+    found = solve_ivp(rate, (0.0, period), [length, speed], rtol=1e-10, atol=1e-13, max_step=1e-4)
+    np.testing.assert_allclose(found.y[:, -1], [length, speed], rtol=1e-6)
+    beyond = found.y[0].max() - length - 0.5 * play
+    assert beyond == pytest.approx(speed * np.sqrt(own.parameters.mass / own.stiffness), rel=1e-3)
+
+
+def test_play_is_that_of_the_design_unless_given_and_lies_on_the_side_of_the_load():
+    exo = ep.load("three-linear-actuators")
+    limbs = [replace(limb, actuator=replace(limb.actuator, play=4e-4)) for limb in exo.limbs]
+    stated, given = ep.Plant(exo.replace(limbs=limbs)), ep.Plant(exo, ep.PlantOptions(play=5e-4))
+    assert [drive.play for drive in stated.drives] == [4e-4] * 3
+    assert [drive.play for drive in ep.Plant(exo).drives] == [0.0] * 3
+    lengths, tensions = exo.inverse_kinematics(exo.pose(20)).lengths, np.array([30.0, -20.0, 0.0])
+    at = given.drive_states(lengths, tensions).positions
+    found = [
+        motor_tension(d.row(), length, 0.0, s, 0.0)[0] for d, length, s in zip(given.drives, lengths, at, strict=True)
+    ]
+    np.testing.assert_allclose(found, tensions, atol=1e-9)
+    np.testing.assert_allclose(at, lengths - tensions / given.drives[0].stiffness - 2.5e-4 * np.sign(tensions))
+    with pytest.raises(InvalidInput, match="play"):
+        ep.PlantOptions(play=-1e-3)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", MOTORS)
+def test_with_play_the_motion_is_that_of_an_integration_of_its_own(name):
+    plant, tensions, start = held(name, SMOOTH.replace(play=5e-4), spin=SPIN)
+    run = plant.simulate(lambda t, measured: tensions / 400.0, 0.1, start, rtol=1e-11)
+    other = integrated(plant, start, lambda t: tensions, run.times)
+    # Every way across the play multiplies what two integrations differ by.
+    assert (run.rotations * other.inv()).magnitude().max() < 1e-7
+    assert (run.tensions == 0.0).any()
+    total = run.kinetic_energy + run.potential_energy + (run.stored_energy - run.source_work).sum(axis=1)
+    assert np.abs(total - total[0]).max() < 1e-6 * run.kinetic_energy.max()
+    whole, _ = chain_run(plant, lambda t, measured: tensions / 400.0, 0.05, start, 1e-9)
+    assert (whole.rotations * run.rotations[: len(whole.times)].inv()).magnitude().max() < 1e-6
 
 
 @pytest.mark.full

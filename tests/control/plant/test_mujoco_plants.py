@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 from mujoco_exact import ExactMujoco
+from mujoco_motion import moved
 from places import URDF
-from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
@@ -17,42 +17,6 @@ from exo_pin import control
 TISSUE = control.Passive(
     [3.0, 4.0, 1.0], [0.4, 0.5, 0.2], ep.shoulder_rotation(10.0, 20.0, 0.0, degrees=True), "a test"
 )
-
-
-def moved(exact, qpos, push, steps, duration=1.0):
-    """Orientation of the arm after each tenth of the time, by Runge-Kutta's method."""
-    model, qpos, qvel, found = exact.model, qpos.copy(), np.zeros(exact.model.nv), []
-    h = duration / steps
-    at = [place for place, joint in enumerate(model.jnt_type) if joint == int(mujoco.mjtJoint.mjJNT_BALL)]
-    ball, dofs = int(model.jnt_qposadr[at[0]]), int(model.jnt_dofadr[at[0]])
-
-    def acceleration(turn, v):
-        q = qpos.copy()
-        mujoco.mj_integratePos(model, q, turn, 1.0)
-        R = Rotation.from_quat(q[ball : ball + 4], scalar_first=True).as_matrix()
-        forces = push(R, q)
-        forces[dofs : dofs + 3] += R.T @ TISSUE(0.0, control.ArmState(R, R @ v[dofs : dofs + 3]))
-        return exact.acceleration(q, v, forces)
-
-    def rate(turn, v):
-        # The rate of a rotation vector in the body's axes, to second order in a turn of one step.
-        w, e = v[dofs : dofs + 3], turn[dofs : dofs + 3]
-        out = v.copy()
-        out[dofs : dofs + 3] = w + 0.5 * np.cross(e, w) + np.cross(e, np.cross(e, w)) / 12.0
-        return out, acceleration(turn, v)
-
-    for k in range(steps):
-        zero = np.zeros(model.nv)
-        k1 = rate(zero, qvel)
-        k2 = rate(0.5 * h * k1[0], qvel + 0.5 * h * k1[1])
-        k3 = rate(0.5 * h * k2[0], qvel + 0.5 * h * k2[1])
-        k4 = rate(h * k3[0], qvel + h * k3[1])
-        turn, gain = (h / 6.0 * (a + 2.0 * b + 2.0 * c + d) for a, b, c, d in zip(k1, k2, k3, k4, strict=True))
-        mujoco.mj_integratePos(model, qpos, turn, 1.0)
-        qvel = qvel + gain
-        if (k + 1) % (steps // 10) == 0:
-            found.append(qpos[ball : ball + 4].copy())
-    return Rotation.from_quat(np.array(found), scalar_first=True)
 
 
 @pytest.mark.full
@@ -82,7 +46,7 @@ def test_devices_move_as_mujocos_own_matrices_say(name, tmp_path):
         return forces
 
     first = exact.qpos_of(plant.equations.configuration(pose))
-    found, coarse = (moved(exact, first, push, steps) for steps in (500, 250))
+    found, coarse = (moved(exact, first, push, TISSUE, steps) for steps in (500, 250))
     assert (found[-1] * coarse[-1].inv()).magnitude() < 1e-7
     assert (run.rotations[1:] * found.inv()).magnitude().max() < 1e-6
     assert (run.rotations[-1] * pose.inv()).magnitude() > 0.05

@@ -18,7 +18,7 @@ their laws. A payload is part of the arm while it is held; caught, it takes part
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -26,8 +26,6 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ....chain.dynamics.equations.equations_of_motion import moving_loops, open_tree
-from ....chain.dynamics.integration import Instant, energies_of
 from ....chain.dynamics.nonsmooth.projected_motion import Applied, acceleration, response_at
 from ....chain.structure.motion_axes import carried_joints, q_slice
 from ....core.errors import InvalidInput, SolverFailed
@@ -39,13 +37,14 @@ from ....device.parts.routes import PlacedRoute
 from ....device.postures import following, postures
 from ....load_case.pose_stacks import pose_matrices
 from ....numerics.vectors import matrix
-from ..drives import DirectDrive, LimbDrive, MotorDrive, MuscleDrive
-from ..equations.drive_kernels import FLOWS, drive_rates, limb_tension, manifold_rates, motor_energy, motor_force
-from ..equations.plant_kernels import Tables, state_places, stop_moment
+from ..drives import DirectDrive, LimbDrive, MuscleDrive
+from ..equations.drive_kernels import FLOWS, drive_rates, manifold_rates
+from ..equations.plant_kernels import Tables, stop_moment
 from ..state import still_tables
 from .arm_actions import ArmState, Payload, Wearer
 from .direct_motors import DirectMotors, bristle_rates, slips
 from .moving_torso import Torso, TorsoState, carried_along
+from .padding import Padding, Pads
 
 _INTACT, _EFFORT, _POWERED = (FLOWS.index(name) for name in ("intact", "effort", "powered"))
 #: Displacement over which dry friction of a joint builds up, rad and characteristic lengths.
@@ -100,6 +99,8 @@ class DeviceEquations:
         What the arm carries besides.
     torso : Torso, optional
         How the base moves.
+    padding : mapping of str to Padding, optional
+        Of "cuff" and "harness", where they give way.
     """
 
     def __init__(
@@ -110,9 +111,12 @@ class DeviceEquations:
         wearer: Sequence[Wearer] = (),
         payloads: Sequence[Payload] = (),
         torso: Torso | None = None,
+        padding: Mapping[str, Padding] | None = None,
     ) -> None:
         # A model of its own: inertias of motors and payloads are added to it.
-        self.model, self.drives, self.tables = DeviceModel(device), tuple(drives), tables
+        self.device, self.drives, self.tables, self.padding = device, tuple(drives), tables, padding or {}
+        self.pads = Pads(device, self.padding) if padding else None
+        self.model = DeviceModel(device) if self.pads is None else self.pads.model
         self.wearer, self.payloads, self.torso = tuple(wearer), tuple(payloads), torso
         state = self.state = self.model.held
         self.count, self.nv, self.nq = len(drives), state.nv, state.nq
@@ -121,7 +125,7 @@ class DeviceEquations:
         self._pulls: dict[int, FloatArray] = {}
         self._owners = np.concatenate([np.full(state.model.nvs[k], k) for k in range(1, state.model.njoints)])
         self._places = [self._place(place) for _, place in self.model.drives]
-        self._springs = [(spring, self._place(place)) for spring, place in self.model.springs]
+        self.elastic = [(spring, self._place(place)) for spring, place in self.model.springs]
         self._zero = np.array([part.zero_length for part, _ in self.model.drives])
         direct = [i for i, drive in enumerate(drives) if drive.is_direct]
         self.limbs = [i for i in range(self.count) if i not in direct]
@@ -136,7 +140,7 @@ class DeviceEquations:
                 self.signs[i] = 1.0
             self._constant[place, i] = self.signs[i]
         motors = [drive for drive in drives if isinstance(drive, DirectDrive)]
-        self._motors = DirectMotors(motors, [self._places[i] for i in direct], state.model)
+        self.motors = DirectMotors(motors, [self._places[i] for i in direct], state.model)
         lower, upper = state.passive.dry_friction
         self.rubbing = np.flatnonzero(upper - lower > 0.0)
         self._rub = lower[self.rubbing], upper[self.rubbing]
@@ -150,7 +154,7 @@ class DeviceEquations:
     def still(self, damping: float) -> DeviceEquations:
         """The same without friction, with drives that stand still and a viscous moment in the shoulder, N m s/rad."""
         own = still_tables(self.tables, damping)
-        return DeviceEquations(self.model.device, self.drives, own, self.wearer, self.payloads, self.torso)
+        return DeviceEquations(self.device, self.drives, own, self.wearer, self.payloads, self.torso, self.padding)
 
     def moved(self, q: FloatArray, step: FloatArray) -> FloatArray:
         """A configuration after a step of all joints, shape (nv,)."""
@@ -165,10 +169,8 @@ class DeviceEquations:
             If a pose is out of reach.
         """
         shape, matrices = pose_matrices(poses)
-        found = postures(self.model, matrices)
-        if not found.reached.all():
-            raise InvalidInput("expected poses that the device reaches from rest: its loops do not close in one")
-        return np.array([self.coordinates(q) for q in found.q]).reshape(*shape, self.count)
+        own, found = self._reached(matrices)
+        return np.array([self.coordinates(own(q)) for q in found]).reshape(*shape, self.count)
 
     def ratios(self, lengths: FloatArray) -> FloatArray:
         """Contraction ratios (5-4) of muscles; of other drives what their range lacks, as a share of it.
@@ -207,10 +209,30 @@ class DeviceEquations:
         InvalidInput
             If the pose is out of reach.
         """
-        found = postures(self.model, as_single_rotation("poses", poses).as_matrix()[None])
-        if not found.reached[0]:
-            raise InvalidInput("expected a pose that the device reaches from rest: its loops do not close there")
-        return np.asarray(found.q[0])
+        own, found = self._reached(as_single_rotation("poses", poses).as_matrix()[None])
+        return np.asarray(own(found[0]))
+
+    def started(self, poses: Rotation, angular_velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The configuration in a pose, and the least motion of all joints for an angular velocity, base frame."""
+        R = as_single_rotation("poses", poses).as_matrix()
+        own, found = self._reached(R[None])
+        pads, turning = self.pads, R.T @ angular_velocity
+        v = self.following(found[0], turning) if pads is None else pads.following(found[0], turning)
+        return own(found[0]), v
+
+    def _reached(self, matrices: FloatArray) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
+        """Configurations of the rigid device, and what makes them those of the tree.
+
+        Raises
+        ------
+        InvalidInput
+            If a pose is out of reach.
+        """
+        pads = self.pads
+        found = postures(self.model if pads is None else pads.rigid, matrices)
+        if not found.reached.all():
+            raise InvalidInput("expected poses that the device reaches from rest: its loops do not close in one")
+        return np.asarray if pads is None else pads.undisplaced, found.q
 
     def following(self, q: FloatArray, arm: FloatArray, opening: FloatArray | None = None) -> FloatArray:
         """Motion of all joints for one of the arm in its own axes; see :func:`exo_pin.device.postures.following`."""
@@ -223,9 +245,10 @@ class DeviceEquations:
 
     def _read(self, q: FloatArray) -> FloatArray:
         poses = self.state.buffers.poses
-        return self._zero + np.array([self._coordinate(place, q, poses) for place in self._places])
+        return self._zero + np.array([self.coordinate(place, q, poses) for place in self._places])
 
-    def _coordinate(self, place: PlacedRoute | int, q: FloatArray, poses: FloatArray) -> float:
+    def coordinate(self, place: PlacedRoute | int, q: FloatArray, poses: FloatArray) -> float:
+        """Length of a route, m, or coordinate of a joint, m or rad, with the tree's poses."""
         if isinstance(place, PlacedRoute):
             return float(place.length(poses))
         own = q[self._q_slices[place]]
@@ -260,8 +283,8 @@ class DeviceEquations:
             If the law of one does not cover where it is.
         """
         out, pull, poses = np.zeros(self.nv), np.zeros(3), self.state.buffers.poses
-        for spring, place in self._springs:
-            x = self._coordinate(place, q, poses)
+        for spring, place in self.elastic:
+            x = self.coordinate(place, q, poses)
             force = float(covered_force(spring.law, x))
             if not np.isfinite(force):
                 raise SolverFailed("the motion", np.inf, f"spring {spring.name!r} has no data at {x:.4g}")
@@ -347,7 +370,7 @@ class DeviceEquations:
         direct, loss = self.direct, None
         if len(direct):
             along, z = self.signs[direct] * xd[direct], y[6 + n + direct]
-            T[direct], F[direct], out[6 + n + direct], loss = self._motors.efforts(
+            T[direct], F[direct], out[6 + n + direct], loss = self.motors.efforts(
                 x[direct], along, self.signs[direct], z, flows[direct]
             )
         joint, stop, taken, friction = tables.shoulder, np.zeros(3), 0.0, np.zeros(3)
@@ -365,9 +388,10 @@ class DeviceEquations:
         tau, pull = P @ T, np.zeros(3)
         for i, place in enumerate(self._places):
             pull = pull + T[i] * self._pulls.get(id(place), 0.0)
-        if self._springs:
+        if self.elastic:
             springs, of_springs = self.springs(q)
             tau, pull = tau + springs, pull + of_springs
+        damped = 0.0 if self.pads is None else self.pads.forces(q, v, tau)
         if self._loaded:
             moment_of_load = np.cross(R @ tables.point, tables.force)
             tau[self.model.arm_v] += R.T @ (stop + friction + moment + moment_of_load)
@@ -382,69 +406,15 @@ class DeviceEquations:
         if moving is not None:
             push = carried_along(self.state, self.model.centre, self._bodies, self._owners, moving)
         tau = tau + push
-        more[-2], more[-1] = float(moment @ w + push @ v), more[-1] + self.state.passive.loss(v)
+        more[-2], more[-1] = float(moment @ w + push @ v), more[-1] + damped + self.state.passive.loss(v)
         a = acceleration(self.state, q, v, Applied(tau, None))
         if loss is not None:
-            T[direct] -= self._motors.inertia * self.signs[direct] * a[self._motors.places]
+            T[direct] -= self.motors.inertia * self.signs[direct] * a[self.motors.places]
             out[10 + 2 * n + direct], out[10 + 3 * n + direct] = T[direct] * along, F[direct] * along
             out[10 + 4 * n + direct] = loss
-            out[13 + 6 * n + direct] = np.maximum(F[direct] * along + self._motors.copper * F[direct] ** 2, 0.0)
+            out[13 + 6 * n + direct] = np.maximum(F[direct] * along + self.motors.copper * F[direct] ** 2, 0.0)
         return Forces(a, tau, pull, x, xd, T, F, friction, stop, force, moment, moving), out, more
-
-    def shoulder_force(self, q: FloatArray, v: FloatArray, found: Forces) -> FloatArray:
-        """F_s in a motion, shape (3,), N, base frame; NaN where equilibrium of the links does not determine it.
-
-        The same tree with an arm that flies free needs it besides the forces of the loops, which its other rows give.
-        """
-        model, free, R = self.model, self.model.free, self.rotation(q)
-        own, motion = model.free_configuration(q), model.free_motion(np.array([v, found.a]))
-        free.buffers.jacobian_rates(own, motion[0])
-        moving_loops(free, own, motion[0])
-        left = open_tree(free, own, motion[0], motion[1], None)
-        J = free.buffers.jacobian * free.topology.row_scale[:, None]
-        tau = np.zeros(free.nv)
-        tau[model.v_of], tau[model.angular] = found.tau[model.v_from], found.tau[model.arm_v]
-        tau[model.linear] = R.T @ (found.route_force + found.wearer_force + self.tables.force)
-        if found.torso is not None:
-            along = carried_along(free, model.centre, model.carried, model.owners, found.torso)
-            tau[model.linear] += along[model.linear]
-        left -= tau
-        scale = free.topology.column
-        loops, _, rank, _ = np.linalg.lstsq((J * scale).T[model.rest], (left * scale)[model.rest], rcond=1e-9)
-        if rank < free.row_count:
-            return np.full(3, np.nan)
-        return np.asarray(R @ (left - J.T @ loops)[model.linear])
-
-    def energies(self, q: FloatArray, v: FloatArray, rates: FloatArray) -> tuple[float, float]:
-        """Kinetic energy without that of motors, and potential of weight, springs, load and stops, J."""
-        whole, kinetic = energies_of(self.state, Instant(q, v, 0.0, 0.0))
-        self.state.buffers.linearise(q)
-        poses = self.state.buffers.poses
-        springs = sum(float(own.law.energy(self._coordinate(place, q, poses))) for own, place in self._springs)
-        R, tables, joint = self.rotation(q), self.tables, self.tables.shoulder
-        stop = stop_moment(matrix(R), (0.0, 0.0, 0.0), *joint[4:9].tolist())[2] if joint[3] > 0.0 else 0.0
-        own = 0.5 * float(self._motors.inertia @ rates[self.direct] ** 2)
-        return kinetic - own, whole - kinetic + springs + stop - float(tables.force @ (R @ tables.point))
 
     def rotation(self, q: FloatArray) -> FloatArray:
         """Of the arm, shape (3, 3)."""
         return np.array(pin.Quaternion(q[self.model.arm_q]).matrix())
-
-    def limb_numbers(self, found: Forces, y: FloatArray, flows: FloatArray) -> FloatArray:
-        """Length, rate, tension, contraction, force of the motor and energy stored in each drive, shape (n, 6)."""
-        out, tables = np.zeros((self.count, 6)), self.tables
-        out[:, 0], out[:, 1], out[:, 2], out[:, 4] = found.coordinates, found.rates, found.efforts, found.sources
-        places = state_places(self.count)
-        for i in self.limbs:
-            length, rate = float(out[i, 0]), float(y[places["drive_speeds"]][i])
-            out[i, 3] = limb_tension(tables, i, y, float(out[i, 1]), length)[1]
-            if isinstance(self.drives[i], MotorDrive):
-                row = tables.motors[i]
-                out[i, 4] = flows[i, _POWERED] * motor_force(row, flows[i, _EFFORT], -rate)
-                out[i, 5] = motor_energy(row, length, y[places["drives"]][i], rate, flows[i, _INTACT])
-        if len(self.direct):
-            own = self.direct
-            out[own, 5] = (
-                self._motors.stops(out[own, 0], out[own, 1])[2] + 0.5 * self._motors.inertia * out[own, 1] ** 2
-            )
-        return out

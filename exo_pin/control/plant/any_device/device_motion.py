@@ -13,21 +13,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 from ....chain.dynamics.implicit import Stiffness
 from ....chain.kinematics.closing import close
 from ....chain.kinematics.loops import project_velocity, refined
-from ....core.errors import ExoPinError, SolverFailed
+from ....core.errors import ExoPinError
 from ....core.validation import FloatArray
-from ..equations.drive_kernels import FLOWS
 from ..equations.plant_kernels import state_places, tolerances
 from ..state import equations_state, first_chain
 from .device_equations import DeviceEquations
+from .observations import energies
 
 if TYPE_CHECKING:
     from ..plant import Plant
-    from ..state import PlantState, Snapshot
+    from ..state import PlantState
 
 
 class Piece(NamedTuple):
@@ -40,9 +39,6 @@ class Piece(NamedTuple):
 
 #: Step of the derivative of the rates, the shortest step, s, and how far before its end a piece ends for the wearer, s.
 _DIFFERENCE, _SHORTEST, _INSIDE = 1e-7, 1e-12, 1e-12
-#: Viscous moment over angular velocity while a device settles, N m s/rad; its pieces of time, s, and their number; and
-#: velocity below which it is at rest, rad/s.
-_DAMPING, _PIECE, _PIECES, _STILL = 2.0, 0.5, 240, 1e-7
 
 
 class DeviceMotion:
@@ -84,11 +80,6 @@ class DeviceMotion:
             self._y[places["drives"]][own.direct] = x[own.direct]
             self._y[places["drive_speeds"]][own.direct] = (own.signs * (own.columns().T @ self._v))[own.direct]
 
-    @property
-    def speed(self) -> float:
-        """Largest of its velocities, rad/s and m/s."""
-        return float(np.abs(self._v).max(initial=0.0))
-
     def lengths(self) -> FloatArray:
         """Coordinates of the drives, shape (n,), m or rad."""
         return self._of.coordinates(self._q)
@@ -102,7 +93,7 @@ class DeviceMotion:
         for piece in pieces:
             try:
                 stopped = self._through(piece)
-            except ExoPinError as error:
+            except (ExoPinError, np.linalg.LinAlgError) as error:
                 stopped = f"stopped after {piece.start:.6g} s: {error}"
             # Of this piece alone; a function within another cannot be copied to other processes.
             self._rate = None
@@ -152,9 +143,9 @@ class DeviceMotion:
         own, held = self._of, self._of.held(piece.start)
         if held == own.carried:
             return
-        before = sum(own.energies(self._q, self._v, np.zeros(own.count)))
+        before = sum(energies(own, self._q, self._v, np.zeros(own.count)))
         self._v = own.caught(held, self._q, self._v)
-        self._more[-2] += sum(own.energies(self._q, self._v, np.zeros(own.count))) - before
+        self._more[-2] += sum(energies(own, self._q, self._v, np.zeros(own.count))) - before
         self._tell()
 
     def _place(self, Y: FloatArray) -> None:
@@ -182,50 +173,4 @@ def started(own: DeviceEquations, state: PlantState) -> FloatArray:
 
     Joints are where the straight turn of the arm from rest leads them, and follow it with the least motion.
     """
-    q = own.configuration(state.orientation)
-    v = own.following(q, own.rotation(q).T @ state.angular_velocity)
-    return first_chain(q, v, len(own.rubbing))
-
-
-def device_rest(plant: Plant, start: PlantState) -> PlantState:
-    """The state of rest that a damped motion from another leads to, without friction and with drives that stand still.
-
-    Raises
-    ------
-    SolverFailed
-        If it does not come to rest.
-    """
-    own = plant.equations
-    assert own is not None
-    motion = DeviceMotion(plant, start, 1e-6, own.still(_DAMPING))
-    flows = np.zeros((own.count, len(FLOWS)))
-    flows[:, FLOWS.index("intact")] = 1.0
-    for k in range(_PIECES):
-        stopped = motion.advance([Piece(_PIECE * k, _PIECE * (k + 1), flows)])
-        if stopped:
-            raise SolverFailed("rest of the plant", np.inf, stopped)
-        if motion.speed < _STILL:
-            q = motion.kinematics()[0]
-            return plant.state(Rotation.from_quat(q), pressures=start.pressures, drive_positions=start.drive_positions)
-    raise SolverFailed("rest of the plant", motion.speed, "it goes on moving")
-
-
-def observed(
-    own: DeviceEquations,
-    snapshots: Sequence[Snapshot],
-    flows: FloatArray,
-    arrays: tuple[FloatArray, FloatArray, FloatArray],
-) -> FloatArray:
-    """Fill what :func:`.plant_kernels.observe` fills; force and moment of the wearer, and F_s, shape (N, 9)."""
-    (motion, limbs, energy), more = arrays, np.zeros((len(snapshots), 9))
-    places: Any = np.cumsum([own.nq, own.nv, len(own.rubbing)])
-    for k, now in enumerate(snapshots):
-        q, v, bristles, _ = np.split(now.chain, places)
-        own.carry(own.held(now.time, before=True))
-        found, _, _ = own.rates(now.time, q, v, now.y, bristles, flows[k])
-        R = own.rotation(q)
-        motion[k] = np.concatenate([R @ found.a[own.model.arm_v], found.friction, found.stops])
-        limbs[k] = own.limb_numbers(found, now.y, flows[k])
-        energy[k] = own.energies(q, v, found.rates)
-        more[k] = np.concatenate([found.wearer_force, found.wearer_moment, own.shoulder_force(q, v, found)])
-    return more
+    return first_chain(*own.started(state.orientation, state.angular_velocity), len(own.rubbing))

@@ -17,7 +17,8 @@ with the drive:
 
     T = k (l - s) + d (l' - s')
 
-A cable has T = 0 where l <= s, and its damping takes or adds at most k (l - s), so that T is never negative.
+A cable has T = 0 where l <= s, and its damping takes or adds at most k (l - s), so that T is never negative. With play
+b between drive and limb, k (l - s) becomes k (l - s ∓ b/2) beyond b/2 and zero within, and damping is at most that.
 
 The motor is a direct-current machine with a current-controlled amplifier: the amplifier's current limits |F| to F_max,
 its voltage to F <= F_0 (1 - v/v_0), v = -s' the speed at which the drive pulls in, v_0 the speed without load and F_0
@@ -264,11 +265,11 @@ FLOWS = (
 #: Columns of the table of motor drives, one row a limb; "present" is 0 for a limb with another drive.
 MOTOR_COLUMNS = (
     "present", "inverse_mass", "force_limit", "stall_force", "no_load_speed", "viscous", "coulomb", "load_friction",
-    "presliding", "stiffness", "damping", "pushes", "shortest", "longest", "stop_stiffness", "stop_damping",
+    "presliding", "stiffness", "damping", "pushes", "shortest", "longest", "stop_stiffness", "stop_damping", "play",
 )  # fmt: skip
 (
     _PRESENT, _INVERSE, _LIMIT, _STALL, _SPEED, _VISCOUS, _COULOMB, _SHARE, _PRESLIDING, _STIFFNESS, _DAMPING, _PUSHES,
-    _SHORTEST, _LONGEST, _STOP, _STOP_DAMPING,
+    _SHORTEST, _LONGEST, _STOP, _STOP_DAMPING, _PLAY,
 ) = range(len(MOTOR_COLUMNS))  # fmt: skip
 #: |z| of the friction below which it is elastic.
 _ELASTIC = 0.7
@@ -291,18 +292,24 @@ def is_motor(row: Any) -> bool:
 
 
 @kernel
+def _stretch(row: Any, gap: float) -> float:
+    """By how much the limb is stretched beyond the play, m, below zero where it is pressed, for l - s in m."""
+    half = 0.5 * row[_PLAY]
+    if row[_PUSHES] <= 0.0:
+        return max(gap - half, 0.0)
+    return max(gap - half, 0.0) + min(gap + half, 0.0)
+
+
+@kernel
 def motor_tension(row: Any, length: float, speed: float, s: float, rate: float) -> Any:
     """Tension of the limb in N, and the power that its damping takes in W.
 
     ``length`` and ``speed`` are those of the limb, ``s`` and ``rate`` those of the drive, m and m/s.
     """
-    stretch = length - s
-    elastic, opening = row[_STIFFNESS] * stretch, speed - rate
+    elastic, opening = row[_STIFFNESS] * _stretch(row, length - s), speed - rate
     damped = row[_DAMPING] * opening
-    if row[_PUSHES] <= 0.0:
-        if stretch <= 0.0:
-            return 0.0, 0.0
-        damped = min(max(damped, -elastic), elastic)
+    if row[_PUSHES] <= 0.0 or row[_PLAY] > 0.0:
+        damped = min(max(damped, -abs(elastic)), abs(elastic))
     return elastic + damped, damped * opening
 
 
@@ -352,9 +359,7 @@ def motor_rates(row: Any, flow: Any, length: float, speed: float, s: float, rate
 @kernel(cost=301)
 def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) -> float:
     """Energy in J of the moving drive, of the stretched limb and of the stops."""
-    stretch = length - s
-    if row[_PUSHES] <= 0.0:
-        stretch = max(stretch, 0.0)
+    stretch = _stretch(row, length - s)
     energy = 0.5 * intact * row[_STIFFNESS] * stretch * stretch + _stop(row, s, rate)[2]
     if row[_INVERSE] > 0.0:
         energy += 0.5 * rate * rate / row[_INVERSE]

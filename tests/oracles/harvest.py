@@ -183,7 +183,6 @@ def _wrists(folder):
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
     wrist.daily_crossings(geometry, step_deg=15.0)
-    wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())
 
 
@@ -258,6 +257,9 @@ def _moved(folder):
         plant.simulate(controller, 0.03, start, sensor=sensors)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
+    with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:
+        server.answer(b"no sample")
+        remote.reset()
     if importlib.util.find_spec("gymnasium") is not None:
         ShoulderEnv(serial, still)
 

@@ -1,12 +1,16 @@
-"""What a run was for the person in the device, in numbers."""
+"""What a run was for the person in the device, in numbers; doubts about its muscles."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...load_case.case import beyond_motion
+from ...muscle.laws.static import BAR
+from .drives import MuscleDrive
 
 if TYPE_CHECKING:
     from .run import Run
@@ -58,3 +62,34 @@ def _outside(run: Run) -> np.ndarray:
     if ends:
         return np.asarray(np.any([own.depth(run.rotations) > 0.0 for own in ends], axis=0))
     return np.asarray(beyond_motion(run.rotations.as_matrix(), run.plant.mechanism.side))
+
+
+#: Share by which pressures may exceed a limit, as of an integration.
+_SLACK = 1e-3
+
+
+def muscle_cautions(run: Run) -> Iterator[str]:
+    """Sentences on the muscles of a run; none for a plant without muscles."""
+    muscles = [(i, drive) for i, drive in enumerate(run.plant.drives) if isinstance(drive, MuscleDrive)]
+    inside, pulls = run.in_range, run.tensions > 0.0
+    pulling = {f"muscle {i + 1}": inside[pulls[:, i], i] for i, _ in muscles if pulls[:, i].any()}
+    every = np.concatenate([np.ones(0, dtype=bool), *pulling.values()])
+    if not every.all():
+        yield (
+            f"The force laws of the muscles were identified in {_percent(every)} of the states in which they pull "
+            f"({', '.join(f'{name}: {_percent(part)}' for name, part in pulling.items())}), and are extrapolated "
+            "elsewhere."
+        )
+    for i, drive in muscles:
+        most = float(run.pressures[:, i].max())
+        if most > drive.supply_pressure * (1.0 + _SLACK):
+            yield (
+                f"Muscle {i + 1} reaches {most / BAR:.3g} bar, above its greatest safe pressure of "
+                f"{drive.supply_pressure / BAR:.3g} bar: lower the supply."
+            )
+
+
+def _percent(met: NDArray[np.bool_]) -> str:
+    """A share in percent, never rounded to all or to none."""
+    share = 100.0 * float(met.mean())
+    return f"{min(max(round(share), int(share > 0.0)), 100 - int(share < 100.0))} %"

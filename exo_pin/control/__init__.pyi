@@ -14,11 +14,8 @@ from .controllers.thesis_controller import PIGains as PIGains
 from .controllers.thesis_controller import ProportionalIntegral as ProportionalIntegral
 from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
-from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import options_for as options_for
 from .experiments.catalogue import reference_of as reference_of
-from .experiments.catalogue import with_fourth_muscle as with_fourth_muscle
-from .experiments.catalogue import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment
 from .experiments.muscle_loop import MuscleLoop as MuscleLoop
 from .experiments.muscle_loop import muscle_loop as muscle_loop
@@ -33,9 +30,7 @@ from .measured_run import write_run as write_run
 from .plant.any_device.arm_actions import ArmState as ArmState
 from .plant.any_device.arm_actions import Payload as Payload
 from .plant.any_device.moving_torso import Torso as Torso
-from .plant.any_device.moving_torso import TorsoState as TorsoState
 from .plant.any_device.padding import Padding as Padding
-from .plant.contractions import Contractions as Contractions
 from .plant.faults import Fault as Fault
 from .plant.options import JointMotor as JointMotor
 from .plant.options import LinearActuator as LinearActuator

@@ -183,7 +183,6 @@ def _wrists(folder):
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
     wrist.daily_crossings(geometry, step_deg=15.0)
-    wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())
 
 

@@ -25,9 +25,8 @@ from exo_pin.design import (
     preset_file,
     presets,
     published,
-    read_mechanism,
-    write_mechanism,
 )
+from exo_pin.design.io.mechanism_files import read_mechanism, write_mechanism
 
 
 def test_the_published_mechanisms():

@@ -423,7 +423,10 @@ class Run(Result, ReadOnly):
         law, own = Assumptions(split).law, self.question()
         if limits is None:
             limits = own.get("limits", "design") if law.chooses_tensions else "design"
-        case = Case(self.rotations, own["motion"], own["load"], centre_offset)
+        # Joints that no drive moves are where the run has them, and not at rest there.
+        idle = self.plant.contractions is self.plant.equations and self.plant.mechanism.structure.idle
+        posture = self.configurations if idle else None
+        case = Case(self.rotations, own["motion"], own["load"], centre_offset, posture=posture)
         return solve(self.plant.mechanism, case, Assumptions(law, limits, constraint_bounds, cone, weights))
 
     @property

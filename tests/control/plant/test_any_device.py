@@ -145,6 +145,28 @@ def test_every_device_follows_a_reference_and_goes_on_where_it_was_cut(name):
     assert (rest.tensions[-1] == cut.tensions[-1]).all()
 
 
+def test_a_query_along_a_run_has_idle_joints_where_the_run_has_them():
+    exo = loaded("3rps-passive-ball")
+    plant, pose = ep.Plant(exo, wearer=control.Passive(20.0, 1.0, source="a test")), exo.pose(10, 10)
+    efforts = exo.reaction(pose, limits="none").actuator_forces[: plant.count]
+    commands = efforts / np.array([drive.force_limit for drive in plant.drives])
+    run = plant.simulate(lambda t, seen: commands, 0.2, plant.state(pose), control_rate=50.0)
+    # The straight turn from rest would leave them elsewhere, and the shoulder 0.04 N off after 0.1 s.
+    np.testing.assert_allclose(run.reaction().shoulder_force, run.link_force, atol=2e-3)
+
+
+def test_a_tracked_arm_moves_with_its_torso_and_on_its_cuff():
+    exo = loaded("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.of(4e3, 12.0, (0.0, 0.0, -0.2))))
+    torso = control.Torso(acceleration=lambda t: np.array([3.0, 0.0, 0.0]))
+    pad = control.Padding(damping_time=0.01, source="a test")
+    reference = control.AnglePath([0.0, 0.3], np.radians([[0.0, 0.0, 0.0], [5.0, 3.0, 0.0]]), "left", "minimum_jerk")
+    run = exo.track(reference, duration=0.06, rate=50.0, torso=torso, cuff=pad).run
+    assert run.status == "completed"
+    assert run.plant.torso is torso
+    assert np.abs(run.cuff_displacement).max() > 1e-3
+    assert np.abs(run.energy_residual).max() < 1e-6
+
+
 def _hold(t, seen):
     return np.full(len(seen.lengths), 0.05 + 0.05 * t)
 

@@ -241,6 +241,11 @@ def test_a_limb_has_the_limits_of_its_actuator():
     assert {name: getattr(limb, name) for name in data} == data
     assert limb.effort_range == (-70.0, 90.0)
     assert {getattr(ep.Limb(), name) for name in data} == {None}
+    assert limb.missing_limits(False) == ["stroke"]
+    assert ep.Limb(stroke=ep.Stroke(0.3, 0.7, 1.0)).missing_limits(False) == ["end fitting", "actuator"]
+    assert ep.Limb(stroke=ep.Stroke(0.3, 0.7, 1.0, 0.0)).missing_limits(True) == []
+    tube = ep.LimbGuide(60.0, 40.0, joint_stiffness=3e4).times(1.5)
+    assert (tube.bending_rigidity, tube.torsional_rigidity, tube.joint_stiffness) == (90.0, 60.0, 3e4)
     assert np.isnan([*ep.Limb().effort_range, *ep.Limb().length_range]).all()
     cable = ep.Actuator("cable", pull_limit=90.0, least_tension=5.0)
     assert ep.Limb("SPS", actuator=cable).effort_range == (5.0, 90.0)

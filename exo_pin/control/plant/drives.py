@@ -68,6 +68,11 @@ class LimbDrive(ABC):
         """Whether it can push."""
         return False
 
+    @property
+    def damping_ratio(self) -> float:
+        """Damping of the drive's mass on the limb's spring, over critical damping; zero where there is no such mass."""
+        return 0.0
+
     @abstractmethod
     def row(self) -> FloatArray:
         """Parameters as the equations read them: a row of the table of muscles or of that of motor drives."""
@@ -102,7 +107,7 @@ class MotorDrive(LimbDrive):
     @property
     def pushes(self) -> bool:
         """Whether it can push."""
-        return self.word == "actuator"
+        return self.word != "cable"
 
     @property
     def force_limit(self) -> float:
@@ -113,6 +118,11 @@ class MotorDrive(LimbDrive):
     def stiffness(self) -> float:
         """Of the limb between drive and arm, N/m."""
         return self.parameters.series_stiffness(self.longest)
+
+    @property
+    def damping_ratio(self) -> float:
+        """See :attr:`LimbDrive.damping_ratio`."""
+        return 0.5 * self.parameters.damping_time * float(np.sqrt(self.stiffness / self.parameters.mass))
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -175,17 +185,6 @@ class GearedDrive(MotorDrive):
     no_load_speed: float = np.inf
 
     @property
-    def pushes(self) -> bool:
-        """A gear transmits either way."""
-        return True
-
-    @property
-    def stiffness(self) -> float:
-        """Of the gear, N m/rad or N/m."""
-        assert self.parameters.stiffness is not None
-        return self.parameters.stiffness
-
-    @property
     def brake_force(self) -> float:
         """Of the brake that closes when the current fails, N m or N."""
         return self.parameters.brake_effort
@@ -193,7 +192,7 @@ class GearedDrive(MotorDrive):
     def row(self) -> FloatArray:
         """See :meth:`LimbDrive.row`."""
         own, stop = self.parameters, self.force_limit / self.parameters.stop_depth
-        known = {"brake_force": own.brake_effort, "stop_stiffness": stop, "stop_damping": own.stop_time * stop}
+        known = {"stop_stiffness": stop, "stop_damping": own.stop_time * stop}
         return self._row(vars(own) | known, own.inertia, self.no_load_speed)
 
 

@@ -60,7 +60,7 @@ class MotorParameters(ABC):
     presliding : float
         Displacement over which dry friction builds up, m.
     damping_time : float
-        Damping over stiffness of the limb, d/k, s.
+        Damping over stiffness of the limb, d/k, s. Far beyond critical damping a run takes long, and warns before.
     brake_force : float
         Of the brake that a spring closes when the current fails, N; zero for none.
     stop_stiffness, stop_damping : float
@@ -300,3 +300,24 @@ class JointMotor:
     def mass(self) -> float:
         """Inertia carried over to the joint, kg m² or kg."""
         return self.inertia
+
+    def series_stiffness(self, longest: float) -> float:
+        """Stiffness of the gear, N m/rad or N/m, whatever the range of the joint.
+
+        Parameters
+        ----------
+        longest : float
+            End of the joint's range, rad or m.
+
+        Returns
+        -------
+        float
+            Infinite without one.
+
+        Examples
+        --------
+        >>> from exo_pin.control import JointMotor
+        >>> JointMotor(inertia=0.05, stiffness=2e3).series_stiffness(1.5), JointMotor().series_stiffness(1.5)
+        (2000.0, inf)
+        """
+        return np.inf if self.stiffness is None else self.stiffness

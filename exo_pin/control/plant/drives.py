@@ -67,6 +67,11 @@ class LimbDrive(ABC):
         """Whether it can push."""
         return False
 
+    @property
+    def damping_ratio(self) -> float:
+        """Damping of the drive's mass on the limb's spring, over critical damping; zero where there is no such mass."""
+        return 0.0
+
     @abstractmethod
     def row(self) -> FloatArray:
         """Parameters as the equations read them: a row of the table of muscles or of that of motor drives."""
@@ -112,6 +117,11 @@ class MotorDrive(LimbDrive):
     def stiffness(self) -> float:
         """Of the limb between drive and arm, N/m."""
         return self.parameters.series_stiffness(self.longest)
+
+    @property
+    def damping_ratio(self) -> float:
+        """See :attr:`LimbDrive.damping_ratio`."""
+        return 0.5 * self.parameters.damping_time * float(np.sqrt(self.stiffness / self.parameters.mass))
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -64,7 +64,7 @@ class MotorParameters(ABC):
     presliding : float
         Displacement over which dry friction builds up, m.
     damping_time : float
-        Damping over stiffness of the limb, d/k, s.
+        Damping over stiffness of the limb, d/k, s. Far beyond critical damping a run takes long, and warns before.
     brake_force : float
         Of the brake that a spring closes when the current fails, N; zero for none.
     stop_stiffness, stop_damping : float

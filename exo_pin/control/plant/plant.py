@@ -24,6 +24,7 @@ from .any_device.device_motion import started
 from .any_device.device_rest import device_rest
 from .any_device.moving_torso import Torso
 from .any_device.padding import Padding
+from .cautions import warn_of_stiff_drives
 from .contractions import Contractions
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
@@ -355,6 +356,7 @@ class Plant(Record):
         (array([1.1, 0. , 0. ]), 'completed')
         """
         usual = self.rest if self.equations is None else self.state
+        warn_of_stiff_drives(self)
         start = self._of_this_plant("state0", usual() if state0 is None else state0)
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:

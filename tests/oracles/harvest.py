@@ -257,7 +257,8 @@ def _moved(folder):
         plant.simulate(controller, 0.03, start, sensor=sensors)
     padding = control.Padding(damping_time=0.01, mass=1e-3, radius=0.05, source="made up")
     soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.2)))
-    ep.Plant(soft, cuff=padding).state(raised)
+    geared = control.PlantOptions(joint_motor=control.JointMotor(inertia=0.1, stiffness=1e3))
+    ep.Plant(soft, geared, cuff=padding).state(raised)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
     with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:

@@ -21,7 +21,9 @@ import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.model_controller import gains_for
 
-DESIGNS = ("four-cables-worn", "four-linear-actuators-worn")
+DESIGNS = ("four-cables-worn", "four-linear-actuators-worn", "prototype")
+#: Who the muscles in the joint are of where the design moves a dummy.
+_DUMMY = ep.Wearer(1.75, 75.0, "male")
 _SOURCE = "an assumption of this case"
 #: Share of the weight's moment that the person can make, delay, s, and length of the lift, s.
 _STRENGTH, _DELAY, _LIFT = 0.4, 0.15, 2.0
@@ -73,7 +75,7 @@ def main() -> None:
             run = own.simulate(experiment.made_controller(own), _LIFT + 1.0, experiment.start(own), rtol=1e-5)
             error = np.degrees((reference(run.times).orientation * run.rotations.inv()).magnitude())
             force = np.linalg.norm(run.shoulder_force, axis=1)
-            drives, size = np.sqrt((run.tensions**2).mean()), own.mechanism.arm.wearer
+            drives, size = np.sqrt((run.tensions**2).mean()), own.mechanism.arm.wearer or _DUMMY
             found = exo.joint_contact_of_run(run, ep.Person(size.height, size.mass, size.sex, side=exo.side))
             joint, effort = found.magnitude, 1e3 * float(np.nanmean(found.effort))
             ended = "" if run.status == "completed" else f" {run.status}"

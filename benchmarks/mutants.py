@@ -13,7 +13,7 @@ which statement each runs, and one for each mutant gives the loaded functions it
 the changed statement, the quickest files first. What runs when a module is loaded is changed in a process of its own. A
 mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed; so does one that
 ends the process. Tests that take more than ``--slowest`` seconds of the processor are left out, and those that come
-after ``--budget`` seconds of others.
+after ``--budget`` seconds of the processor of others.
 
 ``equivalent_mutants.toml`` beside this file lists changes that no test can notice, each with its proof.
 """
@@ -72,9 +72,19 @@ class Tally(NamedTuple):
         told = self.count - len(self.equivalent)
         return 100.0 * (told - len(self.alive)) / max(1, told)
 
+    @property
+    def least(self) -> float:
+        """Lower end of the one-sided 95 % confidence interval of that share, of Clopper and Pearson, in %."""
+        from scipy.stats import beta  # here: it imports NumPy, whose threads are chosen in each process
+
+        told = self.count - len(self.equivalent)
+        killed = told - len(self.alive)
+        return float(100.0 * beta.ppf(0.05, killed, told - killed + 1)) if killed else 0.0
+
     def __str__(self) -> str:
         told = self.count - len(self.equivalent)
-        return f"| {self.room} | {told - len(self.alive)} of {told} | {self.share:.0f} % | {len(self.equivalent)} |"
+        killed, share = f"{told - len(self.alive)} of {told}", f"{self.share:.0f} % | {self.least:.0f} %"
+        return f"| {self.room} | {killed} | {share} | {len(self.equivalent)} |"
 
 
 def joined(room: str, parts: list[Tally]) -> Tally:
@@ -177,15 +187,17 @@ class Judge:
         signal.signal(signal.SIGPROF, stop)
         for path in sorted({mutant.path for mutant in self._chosen}):
             replace_code(path, Noting(path).visit(parsed(path)))
-        took = {}
+        took, were_stopped = {}, False
         for number, item in enumerate(self.items):
-            begun = time.monotonic()
+            begun = time.process_time()  # other work on the machine does not count
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
             if self._passes([item], *self.items[number + 1 : number + 2]):
-                took[item.nodeid] = time.monotonic() - begun
-            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped:
+                took[item.nodeid] = time.process_time() - begun
+            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped and not were_stopped:
                 file.write_text(item.nodeid)
                 return False
+            else:
+                were_stopped = True  # what a stopped test leaves behind may fail others, which are left out, too
             self._failed = self._stopped = False
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))
@@ -306,7 +318,9 @@ def main() -> None:
     parser.add_argument("--match", default="", help="only mutants whose line in the list matches this expression")
     parser.add_argument("--slowest", type=float, default=20.0, help="longest test, s of the processor (default 20)")
     parser.add_argument("--beside", nargs="*", default=[], help="folders of tests beside the room's own, such as study")
-    parser.add_argument("--budget", type=float, default=120.0, help="of the tests for one mutant, s (default 120)")
+    parser.add_argument(
+        "--budget", type=float, default=120.0, help="of the tests of one mutant, s of the processor (default 120)"
+    )
     parser.add_argument("--least", type=float, default=0.0, help="share, in %%, that is to be killed in each room")
     options = parser.parse_args()
     os.chdir(ROOT)
@@ -326,7 +340,9 @@ def main() -> None:
         tallies.append(joined(room, parts))
         print(tallies[-1], flush=True)
     lax = [tally.room for tally in tallies if tally.share < options.least]
-    print("\n| room | killed | share | equivalent |\n| --- | --- | --- | --- |", *tallies, sep="\n")
+    print(
+        "\n| room | killed | share | at least, 95 % | equivalent |\n| --- | --- | --- | --- | --- |", *tallies, sep="\n"
+    )
     if lax:
         raise SystemExit(f"less than {options.least:g} % killed: {', '.join(lax)}")
 

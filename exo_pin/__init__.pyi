@@ -39,7 +39,6 @@ from .core.errors import NearSingularConfiguration as NearSingularConfiguration
 from .core.errors import NoisyMovement as NoisyMovement
 from .core.errors import NonConvexBound as NonConvexBound
 from .core.errors import NotAWrist as NotAWrist
-from .core.errors import OpeningMotion as OpeningMotion
 from .core.errors import OutsideHumanRange as OutsideHumanRange
 from .core.errors import OutsideRangeOfMotion as OutsideRangeOfMotion
 from .core.errors import SimulationStopped as SimulationStopped

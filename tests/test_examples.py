@@ -73,6 +73,10 @@ def test_the_reference_has_every_room_with_public_names():
     assert len(reference_pages.MOST_USED) == 10
 
 
+def test_each_public_name_stands_in_a_page_a_notebook_or_a_command():
+    assert NAMES["without_place"]() == []
+
+
 def test_a_wrong_example_is_reported():
     assert "Expected" in run("wrong", ">>> 1 + 1\n3\n")
 

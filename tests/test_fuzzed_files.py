@@ -19,7 +19,7 @@ from exo_pin import muscle
 from exo_pin.chain import read_closures
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
-from exo_pin.design import read_mechanism
+from exo_pin.design.io.mechanism_files import read_mechanism
 from exo_pin.device.files.device_files import read_device
 
 EXAMPLES = URDF.parent / "examples"

@@ -133,6 +133,15 @@ def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
     assert judge._is_alive(unseen, FOLDER)
 
 
+def test_share_and_its_lower_bound(places, monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from mutants import Tally
+
+    # Of Clopper and Pearson, from one side: 95 % ** (1 / n) where all are killed.
+    assert Tally("room", 21, [], ["one"]).least == pytest.approx(100.0 * 0.05 ** (1 / 20))
+    assert str(Tally("room", 60, ["one"] * 5, [])) == "| room | 55 of 60 | 92 % | 83 % | 0 |"
+
+
 def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
     monkeypatch.syspath_prepend(str(FOLDER))
     from mutants import Judge

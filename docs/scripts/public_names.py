@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import ast
 import inspect
+import json
+import re
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -61,6 +63,19 @@ def public_names() -> dict[str, list[Public]]:
         for _, name in _exports(PACKAGE / room / "__init__.pyi"):
             _put(found, room, f"exo_pin.{room}", name)
     return {room: list(names.values()) for room, names in found.items() if names}
+
+
+def without_place() -> list[str]:
+    """Paths of public names that stand in no page, notebook or command: a user misses them, or they go."""
+    root = PACKAGE.parent
+    places = [root / "README.md", *(root / "docs").rglob("*.md"), *(PACKAGE / "cli").rglob("*.py")]
+    texts = [path.read_text(encoding="utf-8") for path in places if not {"api", "build"} & set(path.parts)]
+    for path in (root / "notebooks").glob("*.ipynb"):
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        texts += ["".join(cell["source"]) for cell in cells]
+    words = set(re.findall(r"\w+", "\n".join(texts)))
+    found = (public.path for names in public_names().values() for public in names)
+    return [path for path in found if path.rpartition(".")[2] not in words]
 
 
 def _put(found: dict[str, dict[int, Public]], room: str, holder: str, name: str) -> None:

@@ -7,6 +7,7 @@
 - Package, citation and the changelog's newest version agree, and "Unreleased" is empty.
 - No package is newer than the one with which a table was measured: ``<!-- measured: mujoco 3.17.0 -->`` on its page.
 - The documentation has at most :data:`WORDS` words.
+- Every public name stands in a page, a notebook or a command.
 - Links of the built site lead somewhere.
 """
 
@@ -19,6 +20,7 @@ from pathlib import Path
 
 from check_links import broken_links
 from count_words import ROOT, count
+from public_names import without_place
 
 #: Words that the documentation may have.
 WORDS = 30_000
@@ -74,6 +76,7 @@ def main() -> None:
         ]
     words = count()["words"]
     found += [f"{words} words of documentation, at most {WORDS}"] if words > WORDS else []
+    found += [f"{name} stands in no page, notebook or command" for name in without_place()]
     found += [f"broken link: {text}" for text in broken_links(Path(sys.argv[1]))] if len(sys.argv) > 1 else []
     sys.stdout.write("".join(f"{line}\n" for line in found) or "Ready for a release.\n")
     sys.exit(bool(found))

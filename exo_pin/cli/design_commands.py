@@ -24,6 +24,7 @@ from ..design.parameters.names import assigned
 from ..exo.loading import load, load_designs
 from ..exo.models import EXPORTS
 from ..exo.shoulder_exo import ShoulderExo
+from ..person.on_person import ON_PERSON
 from ..study import StudyTable, adl_box
 from ..study import compare as compared
 from ..study import sweep as swept
@@ -102,11 +103,16 @@ def export(
     published: Annotated[
         Path | None, options.called("FOLDER", validator=lambda _, folder: require_folder(folder) if folder else None)
     ] = None,
+    on_person: Annotated[str | None, options.called("FILE")] = None,
+    cuff: Literal["weld", "spring"] = "weld",
+    locked: Annotated[options.Texts, options.called("NAME")] = (),
+    bones_only: bool = False,
     out: Annotated[Path | None, writes(".urdf", ".xml", ".sdf", picture=False)] = None,
 ) -> int:
     """Write a design for other programs, in the format of the ending: .urdf, .xml (MJCF) or .sdf.
 
-    Links without mass get small masses that the file marks as assumed, because simulators need them.
+    Links without mass get small masses that the file marks as assumed, because simulators need them. With --on-person
+    one MJCF holds a musculoskeletal person who wears the device.
 
     Parameters
     ----------
@@ -115,20 +121,37 @@ def export(
         (floating).
     published : Path, optional
         Write all published designs as URDF to this folder instead, as in the folder urdf.
+    on_person : str, optional
+        MJCF of the person, with the bodies of MyoArm; myoarm for that of the package myo_sim (extra person).
+    cuff : str
+        On the person: part of the humerus (weld), or held by the stiffness of the design's cuff (spring).
+    locked : tuple of str
+        On the person: joints that are taken out, scapula, elbow or wrist; may be repeated.
+    bones_only : bool
+        On the person: without muscles, damping and armature.
 
     Examples
     --------
     exo-pin export four-cables --out four-cables.xml
+    exo-pin export four-cables --on-person myoarm --locked elbow --locked wrist --out worn.xml
     exo-pin export examples/device.toml --person 1.75,75,male --out device.urdf
     """
+    if on_person is None:
+        options.refuse("--on-person was not given", locked=locked, bones_only=bones_only)
     if published is not None:
-        options.refuse("--published writes URDF to a folder", out=out)
+        options.refuse("--published writes URDF to a folder", out=out, on_person=on_person)
         print("\n".join(map(str, write_published_urdf(published))))
         return 0
     exo = worn.load(design, side)
-    path = out or Path(f"{as_file_stem(exo.name)}.urdf")
-    written = exo.export(path, part)
-    said = [EXPORTS[path.suffix.lower()], written.statement]
+    if on_person is None:
+        path = out or Path(f"{as_file_stem(exo.name)}.urdf")
+        written = exo.export(path, part)
+        said = [EXPORTS[path.suffix.lower()], written.statement]
+    else:
+        path = out or Path(f"{as_file_stem(exo.name)}-on-person.xml")
+        person = None if on_person == "myoarm" else on_person
+        written = exo.export_on_person(path, person, cuff, locked, bones_only)
+        said = [ON_PERSON, written.statement]
     print("\n".join([*map(str, written), *(filled(text) for each in said if each for text in each.splitlines())]))
     return int(bool(written.lost))
 

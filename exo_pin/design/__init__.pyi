@@ -1,8 +1,6 @@
 from .actuator import ACTUATOR_FAMILIES as ACTUATOR_FAMILIES
 from .actuator import Actuator as Actuator
 from .actuator import Tackle as Tackle
-from .actuator_families import fitting_stroke as fitting_stroke
-from .actuator_families import stroke_margin as stroke_margin
 from .arm import Arm as Arm
 from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
@@ -11,8 +9,6 @@ from .io.mechanism_files import preset as preset
 from .io.mechanism_files import preset_file as preset_file
 from .io.mechanism_files import presets as presets
 from .io.mechanism_files import published as published
-from .io.mechanism_files import read_mechanism as read_mechanism
-from .io.mechanism_files import write_mechanism as write_mechanism
 from .limb import Limb as Limb
 from .limb import LimbBody as LimbBody
 from .limb import LimbGuide as LimbGuide

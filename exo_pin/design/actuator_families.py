@@ -14,7 +14,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InvalidInput
-from ..core.errors.checked import checked
 from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
 from .limb import Stroke
@@ -50,34 +49,6 @@ def family_limits(family: str) -> tuple[float, float]:
     return share, (1.0 - share) * LEAST_LENGTH[family]
 
 
-@checked
-def stroke_margin(family: str, shortest: float, longest: float) -> float:
-    """By how much a limb that goes from its longest to its shortest length stays within its family, m.
-
-    Negative: the longest length would have to be shorter, or the shortest longer by so much.
-
-    Parameters
-    ----------
-    family : {"pneumatic muscle", "cable", "linear"}
-        The family.
-    shortest, longest : float
-        Joint-to-joint lengths that the limb must take, m.
-
-    Returns
-    -------
-    float
-        m.
-
-    Examples
-    --------
-    >>> from exo_pin.design import stroke_margin
-    >>> [round(stroke_margin(family, 0.2, 0.4), 3) for family in ("pneumatic muscle", "linear", "cable")]
-    [-0.11, -0.05, 0.17]
-    """
-    share, length = family_limits(family)
-    return as_positive("shortest", shortest, zero=True) - (share * as_positive("longest", longest, zero=True) + length)
-
-
 def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: float | None = None) -> Stroke:
     """The actuator of a family with the stroke that a limb needs.
 
@@ -100,17 +71,12 @@ def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: f
     ------
     InvalidInput
         If no actuator of the family does; the message says by how much.
-
-    Examples
-    --------
-    >>> stroke = ep.design.fitting_stroke("linear", shortest=0.35, longest=0.60)
-    >>> round(stroke.nominal_length * stroke.longest + stroke.end_fitting, 6)  # m
-    0.6
     """
     short, long = as_positive("shortest", shortest), as_positive("longest", longest)
     if short > long:
         raise InvalidInput(f"expected shortest <= longest, got {short:g} and {long:g} m")
-    margin = stroke_margin(family, short, long)
+    share, length = family_limits(family)
+    margin = short - (share * long + length)
     if margin < -1e-12:
         raise InvalidInput(
             f"a {family} of at most {1e3 * long:.0f} mm cannot be shorter than {1e3 * (short - margin):.0f} mm, and "

@@ -19,31 +19,30 @@ class _Dimension(NamedTuple):
     scale: float
     height: float
     weight: float
-    sd: float  # relative standard deviation of persons about the fit
 
 
 _DIMENSIONS = {
     "male": {
-        "upper arm girth": _Dimension(0.0445, -0.626, 0.549, 0.051),
-        "forearm girth": _Dimension(0.0672, -0.188, 0.368, 0.041),
-        "neck girth": _Dimension(0.1034, -0.377, 0.351, 0.037),
-        "head girth": _Dimension(0.3900, 0.097, 0.075, 0.024),
-        "chest breadth": _Dimension(0.0866, 0.017, 0.270, 0.044),
-        "chest depth": _Dimension(0.0241, -0.641, 0.611, 0.048),
-        "waist breadth": _Dimension(0.0282, -0.563, 0.622, 0.049),
-        "waist depth": _Dimension(0.0100, -1.122, 0.854, 0.068),
-        "sitting height": _Dimension(0.5702, 0.752, 0.012, 0.024),
+        "upper arm girth": _Dimension(0.0445, -0.626, 0.549),
+        "forearm girth": _Dimension(0.0672, -0.188, 0.368),
+        "neck girth": _Dimension(0.1034, -0.377, 0.351),
+        "head girth": _Dimension(0.3900, 0.097, 0.075),
+        "chest breadth": _Dimension(0.0866, 0.017, 0.270),
+        "chest depth": _Dimension(0.0241, -0.641, 0.611),
+        "waist breadth": _Dimension(0.0282, -0.563, 0.622),
+        "waist depth": _Dimension(0.0100, -1.122, 0.854),
+        "sitting height": _Dimension(0.5702, 0.752, 0.012),
     },
     "female": {
-        "upper arm girth": _Dimension(0.0308, -0.750, 0.632, 0.045),
-        "forearm girth": _Dimension(0.0580, -0.206, 0.384, 0.039),
-        "neck girth": _Dimension(0.1023, -0.232, 0.305, 0.036),
-        "head girth": _Dimension(0.4019, 0.137, 0.063, 0.031),
-        "chest breadth": _Dimension(0.0740, -0.090, 0.317, 0.048),
-        "chest depth": _Dimension(0.0235, -0.773, 0.648, 0.062),
-        "waist breadth": _Dimension(0.0279, -0.625, 0.636, 0.060),
-        "waist depth": _Dimension(0.0100, -1.353, 0.883, 0.076),
-        "sitting height": _Dimension(0.5942, 0.747, 0.000, 0.025),
+        "upper arm girth": _Dimension(0.0308, -0.750, 0.632),
+        "forearm girth": _Dimension(0.0580, -0.206, 0.384),
+        "neck girth": _Dimension(0.1023, -0.232, 0.305),
+        "head girth": _Dimension(0.4019, 0.137, 0.063),
+        "chest breadth": _Dimension(0.0740, -0.090, 0.317),
+        "chest depth": _Dimension(0.0235, -0.773, 0.648),
+        "waist breadth": _Dimension(0.0279, -0.625, 0.636),
+        "waist depth": _Dimension(0.0100, -1.353, 0.883),
+        "sitting height": _Dimension(0.5942, 0.747, 0.000),
     },
 }
 

@@ -29,7 +29,7 @@ from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_
 from ..workspace.query import workspace as workspace_of
 
 if TYPE_CHECKING:
-    from ..control import Fault, FeedbackGains, Imu, Payload, PlantOptions, Reference, Tracking
+    from ..control import Fault, FeedbackGains, Imu, Padding, Payload, PlantOptions, Reference, Torso, Tracking
     from ..control.plant.any_device.arm_actions import Wearer
     from .shoulder_exo import ShoulderExo
 
@@ -287,6 +287,9 @@ def track(
     rate: float = 100.0,
     wearer: Wearer | Sequence[Wearer] = (),
     payloads: Payload | Sequence[Payload] = (),
+    torso: Torso | None = None,
+    cuff: Padding | None = None,
+    harness: Padding | None = None,
     title: str = "",
     progress: bool = False,
 ) -> Tracking:
@@ -315,8 +318,9 @@ def track(
         Of the controller "model".
     rate : float
         Of the controller, Hz.
-    wearer, payloads : optional
-        What the person does, and what the arm carries, as for :class:`exo_pin.Plant`.
+    wearer, payloads, torso, cuff, harness : optional
+        What the person does, what the arm carries, how the torso moves, and how cuff and harness give way, as for
+        :class:`exo_pin.Plant`.
     title : str
         For verdict and plots.
     progress : bool
@@ -351,6 +355,7 @@ def track(
     acts = (wearer,) if callable(wearer) else tuple(wearer)
     carried = (payloads,) if isinstance(payloads, Payload) else tuple(payloads)
     experiment = Experiment(
-        "track", name, moved, wanted, controller, chosen, duration, imu, faults, rate, feedback, acts, carried,  # type: ignore[arg-type]
+        "track", name, moved, wanted, controller, chosen, duration, imu, faults, rate, feedback, acts, carried, torso,  # type: ignore[arg-type]
+        cuff, harness,
     )  # fmt: skip
     return experiment.run(progress)

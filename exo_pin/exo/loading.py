@@ -10,7 +10,7 @@ from ..core.conventions import as_side
 from ..core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files.csv_tables import read_csv
-from ..design import preset, presets, read_mechanism
+from ..design.io.mechanism_files import preset, presets, read_mechanism
 from ..design.parameters.names import values_of
 from ..device.files.device_files import device_file_at, device_file_of, is_device_file, robot_of
 from ..device.files.robot_files import read_robot

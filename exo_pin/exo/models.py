@@ -20,7 +20,8 @@ from ..core.errors import FileFormatError, InvalidInput, NotAWrist
 from ..core.errors.checked import checked
 from ..core.files import require_ending, require_writable, write_text
 from ..core.validation import as_choice
-from ..design import Mechanism, write_mechanism
+from ..design import Mechanism
+from ..design.io.mechanism_files import write_mechanism
 from ..device import ChainDevice, Device, Drive, WristDevice
 from ..device.chain_roles import carries_arm
 from ..device.files.device_export import (
@@ -35,8 +36,8 @@ from ..device.files.device_export import (
 from ..device.files.device_files import ENDING, design_of, read_device, side_alone
 from ..device.files.device_writing import device_text, side_text
 from ..reaction.constraints.actuator_limits import stroke_limits
-from ..wrist_chain import AssumedMasses, mechanism_urdf, wrist_of, write_urdf
-from ..wrist_chain.wrist_urdf import closures_beside
+from ..wrist_chain import AssumedMasses, mechanism_urdf, wrist_of
+from ..wrist_chain.wrist_urdf import closures_beside, write_urdf
 from .wrist import Wrist
 
 if TYPE_CHECKING:
@@ -419,8 +420,8 @@ def report(
     Parameters
     ----------
     person, arm_speed, file
-        As for :func:`exo_pin.report.design_report`: who wears it, the speed of the arm for the drives (degrees/s), and
-        the design's file, whose hash then stands in the report.
+        Who wears it, the speed of the arm for the drives (degrees/s), and the design's file, whose hash then stands in
+        the report.
 
     Returns
     -------
@@ -433,6 +434,6 @@ def report(
     >>> round(report.postures[1].joint_without_N), len(report.hazards)  # N, arm forward at 60°
     (278, 13)
     """
-    from ..report import design_report  # here, because few queries need it
+    from ..report.design_report import design_report  # here, because few queries need it
 
     return design_report(self, person, arm_speed, file)

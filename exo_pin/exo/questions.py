@@ -24,7 +24,8 @@ from ..core.files.atomic import write_text
 from ..core.results import plain
 from ..core.schema import checked_identifier, document
 from ..core.validation import as_choice, as_finite, require_type
-from ..design import Wearer, presets, read_mechanism
+from ..design import Wearer, presets
+from ..design.io.mechanism_files import read_mechanism
 from ..device.protocol import described
 from ..load_case import Load, Motion
 from ..reaction.assumptions import Within

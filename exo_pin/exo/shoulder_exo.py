@@ -19,6 +19,7 @@ from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry
 from ..design.parameters.changes import worn_by as record_worn_by
 from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
+from ..person.on_person import export_on_person
 from . import contact, forces, kinematics, models
 from .models import drives_limbs, mirrored_looks, robot_parts
 from .wrist import INSTEAD, Partly, Wrist
@@ -437,6 +438,7 @@ class ShoulderExo(Record):
     save = models.save
     to_urdf = models.to_urdf
     export = models.export
+    export_on_person = export_on_person
     chain_with_masses = models.chain_with_masses
     view = models.view
     report = models.report

@@ -1,4 +1,3 @@
-from .design_report import design_report as design_report
 from .record import DesignReport as DesignReport
 from .record import DriveNeed as DriveNeed
 from .record import Hazard as Hazard

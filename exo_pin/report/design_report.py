@@ -78,13 +78,6 @@ def design_report(
         If the device has no arm, and there is no person.
     MissingExtra
         If the extra ``plot`` is not installed. Without the extra ``person`` the force in the joint is not known.
-
-    Examples
-    --------
-    >>> exo = ep.load("urdf/spring-support.urdf")
-    >>> report = ep.report.design_report(exo, ep.Person(1.75, 75, "male"))
-    >>> [posture.holds for posture in report.postures]
-    ['supports', 'supports', 'supports']
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     speed = np.radians(as_positive("arm_speed", arm_speed))

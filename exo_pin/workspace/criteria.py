@@ -18,7 +18,7 @@ from ..design import Arm, Mechanism, Wearer
 from ..design.obstacles import as_obstacle
 from ..device.wrist_device import as_device
 from ..reaction.constraints.glenoid_cone import GlenoidCone
-from ..wrist.clearance.clearance import BodyShape
+from ..wrist.clearance.clearance import BodyShape, as_elbow_range
 from ..wrist.clearance.gaps import NOBODY, beyond_elbow
 from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, NO_UNIVERSAL_JOINTS, grid
 
@@ -158,10 +158,7 @@ class Criteria(Record):
             raise InvalidInput(f"expected wearers to be Wearers, got {echo(self.wearers)}")
         object.__setattr__(self, "wearers", given)
         if self.elbow_range is not None:
-            low, high = (float(angle) for angle in as_finite("elbow_range", self.elbow_range, (2,)))
-            if not -0.3 <= low <= high <= 2.8:
-                raise InvalidInput(f"expected elbow_range from -0.3 to 2.8 rad, rising, got {low:g} to {high:g}")
-            object.__setattr__(self, "elbow_range", (low, high))
+            object.__setattr__(self, "elbow_range", as_elbow_range(self.elbow_range))
 
     @classmethod
     def of(cls, value: Criteria | Iterable[str] | None) -> Criteria:

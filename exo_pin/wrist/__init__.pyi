@@ -11,11 +11,8 @@ from .kinematics.inverse import inverse_kinematics as inverse_kinematics
 from .kinematics.inverse import joint_jacobians as joint_jacobians
 from .kinematics.inverse import limb_jacobian as limb_jacobian
 from .kinematics.inverse import universal_angles as universal_angles
-from .singularities.measures import LocusSlice as LocusSlice
 from .singularities.measures import Singularity as Singularity
 from .singularities.measures import centre_shift as centre_shift
-from .singularities.measures import locus_function as locus_function
-from .singularities.measures import shoulder_slice as shoulder_slice
 from .singularities.measures import singularity as singularity
 from .singularities.singular_surface import NearestSingularity as NearestSingularity
 from .singularities.singular_surface import RangeCrossing as RangeCrossing

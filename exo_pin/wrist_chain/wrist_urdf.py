@@ -379,14 +379,6 @@ def write_urdf(
     InvalidInput
         If the folder cannot be made, the mechanism's name is no file name, or for what :func:`mechanism_urdf`
         refuses.
-
-    Examples
-    --------
-    >>> from exo_pin.wrist_chain import write_urdf
-    >>> path = write_urdf(ep.load("prototype").mechanism, "robot", part="wrist")
-    >>> exo = ep.ClosedChain.from_urdf(path)
-    >>> exo.mobility(exo.close(exo.neutral())).degrees_of_freedom  # turns about O without a ball joint
-    3
     """
     as_file_stem(mechanism.name)
     xml, closures = mechanism_urdf(mechanism, part, assumed)

@@ -18,7 +18,6 @@ RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_
     ("limbs", "offsets"),
     [(3, 0.15), (5, 0.0), *(pytest.param(*case, marks=pytest.mark.full) for case in ((4, 0.0), (6, 0.0), (6, 0.15)))],
 )
-@pytest.mark.full
 def test_exact_data_give_the_device_itself(limbs, offsets):
     rng = np.random.default_rng(100 + limbs)
     exo = random_exo(rng, limbs)
@@ -52,7 +51,6 @@ def test_exact_data_give_offsets_and_mountings_of_rigid_rings(limbs):
     np.testing.assert_array_equal(found.exo.geometry.base_points, exo.geometry.base_points)
 
 
-@pytest.mark.full
 def test_calibrated_device_gives_the_forces_of_the_real_one():
     rng = np.random.default_rng(3)
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
@@ -116,7 +114,6 @@ def test_another_optimiser_from_another_start_finds_the_same():
     np.testing.assert_allclose(found.covariance, spread, rtol=1e-4, atol=1e-12)
 
 
-@pytest.mark.full
 def test_errors_of_orientations_agree_with_unknown_true_poses():
     rng = np.random.default_rng(6)
     exo, noise, turn = random_exo(rng, 3), 3e-4, np.radians(0.3)

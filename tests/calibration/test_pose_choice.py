@@ -63,7 +63,6 @@ def daily(exo):
     return box[exo.workspace(box, ["stroke", "singularity"]).inside]
 
 
-@pytest.mark.full
 def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
     exo = ep.load("three-linear-actuators")
     found = daily(exo)[suggest_poses(exo, 20, daily(exo), length_noise=3e-4)]
@@ -79,7 +78,6 @@ def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
     assert rms[0] < 0.85 * np.median(rms[1:])
 
 
-@pytest.mark.full
 def test_what_cannot_be_determined_is_left_aside():
     exo = ep.load("three-linear-actuators")
     asked = {"unknowns": (*JOINTS, "base_offset"), "length_noise": 3e-4}

@@ -232,7 +232,6 @@ def test_no_twin_is_returned_in_silence(seeds):
     assert sum(text == "right" for text, _ in results) > 0.6 * len(results)
 
 
-@pytest.mark.full
 def test_residuals_that_no_noise_explains_are_named():
     rng = np.random.default_rng(69)
     exo = ep.load("prototype")

@@ -49,7 +49,6 @@ def check_directions(found, count):
         (("base_points", "torso_mounting", "base_offset"), 6),
     ],
 )
-@pytest.mark.full
 def test_directions_of_general_poses(unknowns, count):
     """All joints of a ring one way and its offset the other, and a frame that turns with its joints: three each."""
     found = calibrated(unknowns, mounting=0.2 if "torso_mounting" in unknowns else 0.0)

@@ -35,7 +35,7 @@ ANSWERS = {
     "sweep": r"ranks first|Equal first|No design holds",
     "optimise": r"Checked with Pinocchio",
     "calibrate": r"All \d+ unknowns are determined",
-    "export": r"(four-cables\.xml|device\.urdf)",
+    "export": r"(four-cables\.xml|device\.urdf|worn\.xml Limbs are tendons)",
     "check": r": consistent",
     "record": r"can have moved like this",
     "mobility": r"degrees of freedom +\d",

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.planning import DevicePlanner, WristPlanner
-from exo_pin.control.plant.any_device.moving_torso import carried_along
+from exo_pin.control.plant.any_device.moving_torso import TorsoState, carried_along
 from exo_pin.core.errors import InvalidInput, MissingData
 
 #: Rotors behind gears: without them an arm has too little inertia about its own axis for a damper at 100 Hz.
@@ -352,7 +352,7 @@ def test_inertial_forces_of_links_are_those_of_a_tree_on_a_flying_base(name):
     motion = np.concatenate([-np.cross(w, c), w, v]), np.concatenate([spatial, a])
     whole_tau = pin.rnea(whole, data, np.concatenate([q_base, q]), *motion)
     gravity = np.array(tree.gravity.linear)
-    state = control.TorsoState(push - back @ gravity + gravity, w, e)
+    state = TorsoState(push - back @ gravity + gravity, w, e)
     own.state.buffers.jacobian_rates(q, v)
     found = carried_along(own.state, c, own._bodies, own._owners, state)
     alone = pin.rnea(tree, tree.createData(), q, v, a)

@@ -3,8 +3,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin import InvalidInput, UnknownName
-from exo_pin.design import ACTUATOR_FAMILIES, fitting_stroke, stroke_margin
-from exo_pin.design.actuator_families import LEAST_LENGTH, stroke_of_length
+from exo_pin.design import ACTUATOR_FAMILIES
+from exo_pin.design.actuator_families import LEAST_LENGTH, fitting_stroke, stroke_of_length
 
 
 def ends(stroke):
@@ -17,7 +17,7 @@ def ends(stroke):
 
 def test_a_muscle_contracts_by_a_quarter():
     # 0.44 m at rest, of which 0.04 m are fittings: 0.1 m of contraction.
-    assert stroke_margin("pneumatic muscle", 0.34, 0.44) == pytest.approx(0.0)
+    assert ends(fitting_stroke("pneumatic muscle", 0.34, 0.44)) == pytest.approx((0.34, 0.44))
     stroke = fitting_stroke("pneumatic muscle", 0.35, 0.44)
     assert (stroke.nominal_length, stroke.shortest, stroke.end_fitting) == pytest.approx((0.4, 0.75, 0.04))
     with pytest.raises(InvalidInput, match="cannot be shorter than 340 mm"):
@@ -32,7 +32,6 @@ def test_a_cable_takes_any_length_down_to_its_free_length():
 
 def test_a_linear_actuator_is_twice_its_stroke_and_its_dead_length():
     # Retracted 0.25 m = 0.1 m dead length and 0.15 m of stroke; extended 0.4 m.
-    assert stroke_margin("linear", 0.25, 0.4) == pytest.approx(0.0)
     assert ends(fitting_stroke("linear", 0.25, 0.4)) == pytest.approx((0.25, 0.4))
     # A shorter stroke in the same limb leaves room for a fitting.
     stroke = fitting_stroke("linear", 0.3, 0.4)
@@ -49,7 +48,8 @@ def test_a_fitted_stroke_takes_what_was_demanded(family):
     for _ in range(50):
         long = rng.uniform(0.15, 0.6)
         short = rng.uniform(0.3, 1.0) * long
-        if stroke_margin(family, short, long) < 0.0:
+        share = {"pneumatic muscle": 0.75, "cable": 0.0, "linear": 0.5}[family]
+        if short < share * long + (1.0 - share) * LEAST_LENGTH[family]:
             with pytest.raises(InvalidInput):
                 fitting_stroke(family, short, long)
             continue
@@ -63,7 +63,7 @@ def test_a_fitted_stroke_takes_what_was_demanded(family):
 def test_every_family_has_its_sizes_and_others_are_refused():
     assert set(LEAST_LENGTH) == set(ACTUATOR_FAMILIES)
     with pytest.raises(UnknownName):
-        stroke_margin("spring", 0.1, 0.2)
+        fitting_stroke("spring", 0.1, 0.2)
     with pytest.raises(InvalidInput, match="shortest <= longest"):
         fitting_stroke("cable", 0.3, 0.2)
 
@@ -104,7 +104,10 @@ def test_travel_limit_is_stored(tmp_path):
 def test_stroke_of_an_actuator_that_is_so_long(family):
     stroke = stroke_of_length(family, 0.5)
     short, long = ends(stroke)
-    assert stroke_margin(family, short, long) == pytest.approx(0.0, abs=1e-12)
+    assert ends(fitting_stroke(family, short, long)) == pytest.approx((short, long))
+    if family != "cable":  # of which the free length is all
+        with pytest.raises(InvalidInput, match="cannot be shorter"):
+            fitting_stroke(family, short - 1e-6, long)
     assert ends(stroke_of_length(family, 0.5, 0.1)) == pytest.approx(
         (short + 0.1 - stroke.end_fitting, long + 0.1 - stroke.end_fitting)
     )

@@ -87,11 +87,17 @@ def test_a_left_geometry_is_refused_on_a_right_shoulder():
         (lambda: preset("prototype").replace(limbs=Limb()), "of Limb records"),
         (lambda: preset("prototype").replace(name=None), "name"),
         (lambda: preset("prototype").replace(estimated="x"), "estimated"),
+        (lambda: preset("prototype").replace(estimated=[1]), "estimated"),
+        (lambda: preset("prototype").replace(sources={"arm": 1}), "map strings to strings"),
+        (lambda: preset("prototype").replace(sources=["arm"]), "map strings to strings"),
         (lambda: Load([1, 2, 3], moment=[[1, 2], [3]]), "real numbers"),
         (lambda: Load(np.ma.masked_array([1, 2, 3], [0, 1, 0])), "real numbers"),
         (lambda: Motion([1e8, 0, 0], [0, 0, 0]), "below"),
         (lambda: Arm.from_anthropometry(1.75, 75, []), "female, male"),
         (lambda: Arm.from_anthropometry(175, 75, "male"), "0.5 to 2.6 m"),
+        (lambda: Arm.from_anthropometry(51, 75, "male"), "did you mean 0.51 m?"),
+        (lambda: Arm.from_anthropometry(259, 75, "male"), "did you mean 2.59 m?"),
+        (lambda: preset("prototype").replace(gravity=[0, 0, -110]), "gravity"),
         (lambda: Arm.from_anthropometry(1.75, 75, "man"), "female, male"),
         (lambda: Arm.from_anthropometry(1.75, 75, "male", elbow_flexion=90), "rad"),
         (lambda: WristGeometry(TRIANGLE[:2], TRIANGLE[:2]), "at least 3"),
@@ -123,10 +129,10 @@ def test_shoulder_range_is_a_diamond():
     assert shoulder.allows(poses).tolist() == [True, True, True, False, False]
     # (θy, θx, θz) is also (θy + 180°, 180° - θx, θz + 180°), and the unit turns freely about Y.
     x, z = (grid.ravel() for grid in np.meshgrid(np.arange(-85.0, 90.0, 10.0), np.arange(-175.0, 180.0, 10.0)))
-    centre, half = np.degrees(shoulder.abduction_centre), np.degrees(shoulder.half_diagonal)
-    twice = [(x, np.abs(z)), (180.0 - x, 180.0 - np.abs(z))]
-    inside = np.any([np.abs(own - centre) + turned < half for own, turned in twice], axis=0)
     grid = Rotation.from_euler("YXZ", np.stack([np.full(x.shape, 20.0), x, z], axis=1), degrees=True)
-    assert shoulder.allows(grid).tolist() == inside.tolist()
-    assert 0.05 < inside.mean() < 0.95
+    for centre, half in ((np.degrees(shoulder.abduction_centre), np.degrees(shoulder.half_diagonal)), (105.0, 50.0)):
+        twice = [(x, np.abs(z)), (180.0 - x, 180.0 - np.abs(z))]
+        inside = np.any([np.abs(own - centre) + turned < half for own, turned in twice], axis=0)
+        assert Shoulder(np.radians(centre), np.radians(half)).allows(grid).tolist() == inside.tolist()
+        assert 0.02 < inside.mean() < 0.95
     assert Shoulder().allows(poses).all()

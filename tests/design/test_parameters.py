@@ -57,6 +57,10 @@ def test_a_scaled_device_is_one_of_that_size():
     assert own.length_range == pytest.approx(1.3 * np.array(exo.limbs[0].length_range))
     assert (own.actuator.travel_limit, own.actuator.tackle.muscle_length) == pytest.approx((0.13, 0.39))
     assert own.actuator.pull_limit == 80.0
+    worn = ep.load("prototype")
+    assert with_value(worn, "scale", 2.0).limbs[1].stroke == replace(
+        worn.limbs[1].stroke, nominal_length=0.5, end_fitting=2.0 * worn.limbs[1].stroke.end_fitting
+    )
     # A mean height is that of all joints on the arm.
     lower = with_value(exo, "cuff_height", 0.3).geometry
     assert lower.platform_points[:, 2].mean() == pytest.approx(-0.3)
@@ -190,6 +194,23 @@ def test_women_and_men_of_a_size_have_bodies_of_a_size():
         assert thick[name] == pytest.approx(value * (1.1 if name.endswith("arm girth") else 1.0))
 
 
+def test_segments_of_women_and_men_are_bodies_alike():
+    """Shares of the mass and of the length, and radii of gyration over the length, differ by less than a third."""
+    sizes = {}
+    for sex in ("female", "male"):
+        bodies = ep.Wearer(1.70, 70.0, sex).segments()
+        down = np.array([-centre[2] for _, centre, _ in bodies])
+        gyration = [np.sqrt(np.diag(inertia) / mass) for mass, _, inertia in bodies]
+        sizes[sex] = np.column_stack([[mass for mass, *_ in bodies], down, gyration])
+    share = sizes["female"] / sizes["male"]
+    assert (share > 0.74).all()
+    assert (share < 1.04).all()
+    # Longest across, thinnest about the length.
+    for each in sizes.values():
+        assert (each[:, 2] > each[:, 3]).all()
+        assert (each[:, 3] > each[:, 4]).all()
+
+
 def test_a_spring_of_an_interface_and_its_mirror_image():
     rng = np.random.default_rng(4)
     root = rng.normal(size=(6, 6))
@@ -205,6 +226,7 @@ def test_a_spring_of_an_interface_and_its_mirror_image():
     wrench = np.concatenate([force, moment - np.cross(spring.at, force)])
     slip = spring.slip(np.array([3.0, -2.0, 5.0, 0.4, 0.1, -0.3]), turn)
     np.testing.assert_allclose(spring.stiffness @ slip, wrench, rtol=1e-9)
+    assert np.diag(ep.Interface.of([2e3, 3e3, 4e3], 5.0).stiffness).tolist() == [2e3, 3e3, 4e3, 5.0, 5.0, 5.0]
     once, twice = (ep.Interface.upper_arm_cuff(0.15, times) for times in (1.0, 2.0))
     np.testing.assert_allclose(twice.stiffness, 2.0 * once.stiffness)
     assert np.diag(once.stiffness)[3:] == pytest.approx(np.degrees([0.185, 0.21, 0.035]))
@@ -219,6 +241,11 @@ def test_a_limb_has_the_limits_of_its_actuator():
     assert {name: getattr(limb, name) for name in data} == data
     assert limb.effort_range == (-70.0, 90.0)
     assert {getattr(ep.Limb(), name) for name in data} == {None}
+    assert limb.missing_limits(False) == ["stroke"]
+    assert ep.Limb(stroke=ep.Stroke(0.3, 0.7, 1.0)).missing_limits(False) == ["end fitting", "actuator"]
+    assert ep.Limb(stroke=ep.Stroke(0.3, 0.7, 1.0, 0.0)).missing_limits(True) == []
+    tube = ep.LimbGuide(60.0, 40.0, joint_stiffness=3e4).times(1.5)
+    assert (tube.bending_rigidity, tube.torsional_rigidity, tube.joint_stiffness) == (90.0, 60.0, 3e4)
     assert np.isnan([*ep.Limb().effort_range, *ep.Limb().length_range]).all()
     cable = ep.Actuator("cable", pull_limit=90.0, least_tension=5.0)
     assert ep.Limb("SPS", actuator=cable).effort_range == (5.0, 90.0)

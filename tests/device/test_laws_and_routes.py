@@ -131,7 +131,8 @@ def test_a_spring_along_a_route_takes_its_share_of_the_weight():
 def test_a_device_file_comes_back(tmp_path):
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     springs = [Spring(f"spring_{k}", law, route=ROUTE) for k, law in enumerate(LAWS)]
-    springs.append(Spring("twist", LinearSpring(3.0, 0.2), joint="flexion"))
+    turning = (LinearSpring(3.0, 0.2), ConstantForce(2.5), TableLaw((0.0, 0.5, 2.0), (1.0, 2.0, -1.0)))
+    springs += [Spring(f"twist_{k}", law, joint="flexion") for k, law in enumerate(turning)]
     cable = Drive("cable", route=ROUTE, lower=5.0, upper=200.0, least=0.1, greatest=0.9, speed_limit=0.5)
     law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=5e5)
     muscle = Drive("muscle", route=ROUTE, actuator=law, stroke=ep.Stroke(0.3, 0.75, 1.0, 0.2))
@@ -142,6 +143,10 @@ def test_a_device_file_comes_back(tmp_path):
     assert again.springs == device.springs
     assert again.drives == device.drives
     assert (again.name, again.title) == ("mine", "A device")
+    sliding = ep.load(URDF / "3rps-passive-ball.urdf").device
+    springs = [Spring(f"slide_{k}", law, joint=sliding.drives[0].joint) for k, law in enumerate(turning)]
+    other = ep.ShoulderExo.from_device(sliding.replace(springs=springs)).to_urdf(tmp_path / "sliding")
+    assert ep.load(other).device.springs == tuple(springs)
     R = pose(30, 20, 0)
     np.testing.assert_allclose(
         loaded.reaction(R, limits="none").shoulder_force,

@@ -133,3 +133,10 @@ def test_a_force_on_the_hand_is_a_weight_in_it(capsys):
     status, _, err = run(capsys, "reaction", "prototype", "--hand-force", "0,0,-20")
     assert status == 2
     assert "give --person too" in err
+
+
+def test_contact_of_an_answer_takes_no_other_assumptions(worn):
+    answer = worn.reaction(worn.pose(60))
+    for other in ({"centre_offset": (0.01, 0.0, 0.0)}, {"constraint_bounds": 5.0}, {"posture": "rest"}):
+        with pytest.raises(ep.InvalidInput, match="has its own"):
+            worn.joint_contact(worn.pose(60), MAN, answer, **other)

@@ -15,7 +15,7 @@ def control_examples():
     exact = control.Measurement(pose, np.zeros(3), np.full(3, 1e5), 4e5, np.ones(3), np.zeros(3))
     sensor = control.ImuSensor(imu, exo.mechanism)
     reading, seen = sensor.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
-    contractions = control.Contractions(exo.mechanism)
+    contractions = plant.contractions
     loop = control.muscle_loop(ep.muscle.muscle_model("best", 0.25), 1.3, 0.1, duration=0.1)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
     for controller in (thesis, model):

@@ -19,7 +19,7 @@ SMOOTH = ep.PlantOptions(
 
 def holding(plant, pose):
     """Tensions of least shoulder force that hold a pose."""
-    lengths = control.Contractions(plant.mechanism).lengths(pose)
+    lengths = plant.contractions.lengths(pose)
     least, greatest = plant.force_limits(lengths)
     return control.tensions_for_motion(plant.mechanism, pose, None, greatest, least).tensions
 

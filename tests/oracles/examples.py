@@ -55,7 +55,6 @@ def error_examples():
         errors.UndrivenMotion(q, frozen([0.0, -2.0]), ["knee"]),
         errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
         errors.MasslessMotion(["knee"]),
-        errors.OpeningMotion("velocity", 0.25),
         NotEvaluated(0.5, (LackingData("spring", "strut", 0.25, 0.285, 0.9),)),
         errors.SingularConfiguration(q, -q, 0.1),
         errors.MotionBlocked(["slider", "crank"]),

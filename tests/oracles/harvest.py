@@ -183,7 +183,6 @@ def _wrists(folder):
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
     wrist.daily_crossings(geometry, step_deg=15.0)
-    wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
     wrist.OrientationChain(Rotation.identity(), Rotation.identity())
 
 
@@ -256,8 +255,15 @@ def _moved(folder):
             [control.SensorError("lengths", 1e-4, lost=((0.01, 0.02),)), control.SensorError("orientation")]
         )
         plant.simulate(controller, 0.03, start, sensor=sensors)
+    padding = control.Padding(damping_time=0.01, mass=1e-3, radius=0.05, source="made up")
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.2)))
+    geared = control.PlantOptions(joint_motor=control.JointMotor(inertia=0.1, stiffness=1e3))
+    ep.Plant(soft, geared, cuff=padding).state(raised)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
+    with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:
+        server.answer(b"no sample")
+        remote.reset()
     if importlib.util.find_spec("gymnasium") is not None:
         ShoulderEnv(serial, still)
 

@@ -175,6 +175,8 @@ def test_a_body_of_several_postures_and_persons_is_the_union():
     for wrong in ((1.0, 0.0), (0.0, 130.0), 3):
         with pytest.raises(InvalidInput, match="elbow_range"):
             Criteria(elbow_range=wrong)
+        with pytest.raises(InvalidInput, match="elbow_range"):
+            ep.BodyShape.of(ep.Wearer(1.75, 75, "male"), elbow_range=wrong)
     with pytest.raises(InvalidInput, match="wearers"):
         Criteria(wearers=("1.75,75,male",))
 

@@ -10,6 +10,7 @@ from published_devices import DEVICES
 from published_urdf import published_urdf
 from scipy.spatial.transform import Rotation
 
+import exo_pin as ep
 from exo_pin import InvalidInput, UnknownName, shoulder_rotation, thesis_rotation
 from exo_pin.chain import ClosedChain
 from exo_pin.cli import main
@@ -17,7 +18,6 @@ from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
     AssumedMasses,
     mechanism_urdf,
-    write_urdf,
 )
 
 FOLDER = Path(__file__).parents[2] / "urdf"
@@ -255,8 +255,8 @@ def test_names_are_escaped(tmp_path):
     assert np.abs(chain.residual(chain.neutral())).max() < 1e-15
 
 
-def test_write_urdf_makes_a_pair_that_loads(tmp_path):
-    path = write_urdf(preset("prototype"), tmp_path / "new", part="floating")
+def test_to_urdf_makes_a_pair_that_loads(tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path / "new", "floating", None)
     assert sorted(item.name for item in path.parent.iterdir()) == [
         "prototype-floating.closures.toml",
         "prototype-floating.urdf",
@@ -265,10 +265,10 @@ def test_write_urdf_makes_a_pair_that_loads(tmp_path):
     assert chain.roles.shoulder == "shoulder"
     assert chain.row_count == 21
     with pytest.raises(InvalidInput, match="name"):
-        write_urdf(preset("prototype").replace(name="../out"), tmp_path)
+        ep.ShoulderExo.from_mechanism(preset("prototype").replace(name="../out")).to_urdf(tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(InvalidInput, match="Not a directory"):
-        write_urdf(preset("prototype"), tmp_path / "file")
+        ep.load("prototype").to_urdf(tmp_path / "file")
 
 
 def test_the_dummys_unit_turns_in_the_order_y_x_z_and_locks_at_90_degrees():

@@ -22,6 +22,8 @@ from ..controllers.planning import planner_of
 from ..controllers.thesis_controller import ContractionController
 from ..imu import Imu, ImuSensor
 from ..plant.any_device.arm_actions import Payload, Wearer
+from ..plant.any_device.moving_torso import Torso
+from ..plant.any_device.padding import Padding
 from ..plant.drives import MuscleDrive
 from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
@@ -71,6 +73,8 @@ class Experiment(Record):
         What the person does, as for :class:`.Plant`. Controllers do not know it.
     payloads : tuple of Payload
         What the arm carries for a time; controllers do not know it.
+    torso, cuff, harness : Torso, Padding and Padding, or None
+        How the torso moves, and how cuff and harness give way, as for :class:`.Plant`; controllers do not know it.
     source : str
         Where it comes from, and what is assumed.
 
@@ -94,6 +98,9 @@ class Experiment(Record):
     feedback: FeedbackGains | None = None
     wearer: tuple[Wearer, ...] = ()
     payloads: tuple[Payload, ...] = ()
+    torso: Torso | None = None
+    cuff: Padding | None = None
+    harness: Padding | None = None
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -156,7 +163,8 @@ class Experiment(Record):
     @property
     def plant(self) -> Plant:
         """The plant."""
-        return Plant(self.mechanism, self.options, wearer=self.wearer, payloads=self.payloads)
+        more = {name: getattr(self, name) for name in ("wearer", "payloads", "torso", "cuff", "harness")}
+        return Plant(self.mechanism, self.options, **more)
 
     def made_controller(self, plant: Plant) -> Any:
         """The controller for a plant, reset if it can be.
@@ -228,7 +236,7 @@ class Experiment(Record):
         lengths = plans.lengths(pose)
         for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
             if not drive.spans(length):
-                if drive.is_direct:
+                if drive.is_direct or getattr(drive, "of_joint", False):
                     raise InvalidInput(
                         f"drive {i} would have to be at {length:.3g} at the start of the reference; it reaches "
                         f"{drive.shortest:.3g} to {drive.longest:.3g} (rad or m). Start elsewhere"

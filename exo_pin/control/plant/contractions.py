@@ -35,13 +35,6 @@ class Contractions:
     ------
     MissingData
         If a stroke or an end fitting is not known.
-
-    Examples
-    --------
-    >>> from exo_pin.control import Contractions
-    >>> contractions = Contractions(ep.load("prototype").mechanism)
-    >>> (1e3 * contractions.nominal).round(1), (1e3 * contractions.fittings).round(1)  # mm
-    (array([150., 250., 250.]), array([126., 154., 154.]))
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -75,14 +68,6 @@ class Contractions:
         -------
         ndarray
             Shape (..., n), m.
-
-        Examples
-        --------
-        >>> from exo_pin.control import Contractions
-        >>> exo = ep.load("prototype")
-        >>> pose = exo.pose(flexion=25)
-        >>> bool(np.allclose(Contractions(exo.mechanism).lengths(pose), exo.inverse_kinematics(pose).lengths))  # m
-        True
         """
         matrices = as_rotation("poses", poses).as_matrix()
         turned = self._platform @ np.swapaxes(matrices, -1, -2)
@@ -100,14 +85,6 @@ class Contractions:
         -------
         ndarray
             Shape (..., n).
-
-        Examples
-        --------
-        >>> from exo_pin.control import Contractions
-        >>> exo = ep.load("prototype")
-        >>> contractions = Contractions(exo.mechanism)
-        >>> contractions.ratios(contractions.fittings + 0.9 * contractions.nominal).round(9)
-        array([0.1, 0.1, 0.1])
         """
         given = as_finite("lengths", lengths, (len(self.nominal),), stack=True)
         return np.asarray((self._uncontracted - given) / self.nominal)

@@ -31,6 +31,7 @@ from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
+from .run_summary import warn_of_stiff_drives
 from .simulation import (
     SAME,
     Clock,
@@ -227,8 +228,9 @@ class Plant(Record):
     ) -> PlantState:
         """The state of rest at constant pressures and with motors that stand still.
 
-        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
-        the plant may rest elsewhere, too.
+        It is a stable equilibrium: that of a wrist in closed form where a damped motion from ``near`` leads, that of
+        another device where short steps along the forces do. Friction is left out, so with friction the plant may rest
+        elsewhere, too.
 
         Parameters
         ----------
@@ -355,6 +357,7 @@ class Plant(Record):
         (array([1.1, 0. , 0. ]), 'completed')
         """
         usual = self.rest if self.equations is None else self.state
+        warn_of_stiff_drives(self)
         start = self._of_this_plant("state0", usual() if state0 is None else state0)
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:

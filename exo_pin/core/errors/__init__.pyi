@@ -14,7 +14,6 @@ from .chains import LoopNotClosed as LoopNotClosed
 from .chains import MasslessMotion as MasslessMotion
 from .chains import MotionBlocked as MotionBlocked
 from .chains import NearSingularConfiguration as NearSingularConfiguration
-from .chains import OpeningMotion as OpeningMotion
 from .chains import SamplesFailed as SamplesFailed
 from .chains import SimulationStopped as SimulationStopped
 from .chains import SingularConfiguration as SingularConfiguration

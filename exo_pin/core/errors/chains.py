@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from .base import ExoPinError
-from .inputs import InvalidInput
 
 
 def few(joints: tuple[str, ...]) -> str:
@@ -96,36 +95,6 @@ class BeyondLimits(ExoPinError, RuntimeError):
         super().__init__(
             f"the loops close only beyond the limits of {', '.join(self.joints)}: start from another configuration, or "
             "do not respect the limits"
-        )
-
-
-class OpeningMotion(InvalidInput):
-    """A velocity or acceleration opens the loops.
-
-    Attributes
-    ----------
-    what : str
-        "velocity" or "acceleration".
-    opening : float
-        How fast they open, characteristic lengths and rad a second, or a second squared.
-
-    Examples
-    --------
-    >>> chain = ep.load("prototype").chain
-    >>> turning = np.eye(chain.model.nv)[0]  # one joint alone
-    >>> try:
-    ...     chain.inverse_dynamics(chain.close(chain.neutral()), turning)
-    ... except ep.OpeningMotion as error:
-    ...     print(error.what)
-    velocity
-    """
-
-    def __init__(self, what: str, opening: float) -> None:
-        self.what, self.opening = what, float(opening)
-        unit = "a second" if what == "velocity" else "a second squared"
-        super().__init__(
-            f"the {what} opens the loops by {self.opening:.3g} (characteristic lengths and rad {unit}): expected "
-            f"J v = 0 and J a + J̇ v = 0, use project_{what} or dependent_motion"
         )
 
 

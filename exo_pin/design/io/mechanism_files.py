@@ -232,13 +232,6 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
     FileFormatError
         If the path is no regular file, the file is not TOML, or a key is unknown, missing or has a wrong value; the
         key is named.
-
-    Examples
-    --------
-    >>> from exo_pin.design import preset, read_mechanism, write_mechanism
-    >>> write_mechanism(preset("four-cables"), "copy.toml")
-    >>> bool((read_mechanism("copy.toml").geometry.base_points == preset("four-cables").geometry.base_points).all())
-    True
     """
     return _mechanism(read_toml(path))
 
@@ -255,13 +248,6 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
         What to save.
     path : path-like
         Where to, a ``.toml`` file.
-
-    Examples
-    --------
-    >>> longer = ep.load("prototype").geometry.replace(h_B=0.22)
-    >>> ep.design.write_mechanism(ep.Mechanism(longer, name="longer"), "longer.toml")
-    >>> round(ep.load("longer.toml").geometry.circles.h_B, 3)
-    0.22
     """
     write_toml(path, mechanism_table(mechanism))
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -52,11 +53,20 @@ class Exported(list[Path]):
         What the robot's file alone cannot say, in words; the files beside it do.
     lost : tuple of str
         What is in no file.
+    worn : dict
+        Of a device on a person's model: the person's ``arm`` with what the device moves, and ``gravity`` in {O_A}, as
+        arguments of ``exo.replace``.
     """
 
-    def __init__(self, files: Iterable[Path] = (), beside: tuple[str, ...] = (), lost: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        files: Iterable[Path] = (),
+        beside: tuple[str, ...] = (),
+        lost: tuple[str, ...] = (),
+        worn: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
         super().__init__(files)
-        self.beside, self.lost = beside, lost
+        self.beside, self.lost, self.worn = beside, lost, dict(worn)
 
     @property
     def statement(self) -> str:

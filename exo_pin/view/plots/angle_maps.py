@@ -197,19 +197,19 @@ def determinant_map(
     ax = axes_or_new(ax, 7.5, 6.0)
     # All daily ranges are inside.
     around = RangeOfMotion("map", (-10.0, 115.0), (-25.0, 100.0), (internal_rotation, internal_rotation))
-    piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
+    flexion, abduction, values, curves = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = side_of_rest(exo.geometry)
-    determinant = piece.determinant.T
+    determinant = values.T
     known = np.abs(determinant[np.isfinite(determinant)])
     full = max(_FULL, float(np.percentile(known, 95.0))) if known.size else _FULL
     scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -full, "vmax": full}
-    image = ax.pcolormesh(piece.x, piece.y, determinant, **scale, shading="nearest", rasterized=True)
+    image = ax.pcolormesh(flexion, abduction, determinant, **scale, shading="nearest", rasterized=True)
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
     side = np.nan_to_num(determinant) * rest
     if side.min() < 0.0:
-        hatched = ax.contourf(piece.x, piece.y, side, levels=[-np.inf, 0.0], colors="none", hatches=["///"])
+        hatched = ax.contourf(flexion, abduction, side, levels=[-np.inf, 0.0], colors="none", hatches=["///"])
         hatched.set(edgecolor=_ACROSS, linewidth=0.0)
-    for k, curve in enumerate(piece.curves):
+    for k, curve in enumerate(curves):
         ax.plot(*curve.T, color="white", linewidth=5.5)
         ax.plot(*curve.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
     labels = [item.name for item in DAILY_RANGES]
@@ -227,9 +227,9 @@ def determinant_map(
                 linestyle="none", label=f"rest, det X {'<=>'[rest + 1]} 0")  # fmt: skip
     if rest != 0:
         ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_ACROSS, hatch="///", label="across from rest")
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", xlim=(piece.x[0], piece.x[-1]), ylim=(piece.y[0], piece.y[-1]))
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", xlim=flexion[[0, -1]], ylim=abduction[[0, -1]])
     name = wrapped(exo.mechanism.title or exo.name, 5.8, 10.5)
-    ax.set_title(f"{name}\nsingular poses, at {piece.fixed}", fontsize=10.5)
+    ax.set_title(f"{name}\nsingular poses, at internal rotation {internal_rotation:g}°", fontsize=10.5)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
 

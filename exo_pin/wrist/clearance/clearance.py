@@ -66,6 +66,14 @@ _FITTING, _EYE = 3.0, 0.03
 LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
 
 
+def as_elbow_range(given: Any) -> tuple[float, float]:
+    """From which to which angle an elbow bends, rad; InvalidInput where none does."""
+    low, high = (float(angle) for angle in as_finite("elbow_range", given, (2,)))
+    if not -0.3 <= low <= high <= 2.8:
+        raise InvalidInput(f"expected elbow_range from -0.3 to 2.8 rad, rising, got {low:g} to {high:g}")
+    return low, high
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class BodyShape(Record):
@@ -127,7 +135,7 @@ class BodyShape(Record):
         Raises
         ------
         InvalidInput
-            If there is no wearer.
+            If there is no wearer, or no elbow bends like this.
         UnknownName
             If an obstacle is none.
 
@@ -141,10 +149,11 @@ class BodyShape(Record):
         listed = (wearers,) if isinstance(wearers, Wearer) else tuple(wearers)
         if not listed or not all(isinstance(each, Wearer) for each in listed):
             raise InvalidInput("expected a Wearer, or several")
+        bent = None if elbow_range is None else as_elbow_range(elbow_range)
         torsos, arms = [], []
         for each in listed:
             torsos += [_torso(each), *(obstacle(name, each) for name in obstacles)]
-            low, high = (each.elbow_flexion,) * 2 if elbow_range is None else elbow_range
+            low, high = bent or (each.elbow_flexion,) * 2
             arms.append(_arm(each, np.linspace(low, high, 1 + int(np.ceil((high - low) / _ELBOW_STEP)))))
         torso = np.concatenate(torsos)
         if as_side(side) == "right":

@@ -5,7 +5,7 @@ Singular poses over the shoulder's range of motion: det X, and curves where it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Any
 
@@ -257,7 +257,6 @@ def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any
         determinant[k] = volume / area if area > 0.0 else np.nan
 
 
-@checked
 def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray, FloatArray]:
     """A smooth function that vanishes in every singular pose, and det X.
 
@@ -280,14 +279,6 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     ------
     InvalidInput
         For other than three limbs: of more the singular poses are curves or single poses.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo = ep.load("prototype")
-    >>> smooth, determinant = wrist.locus_function(exo.geometry, exo.pose(flexion=[30, 60]))  # crossed at 35.45°
-    >>> np.sign(smooth).tolist(), determinant.round(4).tolist()
-    ([-1.0, 1.0], [-0.0085, 0.06])
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(poses)
@@ -296,44 +287,13 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     return smooth.reshape(shape), determinant.reshape(shape)
 
 
-@dataclass(frozen=True, eq=False)
-class LocusSlice:
-    """det X over flexion and abduction.
-
-    Attributes
-    ----------
-    x, y : ndarray
-        Shapes (p,) and (q,), flexion and abduction, degrees.
-    fixed : str
-        Name and value of the fixed angle.
-    determinant : ndarray
-        det X, shape (p, q).
-    curves : list of ndarray
-        Where it is zero: curves of shape (k, 2), (x, y) in degrees.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> found = wrist.shoulder_slice(ep.load("prototype").geometry, step_deg=2.0)
-    >>> round(float(found.determinant[0, found.y.tolist().index(0.0)]), 4)  # at rest
-    -0.0143
-    """
-
-    x: FloatArray
-    y: FloatArray
-    fixed: str
-    determinant: FloatArray
-    curves: list[FloatArray] = field(default_factory=list)
-
-
-@checked
 def shoulder_slice(
     geometry: WristGeometry,
     internal_rotation_deg: float = 0.0,
     box: RangeOfMotion = ADL_BOX,
     step_deg: float = 0.5,
     side: str = "left",
-) -> LocusSlice:
+) -> tuple[FloatArray, FloatArray, FloatArray, list[FloatArray]]:
     """det X over flexion and abduction at a fixed internal rotation.
 
     Parameters
@@ -351,7 +311,12 @@ def shoulder_slice(
 
     Returns
     -------
-    LocusSlice
+    flexion, abduction : ndarray
+        Shapes (p,) and (q,), degrees.
+    determinant : ndarray
+        det X, shape (p, q).
+    curves : list of ndarray
+        Where it is zero: curves of shape (k, 2), (flexion, abduction) in degrees.
 
     Raises
     ------
@@ -359,19 +324,10 @@ def shoulder_slice(
         If matplotlib is not installed.
     InvalidInput
         For other than three limbs.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> found = wrist.shoulder_slice(ep.load("prototype").geometry, step_deg=1.0)
-    >>> crossing = min(np.concatenate(found.curves), key=lambda point: abs(point[0]) + 1e-3 * abs(point[1]))
-    >>> round(float(crossing[1]), 1)  # degrees of abduction without flexion: 6.21 exactly
-    6.2
     """
     flexion, abduction, _ = box.axes(step_deg)
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
     smooth, determinant = locus_function(geometry, poses)
     contours = optional("plot", "contourpy")  # part of matplotlib
     lines = contours.contour_generator(abduction, flexion, smooth).lines(0.0)
-    curves = [np.asarray(line)[:, ::-1] for line in lines]
-    return LocusSlice(flexion, abduction, f"internal rotation {internal_rotation_deg:g}°", determinant, curves)
+    return flexion, abduction, determinant, [np.asarray(line)[:, ::-1] for line in lines]

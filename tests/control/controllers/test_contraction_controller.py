@@ -10,7 +10,6 @@ from exo_pin import InvalidInput, MissingData
 from exo_pin.control import (
     TABLE_5_5,
     ContractionController,
-    Contractions,
     Imu,
     ImuSensor,
     Measurement,
@@ -27,7 +26,7 @@ def seen(pose=POSE, **more):
 
 
 def test_ratios_are_those_of_5_4():
-    contractions = Contractions(EXO.mechanism)
+    contractions = ep.Plant(EXO).contractions
     lengths = EXO.inverse_kinematics(POSE).lengths
     np.testing.assert_allclose(contractions.lengths(POSE), lengths, atol=1e-15)
     muscles = lengths - [0.126, 0.154, 0.154]
@@ -39,7 +38,7 @@ def test_ratios_are_those_of_5_4():
 def test_first_sample_is_proportional_with_the_printed_gains():
     reference = abduction()
     controller = ContractionController(EXO.mechanism, reference)
-    contractions = Contractions(EXO.mechanism)
+    contractions = ep.Plant(EXO).contractions
     error = contractions.ratios(contractions.lengths(reference(2.0).orientation))
     error = error - contractions.ratios(contractions.lengths(POSE))
     gains = np.array([2.3e-2, 3.3e-2, 3.3e-2])
@@ -104,4 +103,4 @@ def test_bad_input_is_refused(options):
 
 def test_missing_strokes_are_named():
     with pytest.raises(MissingData, match="limb 1"):
-        Contractions(ep.load("appendix-d").mechanism)
+        ContractionController(ep.load("appendix-d").mechanism, abduction())

@@ -16,7 +16,6 @@ from exo_pin.control import (
     ModelController,
     ReferenceState,
     Turn,
-    hung_outward,
     options_for,
     reference_of,
     tensions_for_motion,
@@ -25,7 +24,7 @@ from exo_pin.control.controllers.model_controller import gains_for
 from exo_pin.muscle import muscle_model
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 
-PLANT = ep.Plant(hung_outward(ep.load("prototype").mechanism))
+PLANT = ep.Plant(ep.experiment("abduction-outward").mechanism)
 #: Held by the three muscles; see the experiment held-abduction.
 POSE = ep.shoulder_rotation(25.0, 55.0, 30.0, degrees=True)
 

@@ -1,5 +1,7 @@
 """Designs that the experiments change."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from experiment_runs import tracked
@@ -10,8 +12,6 @@ from exo_pin.control import (
     abduction,
     flexion,
     missing_moments,
-    with_fourth_muscle,
-    with_longer_muscles,
 )
 
 
@@ -31,10 +31,20 @@ def test_fourth_muscle_is_in_the_hole_that_holds_most():
     times = np.linspace(0.0, 5.0, 26)
     lift = abduction()(times).orientation
     both = Rotation.concatenate([lift, flexion()(times).orientation])
-    prototype = ep.experiment("abduction-outward").mechanism
+    mechanism = ep.experiment("abduction-four").mechanism
+    base, cuff = mechanism.geometry.base_points.copy(), mechanism.geometry.platform_points.copy()
     shares = {}
     for angle in (140.0, 150.0, 160.0, 170.0, -180.0):
-        plant = ep.Plant(with_longer_muscles(with_fourth_muscle(prototype, angle), both))
+        on_circle = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+        base[3, [0, 2]] = np.hypot(*base[0, [0, 2]]) * on_circle
+        cuff[3, :2] = np.hypot(*cuff[0, :2]) * on_circle
+        geometry = mechanism.geometry.replace(base_points=base, platform_points=cuff)
+        exo = ep.ShoulderExo.from_mechanism(mechanism.replace(geometry=geometry))
+        longest = exo.inverse_kinematics(both).lengths.max(axis=0)
+        strokes = [replace(x.stroke, nominal_length=most - 0.025, end_fitting=0.025)
+                   for x, most in zip(exo.limbs, longest, strict=True)]  # fmt: skip
+        limbs = [replace(x, stroke=stroke) for x, stroke in zip(exo.limbs, strokes, strict=True)]
+        plant = ep.Plant(exo.replace(limbs=limbs))
         shares[angle] = float((missing_moments(plant, lift) <= 0.01).mean())
     assert max(shares, key=shares.get) == 160.0
     assert shares[160.0] == pytest.approx(0.73, abs=0.01)

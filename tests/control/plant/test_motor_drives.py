@@ -1,5 +1,6 @@
 """Winches and linear actuators: motion against two other engines, energy, static ends, motor, stops, faults."""
 
+import warnings
 from dataclasses import fields, replace
 
 import mujoco
@@ -344,3 +345,21 @@ def test_only_the_given_numbers_of_a_drive_are_no_estimates():
     options = ep.PlantOptions(winch=control.Winch(coulomb=3.0, gear_ratio=30.0), stop_damping=2.0)
     given = {each.name for each in ep.Plant(ep.load("four-cables"), options).assumptions if each.basis == "given"}
     assert given == {"winch.coulomb", "winch.gear_ratio"}
+
+
+@pytest.mark.parametrize(("design", "field"), [("four-cables", "winch"), ("four-linear-actuators", "linear_actuator")])
+def test_drives_of_damping_far_beyond_critical_are_named_before_they_run(design, field):
+    """At critical damping of a mass on a spring, d² = 4 k m, the ratio is one; named are drives beyond ten."""
+    exo, options = ep.load(design), ep.PlantOptions()
+    own = getattr(options, field)
+    critical = 2.0 * np.sqrt(own.mass / max(drive.stiffness for drive in ep.Plant(exo).drives))
+    for times, told in ((1.0, False), (9.9, False), (20.0, True)):
+        made = replace(own, damping_time=times * critical)
+        plant = ep.Plant(exo, options.replace(**{field: made}))
+        assert max(drive.damping_ratio for drive in plant.drives) == pytest.approx(times)
+        start = plant.held(exo.pose(30), exo.reaction(exo.pose(30)).actuator_forces)
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            assert plant.simulate(lambda t, seen: np.zeros(4), 1e-3, start).status == "completed"
+        assert len(found) == told
+        assert all(str(each.message).startswith("The damping of the spring is up to 20 times") for each in found)

@@ -1,6 +1,7 @@
 """Files of designs: they come back bit for bit, cite their sources, and say what is wrong."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,9 +25,8 @@ from exo_pin.design import (
     preset_file,
     presets,
     published,
-    read_mechanism,
-    write_mechanism,
 )
+from exo_pin.design.io.mechanism_files import read_mechanism, write_mechanism
 
 
 def test_the_published_mechanisms():
@@ -80,6 +80,28 @@ def test_a_design_of_the_users_own_comes_back(tmp_path):
     write_mechanism(mechanism, tmp_path / "mine.toml")
     assert same(mechanism, read_mechanism(tmp_path / "mine.toml"))
     assert list(tmp_path.iterdir()) == [tmp_path / "mine.toml"]
+
+
+def test_arms_that_are_no_more_their_wearers_come_back(tmp_path):
+    person = Arm.from_anthropometry(1.75, 75, "male", payload=0.5)
+    device = Arm(0.4, [0, 0, -0.1], np.diag([1e-3, 1e-3, 1e-3]), device=True)
+    arms = (
+        person,
+        replace(person, mass=6.0),
+        replace(person, body_mass=80.0) + device,
+        replace(person, inertia=1.1 * person.inertia),
+        replace(person, centre_of_mass=person.centre_of_mass + 0.01),
+        Arm(4.0, [0, 0, -0.3], body_mass=70.0),
+    )
+    for number, arm in enumerate(arms):
+        path = tmp_path / f"{number}.toml"
+        write_mechanism(preset("prototype").replace(arm=arm), path)
+        again = read_mechanism(path).arm
+        assert same(again, arm), number
+        assert again.body_mass == arm.body_mass
+        assert same(again.wearer, arm.wearer)
+        # A person's size stands for the arm only where it says all of it.
+        assert (list(tomllib.loads(path.read_text())["arm"]) == ["wearer"]) is (number == 0)
 
 
 def test_every_source_comes_back(tmp_path):

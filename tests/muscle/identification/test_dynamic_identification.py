@@ -55,6 +55,35 @@ def test_noisy_responses_give_the_coefficients_back():
 
 
 @pytest.mark.full
+def test_spread_of_the_coefficients_by_differences_of_the_residuals():
+    """Covariance of the linear model with n - 5 degrees of freedom, and the share of samples within the law."""
+    law, measured = dynamic_model("tang-3-31"), recordings(1e-4, seed=5, samples=31, seconds=0.35)[1:2]
+    found = identify_dynamic(measured, law.static, start=TRUTH)
+
+    def model(values):
+        n_2, n_1, n_0, d_1, d_2 = values
+        friction, damping = LoadDependentFriction.from_bar(n_2, n_1, n_0), Damping.from_bar(d_1, d_2)
+        return DynamicModel(name="by hand", static=law.static, friction=friction, damping=damping)
+
+    def misfit(values):
+        return np.concatenate([each.residual(model(values)) for each in measured])
+
+    steps = np.diag(1e-4 * TRUTH)
+    rises = [(misfit(found.coefficients + d) - misfit(found.coefficients - d)) / (2.0 * d.sum()) for d in steps]
+    variance = (misfit(found.coefficients) ** 2).sum() / (31 - 5)
+    assert (found.samples, found.sigma) == (31, pytest.approx(np.sqrt(variance), rel=1e-3))
+    spread = np.sqrt(np.diag(variance * np.linalg.inv(np.array(rises) @ np.array(rises).T)))
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), spread, rtol=0.05)
+    inside = [
+        found.model.contains(r.contraction, np.gradient(r.contraction, r.time), r.pressure.sample(r.time), r.mass)
+        for r in measured
+    ]
+    assert found.inside == pytest.approx(np.concatenate(inside).mean())
+    half = np.diff(found.intervals(0.95)).ravel() / 2.0
+    np.testing.assert_allclose(half, 2.0555 * np.sqrt(np.diag(found.covariance)), rtol=1e-3)  # Student, 26 freedoms
+
+
+@pytest.mark.full
 def test_effects_of_what_was_taken_as_known_are_those_of_fits_with_errors():
     law = dynamic_model("tang-3-31").static
     clean = recordings(0.0, seed=1, samples=41)

@@ -8,8 +8,8 @@ from wrists import random_mechanism
 from exo_pin import InvalidInput, wrist
 from exo_pin.design import WristGeometry, preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, share_of_volume
-from exo_pin.wrist import daily_crossings, locus_function
-from exo_pin.wrist.singularities.measures import kind_of
+from exo_pin.wrist import daily_crossings
+from exo_pin.wrist.singularities.measures import kind_of, locus_function
 from exo_pin.wrist.singularities.singular_surface import side_of_rest
 
 

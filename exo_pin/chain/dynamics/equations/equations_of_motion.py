@@ -15,10 +15,10 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import (
+    InvalidInput,
     LoopNotClosed,
     MasslessMotion,
     NearSingularConfiguration,
-    OpeningMotion,
     SingularConfiguration,
     UndrivenMotion,
 )
@@ -53,9 +53,13 @@ LoopMotion = tuple[float, float, float, float, bool, bool]
 
 
 def refuse_opening(state: ChainState, opening: float, size: float, what: str = "velocity") -> None:
-    """Raise OpeningMotion if a velocity or acceleration opens the loops; both numbers are scaled."""
+    """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
     if not (opening <= STILL or opening <= max(OPENING, state.contradiction) * max(size, REST)):
-        raise OpeningMotion(what, opening)
+        unit = "a second" if what == "velocity" else "a second squared"
+        raise InvalidInput(
+            f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected "
+            f"J v = 0 and J a + J̇ v = 0, use project_{what} or dependent_motion"
+        )
 
 
 def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, opening: float, size: float) -> None:

@@ -40,13 +40,6 @@ class TorsoState(NamedTuple):
         Of O, less the change of gravity from a torso that stands upright, m/s².
     angular_velocity, angular_acceleration : ndarray
         Ω and Ω', rad/s and rad/s².
-
-    Examples
-    --------
-    >>> from exo_pin import control
-    >>> braking = control.Torso(acceleration=lambda t: np.array([-3.0, 0.0, 0.0]))
-    >>> braking.at(0.5, np.array([0.0, 0.0, -9.81])).acceleration  # m/s²: a torso that stands upright
-    array([-3.,  0.,  0.])
     """
 
     acceleration: FloatArray

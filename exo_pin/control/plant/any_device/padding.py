@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -23,7 +23,7 @@ from ....core.validation import FloatArray, set_positive
 from ....device import ChainDevice
 from ....device.device_model import DeviceModel
 from ....device.elastic.soft_tree import padded_device
-from ....device.elastic.springs import CUFF, HARNESS
+from ....device.elastic.springs import CUFF, HARNESS, PlacedSpring
 from ....device.postures import following, postures
 
 if TYPE_CHECKING:
@@ -59,13 +59,13 @@ class Padding:
     Examples
     --------
     >>> from exo_pin import control
-    >>> exo = ep.load("four-linear-actuators-worn")
-    >>> pad = control.Padding(damping_time=0.01, mass=0.4, radius=0.06, source="an assumption for this example")
-    >>> plant, pose = ep.Plant(exo, cuff=pad), exo.pose(flexion=30)
-    >>> held = exo.reaction(pose).actuator_forces
-    >>> run = plant.simulate(lambda t, seen: held / 600.0, 0.02, plant.held(pose, held), control_rate=50.0)
+    >>> exo = ep.load("urdf/serial-y-x-z.urdf")
+    >>> exo = exo.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.2)))
+    >>> pad = control.Padding(damping_time=0.01, source="an assumption for this example")
+    >>> plant = ep.Plant(exo, cuff=pad)
+    >>> run = plant.simulate(lambda t, seen: [0.0, 0.0, -0.1], 0.05, plant.state(exo.pose(flexion=20)))
     >>> run.cuff_displacement.shape, bool(np.abs(run.energy_residual).max() < 1e-6)  # J
-    ((2, 6), True)
+    ((6, 6), True)
     """
 
     damping_time: float | None = None
@@ -97,6 +97,7 @@ class Pads:
     """
 
     def __init__(self, device: ChainDevice, given: Mapping[str, Padding]) -> None:
+        self._made_of = device, dict(given)
         missing = [f"interfaces.{name}.stiffness" for name in given if getattr(device.interfaces, name) is None]
         if missing:
             raise MissingData(missing, "a plant with padding", device.name)
@@ -110,7 +111,7 @@ class Pads:
         #: The same with rigid parts, in whose configurations no spring is displaced.
         self.rigid = DeviceModel(device)
         self.model, springs = padded_device(device, tuple(_JOINTS[name] for name in given))
-        held, by_joint = self.model.held.model, {spring.name: spring for spring in springs}
+        held, by_joint = self.model.held.model, {one.name: one for one in springs if isinstance(one, PlacedSpring)}
         self._springs = {name: by_joint[_JOINTS[name]] for name in given}
         self._places = {name: v_slice(held, held.getJointId(_JOINTS[name])) for name in given}
         self._times = {name: float(pad.damping_time) for name, pad in given.items() if pad.damping_time is not None}
@@ -121,6 +122,10 @@ class Pads:
             for tree in (held, self.model.free.model):
                 tree.inertias[tree.getJointId(_JOINTS[name])] += body
         self._require_mass(device.name, given)
+
+    def __reduce__(self) -> Any:
+        # A model that is unpickled is made of its device, and has not the bodies that were added here.
+        return Pads, self._made_of
 
     def _require_mass(self, device: str, given: Mapping[str, Padding]) -> None:
         """Raise where a part moves nothing that has mass."""

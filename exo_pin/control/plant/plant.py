@@ -228,8 +228,9 @@ class Plant(Record):
     ) -> PlantState:
         """The state of rest at constant pressures and with motors that stand still.
 
-        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
-        the plant may rest elsewhere, too.
+        It is a stable equilibrium: that of a wrist in closed form where a damped motion from ``near`` leads, that of
+        another device where short steps along the forces do. Friction is left out, so with friction the plant may rest
+        elsewhere, too.
 
         Parameters
         ----------

@@ -155,6 +155,15 @@ def test_a_query_along_a_run_has_idle_joints_where_the_run_has_them():
     np.testing.assert_allclose(run.reaction().shoulder_force, run.link_force, atol=2e-3)
 
 
+@pytest.mark.parametrize("pressures", [[0.0, 0.0, 0.0], [1e5, 0.0, 3.5e5]])
+def test_a_wrist_rests_where_its_closed_form_does(pressures, prototype, abducted):
+    near = abducted if any(pressures) else None
+    alone, worn = ep.Plant(prototype), ep.Plant(prototype, wearer=nothing)
+    rest = worn.rest(pressures, near)
+    assert (rest.orientation * alone.rest(pressures, near).orientation.inv()).magnitude() < 1e-9
+    assert np.abs(worn.simulate(lambda t, seen: np.zeros(3), 1e-4, rest).angular_velocity).max() < 1e-3
+
+
 def test_a_motor_beyond_a_gear_with_play_hangs_on_one_side_of_it_and_loses_no_energy():
     exo, play, stiffness = loaded("serial-y-x-z"), 0.02, 2e3
     gear = {"inertia": 0.05, "stiffness": stiffness, "damping_time": 1e-3}

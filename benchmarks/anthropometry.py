@@ -42,7 +42,9 @@ def main(paths):
             size = np.log(1e-3 * np.array(table[column], float))
             fit = np.linalg.lstsq(known, size, rcond=None)[0]
             spread = np.std(size - known @ fit)
-            print(f'    "{name}": _Dimension({np.exp(fit[0]):.4f}, {fit[1]:.3f}, {fit[2]:.3f}, {spread:.3f}),')
+            print(
+                f'    "{name}": _Dimension({np.exp(fit[0]):.4f}, {fit[1]:.3f}, {fit[2]:.3f}),  # persons ± {spread:.3f}'
+            )
         tall, heavy = np.percentile(stature, [5, 50, 95]), np.percentile(mass, [5, 50, 95])
         together = np.corrcoef(stature, np.log(mass))[0, 1]
         print(f"}}  # stature {tall} m, mass {heavy} kg at 5, 50, 95 %; stature with ln(mass): {together:.3f}")

@@ -187,15 +187,17 @@ class Judge:
         signal.signal(signal.SIGPROF, stop)
         for path in sorted({mutant.path for mutant in self._chosen}):
             replace_code(path, Noting(path).visit(parsed(path)))
-        took = {}
+        took, were_stopped = {}, False
         for number, item in enumerate(self.items):
             begun = time.process_time()  # other work on the machine does not count
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
             if self._passes([item], *self.items[number + 1 : number + 2]):
                 took[item.nodeid] = time.process_time() - begun
-            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped:
+            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped and not were_stopped:
                 file.write_text(item.nodeid)
                 return False
+            else:
+                were_stopped = True  # what a stopped test leaves behind may fail others, which are left out, too
             self._failed = self._stopped = False
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))

@@ -30,7 +30,7 @@ WAYS = {
 }
 #: Without objects of their own, or with those of Numba and Crocoddyl, which a process makes anew.
 PROTOCOLS = {"ClosedChainAction", "Controller", "Device", "DeviceKind", "ForceLimited", "Reference", "PartCacheImpl"}
-PROTOCOLS |= {"Planner", "BatchAnswer", "BatchError", "WorkspaceSummary"}
+PROTOCOLS |= {"BatchAnswer", "BatchError", "WorkspaceSummary"}
 
 
 #: Classes of other rooms whose examples need the extra person.

@@ -32,10 +32,10 @@ from .plant.any_device.arm_actions import Payload as Payload
 from .plant.any_device.moving_torso import Torso as Torso
 from .plant.any_device.padding import Padding as Padding
 from .plant.faults import Fault as Fault
-from .plant.options import JointMotor as JointMotor
-from .plant.options import LinearActuator as LinearActuator
+from .plant.motor_options import JointMotor as JointMotor
+from .plant.motor_options import LinearActuator as LinearActuator
+from .plant.motor_options import Winch as Winch
 from .plant.options import PlantOptions as PlantOptions
-from .plant.options import Winch as Winch
 from .plant.plant import Plant as Plant
 from .plant.run import Run as Run
 from .plant.state import Controller as Controller

@@ -131,7 +131,7 @@ class ControllerServer(OneProcess):
     controller : callable
         From time in s and :class:`.Measurement` to commands; its ``reset()`` is called at the first sample of a run.
     host : str
-        Address to listen at.
+        Address to listen at; whoever reaches it is answered.
     port : int
         0 for any that is free.
 

@@ -128,7 +128,9 @@ def export_on_person(
     found.add_limbs(design, base, moved, origin)
     found.compile()
     lost = () if design.limbs_are_massless else ("the masses of the limbs",)
-    write_text(target, found.spec.to_xml())
+    whose = "MyoArm of the package myo_sim, Apache License 2.0" if person is None else Path(os.fsdecode(person)).name
+    note = f"{self.name} on a person, written by exo_pin. The person is {whose}.".replace("--", "- -")
+    write_text(target, f"<!-- {note} -->\n{found.spec.to_xml()}")
     return Exported(
         [target], (), (*lost, *said), {"arm": functools.reduce(operator.add, own, person_arm), "gravity": gravity}
     )

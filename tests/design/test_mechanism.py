@@ -129,10 +129,10 @@ def test_shoulder_range_is_a_diamond():
     assert shoulder.allows(poses).tolist() == [True, True, True, False, False]
     # (θy, θx, θz) is also (θy + 180°, 180° - θx, θz + 180°), and the unit turns freely about Y.
     x, z = (grid.ravel() for grid in np.meshgrid(np.arange(-85.0, 90.0, 10.0), np.arange(-175.0, 180.0, 10.0)))
-    centre, half = np.degrees(shoulder.abduction_centre), np.degrees(shoulder.half_diagonal)
-    twice = [(x, np.abs(z)), (180.0 - x, 180.0 - np.abs(z))]
-    inside = np.any([np.abs(own - centre) + turned < half for own, turned in twice], axis=0)
     grid = Rotation.from_euler("YXZ", np.stack([np.full(x.shape, 20.0), x, z], axis=1), degrees=True)
-    assert shoulder.allows(grid).tolist() == inside.tolist()
-    assert 0.05 < inside.mean() < 0.95
+    for centre, half in ((np.degrees(shoulder.abduction_centre), np.degrees(shoulder.half_diagonal)), (105.0, 50.0)):
+        twice = [(x, np.abs(z)), (180.0 - x, 180.0 - np.abs(z))]
+        inside = np.any([np.abs(own - centre) + turned < half for own, turned in twice], axis=0)
+        assert Shoulder(np.radians(centre), np.radians(half)).allows(grid).tolist() == inside.tolist()
+        assert 0.02 < inside.mean() < 0.95
     assert Shoulder().allows(poses).all()

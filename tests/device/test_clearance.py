@@ -76,8 +76,10 @@ def test_what_is_not_known_is_said(serial):
     )
 
 
-def test_gaps_of_links_are_those_of_coal():
-    exo = ep.load(URDF / "spherical-3rrr.urdf").worn_by(MAN)
+@pytest.mark.parametrize("name", ["spherical-3rrr", "3rps-passive-ball"])
+def test_gaps_of_links_are_those_of_coal(name):
+    """Joints of the second lie away from the shoulder's centre."""
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)
     body, pose = ep.BodyShape.of(MAN), exo.pose(60.0, 40.0, 10.0)
     chain, R = exo.chain, pose.as_matrix()
     q = exo.configurations(pose)

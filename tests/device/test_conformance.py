@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from device_doors import (
+    KINDS,
     MIRROR,
     answers,
     assert_same,
@@ -27,9 +28,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::exo_pin.NoisyMovement", "ignore
 SHIPPED = ("serial-y-x-z", "nesm", "spherical-3rrr", "3rps-passive-ball", "six-cables", "spring-support")
 WRISTS = ("four-cables", "prototype", "four-linear-actuators-worn")
 GENERATED = ("idle-0", "limbs-1", "handed-1")
-#: A kind that is not of the package, with one motor and with three.
-ADDED = ("motor-1", "motor-3")
-DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *ADDED)
+DEVICES = (*SHIPPED, *WRISTS, *GENERATED, *KINDS)
 #: One of each sort, for what changes nothing.
 FEW = ("serial-y-x-z", "3rps-passive-ball", "spring-support", "four-cables", "limbs-1", "handed-1", "motor-1")
 
@@ -161,7 +160,7 @@ def test_closed_forms_answer_as_the_chain(name):
 SLOW = (*SHIPPED[1:], *WRISTS, "idle-0", "motor-1")
 
 
-@every(*(name for name in (*SHIPPED, *WRISTS, *ADDED) if name not in SLOW), slow=SLOW, rest=MORE)
+@every(*(name for name in (*SHIPPED, *WRISTS, *KINDS) if name not in SLOW), slow=SLOW, rest=MORE)
 def test_an_opaque_device_is_asked_no_other_name(name, tmp_path):
     exo, angles = device_of(name)
     hidden = Opaque(exo.device)

@@ -143,6 +143,10 @@ def test_a_device_file_comes_back(tmp_path):
     assert again.springs == device.springs
     assert again.drives == device.drives
     assert (again.name, again.title) == ("mine", "A device")
+    sliding = ep.load(URDF / "3rps-passive-ball.urdf").device
+    springs = [Spring(f"slide_{k}", law, joint=sliding.drives[0].joint) for k, law in enumerate(turning)]
+    other = ep.ShoulderExo.from_device(sliding.replace(springs=springs)).to_urdf(tmp_path / "sliding")
+    assert ep.load(other).device.springs == tuple(springs)
     R = pose(30, 20, 0)
     np.testing.assert_allclose(
         loaded.reaction(R, limits="none").shoulder_force,

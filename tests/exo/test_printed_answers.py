@@ -16,6 +16,7 @@ from exo_pin.exo.first_answer import answer_in_parts
 from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.exo.questions import answered
 
+pytestmark = pytest.mark.usefixtures("plain")
 STORED = Path(__file__).with_name("printed_answers.txt")
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
 MAN = ep.Wearer(1.755, 85, "male", payload=0.5, elbow_flexion=0.5)

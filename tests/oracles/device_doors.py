@@ -20,6 +20,8 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 ANGLES = np.array([[5.0, 40.0, 55.0, 70.0], [30.0, 30.0, 20.0, 10.0], [0.0, 10.0, 5.0, 20.0]])
 #: Of random devices, which reach less far.
 NEAR = np.array([[3.0, 8.0, 12.0, 5.0], [4.0, 2.0, -3.0, 8.0], [0.0, 4.0, 2.0, -5.0]])
+#: Devices of kinds that are not of the package, by name.
+KINDS = {"motor-1": MotorKind(1), "motor-3": MotorKind(3)}
 FORCE, MOMENT, AT = np.array([2.0, -1.0, -5.0]), np.array([0.1, 0.0, -0.1]), np.array([0.0, 0.02, -0.2])
 
 
@@ -43,14 +45,14 @@ def generated(name):
     if family == "limbs":
         rng = np.random.default_rng(int(seed))
         return ep.ShoulderExo.from_device(limb_device(rng, 2 + int(seed) % 2, int(seed) % 3))
-    return ep.ShoulderExo.from_device(MotorKind(int(seed))) if family == "motor" else handed(int(seed))
+    return handed(int(seed))
 
 
 def device_of(name):
     """The device of a name, and poses to ask it in, as clinical angles."""
+    if name in KINDS:
+        return ep.ShoulderExo.from_device(KINDS[name]), ANGLES
     family = name.split("-")[0]
-    if family == "motor":
-        return generated(name), ANGLES
     return (generated(name), NEAR) if family in ("idle", "limbs", "handed") else (shipped(name), ANGLES)
 
 

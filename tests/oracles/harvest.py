@@ -255,6 +255,10 @@ def _moved(folder):
             [control.SensorError("lengths", 1e-4, lost=((0.01, 0.02),)), control.SensorError("orientation")]
         )
         plant.simulate(controller, 0.03, start, sensor=sensors)
+    padding = control.Padding(damping_time=0.01, mass=1e-3, radius=0.05, source="made up")
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(distance=0.2)))
+    geared = control.PlantOptions(joint_motor=control.JointMotor(inertia=0.1, stiffness=1e3))
+    ep.Plant(soft, geared, cuff=padding).state(raised)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
     with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:

@@ -83,7 +83,9 @@ def test_the_person_of_the_package_is_written_as_it_is(exo, tmp_path, name, side
 
     with pytest.warns(UserWarning, match="empty prefix"):
         before = myo_sim.load_spec(name).compile()
-    after = mujoco.MjModel.from_xml_path(str(ep.load(exo.name, side=side).export_on_person(tmp_path / "worn.xml")[0]))
+    written = ep.load(exo.name, side=side).export_on_person(tmp_path / "worn.xml")[0]
+    assert "myo_sim, Apache License 2.0" in written.read_text()
+    after = mujoco.MjModel.from_xml_path(str(written))
     for kind, fields in {
         "body": ("mass", "inertia", "pos", "quat"),
         "jnt": ("axis", "range", "stiffness"),
@@ -105,6 +107,11 @@ def test_the_person_of_the_package_is_written_as_it_is(exo, tmp_path, name, side
 
 def test_a_file_of_ones_own_gets_limbs_drives_and_a_cuff(exo, person, tmp_path):
     written = exo.export_on_person(tmp_path / "worn.xml", person)
+    assert (
+        written[0]
+        .read_text()
+        .startswith("<!-- four-cables-worn on a person, written by exo_pin. The person is person.xml. -->")
+    )
     worn = Worn(written[0], "")
     mujoco.mj_forward(worn.model, worn.data)
     assert worn.pose.magnitude() < 1e-6

@@ -121,11 +121,6 @@ class ClosedForces(Record):
         """The equations of motion that the forces solve."""
         return self._equations
 
-    @property
-    def is_bounded(self) -> bool:
-        """Whether bounds may narrow the intervals of undetermined forces."""
-        return bool(self._bounds)
-
     @cached_property
     def _distribution(self) -> ForceDistribution:
         metric = self._equations.metric(self._start, self.self_stresses, self._metric)

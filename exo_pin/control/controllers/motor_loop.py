@@ -66,7 +66,11 @@ class MotorLoop:
         own = [drive for _, drive in chosen]
         self.sign = np.array([-1.0 if drive.of_joint else 1.0 for drive in own])
         none = np.zeros(len(drives)) if masses is None else masses
-        self.mass = np.array([d.parameters.mass if isinstance(d, MotorDrive) else none[i] for i, d in chosen])
+        # Of a motor in a joint all that moves with it counts.
+        own_mass = [d.parameters.mass if isinstance(d, MotorDrive) else 0.0 for d in own]
+        self.mass = np.array(
+            [m + (0.0 if m and not d.of_joint else none[i]) for m, (i, d) in zip(own_mass, chosen, strict=True)]
+        )
         # The motor of a cable pays out with force, too.
         ends = [d.limits if isinstance(d, DirectDrive) else (-d.force_limit, d.force_limit) for d in own]
         self._low, self._high = np.array(ends).reshape(-1, 2).T

@@ -12,7 +12,7 @@ squares. Freedoms that leave the arm at rest are left alone.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,59 +33,35 @@ from .wrist_lengths import LengthMotion, length_motion
 _STEP = 1e-6
 
 
-class Planner(Protocol):
-    """What a controller asks of a device."""
-
-    def lengths(self, pose: Rotation) -> FloatArray:
-        """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""
-
-    def motion(self, state: Any) -> LengthMotion:
-        """Their motion with a state of a reference."""
-
-    def masses(self, pose: Rotation) -> FloatArray:
-        """What moves with each drive where all others are free, shape (n,), kg or kg m²."""
-
-    def tensions(
-        self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
-    ) -> Tensions:
-        """Efforts that move the arm as wanted, or as nearly as they can."""
-
-    def missing(self, poses: Rotation) -> FloatArray:
-        """Moment that lacks for equilibrium in poses, shape (N,), N m."""
-
-    def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
-        """Moment of a motion that given efforts do not make, shape (3,), N m, base frame: that of others."""
-
-
 class WristPlanner(NamedTuple):
     """A wrist with massless limbs."""
 
     plant: Plant
 
     def lengths(self, pose: Rotation) -> FloatArray:
-        """See :class:`Planner`."""
+        """See :class:`DevicePlanner`."""
         return self.plant.contractions.lengths(pose)
 
     def motion(self, state: Any) -> LengthMotion:
-        """See :class:`Planner`."""
+        """See :class:`DevicePlanner`."""
         return length_motion(self.plant.mechanism.geometry, state)
 
     def masses(self, pose: Rotation) -> FloatArray:
-        """See :class:`Planner`: all of its motors have springs between."""
+        """See :class:`DevicePlanner`: all of its motors have springs between."""
         return np.zeros(self.plant.count)
 
     def tensions(
         self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
     ) -> Tensions:
-        """See :class:`Planner`."""
+        """See :class:`DevicePlanner`."""
         return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
 
     def missing(self, poses: Rotation) -> FloatArray:
-        """See :class:`Planner`."""
+        """See :class:`DevicePlanner`."""
         return missing_moments(self.plant, poses)
 
     def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
-        """See :class:`Planner`."""
+        """See :class:`DevicePlanner`."""
         return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 
@@ -116,7 +92,7 @@ class DevicePlanner:
         return q
 
     def lengths(self, pose: Rotation) -> FloatArray:
-        """See :class:`Planner`."""
+        """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""
         return self._of.coordinates(self._at(pose))
 
     def _follow(self, q: FloatArray, R: FloatArray, velocity: Any, acceleration: Any) -> tuple[FloatArray, FloatArray]:
@@ -127,7 +103,7 @@ class DevicePlanner:
         return v, own.following(q, R.T @ np.asarray(acceleration), opening)
 
     def motion(self, state: Any) -> LengthMotion:
-        """See :class:`Planner`."""
+        """Their motion with a state of a reference."""
         own, q = self._of, self._at(state.orientation)
         v, a = self._follow(q, own.rotation(q), state.angular_velocity, state.angular_acceleration)
         x = own.coordinates(q)
@@ -137,7 +113,7 @@ class DevicePlanner:
         return LengthMotion(x, own.signs * (P.T @ v), own.signs * (P.T @ a + turning.T @ v))
 
     def masses(self, pose: Rotation) -> FloatArray:
-        """See :class:`Planner`."""
+        """What moves with each drive where all others are free, shape (n,), kg or kg m²."""
         own, q = self._of, self._at(pose)
         response = response_at(own.state, q).response
         own.coordinates(q)
@@ -146,7 +122,7 @@ class DevicePlanner:
     def tensions(
         self, pose: Rotation, motion: Motion | None, greatest: FloatArray, least: FloatArray, load: Load | None
     ) -> Tensions:
-        """See :class:`Planner`; the shoulder's force is not asked, and NaN.
+        """Efforts that move the arm as wanted, or as nearly as they can; the shoulder's force is not asked, and NaN.
 
         The missing moment is what the arm would have to be relieved of, as that of a wrist.
         """
@@ -171,7 +147,7 @@ class DevicePlanner:
         return Tensions(f, R @ (arms @ f - moment), np.full(3, np.nan))
 
     def missing(self, poses: Rotation) -> FloatArray:
-        """See :class:`Planner`."""
+        """Moment that lacks for equilibrium in poses, shape (N,), N m."""
         out = np.empty(len(poses))
         for k, pose in enumerate(poses):
             least, greatest = self._plant.force_limits(self.lengths(pose), slack=True)
@@ -179,7 +155,7 @@ class DevicePlanner:
         return out
 
     def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
-        """See :class:`Planner`."""
+        """Moment of a motion that given efforts do not make, shape (3,), N m, base frame: that of others."""
         return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 

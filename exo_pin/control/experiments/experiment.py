@@ -236,7 +236,7 @@ class Experiment(Record):
         lengths = plans.lengths(pose)
         for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
             if not drive.spans(length):
-                if drive.is_direct:
+                if drive.is_direct or getattr(drive, "of_joint", False):
                     raise InvalidInput(
                         f"drive {i} would have to be at {length:.3g} at the start of the reference; it reaches "
                         f"{drive.shortest:.3g} to {drive.longest:.3g} (rad or m). Start elsewhere"

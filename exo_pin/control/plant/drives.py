@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, ClassVar
@@ -18,7 +18,8 @@ from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
 from ...muscle.laws.static import BAR, StaticModel
 from .equations.drive_kernels import COLUMNS, MOTOR_COLUMNS
-from .options import JointMotor, MotorParameters, PlantOptions
+from .motor_options import JointMotor, MotorParameters
+from .options import PlantOptions
 
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6
@@ -106,7 +107,7 @@ class MotorDrive(LimbDrive):
     @property
     def pushes(self) -> bool:
         """Whether it can push."""
-        return self.word == "actuator"
+        return self.word != "cable"
 
     @property
     def force_limit(self) -> float:
@@ -143,21 +144,56 @@ class MotorDrive(LimbDrive):
 
     def row(self) -> FloatArray:
         """See :meth:`LimbDrive.row`."""
-        own = self.parameters
-        # Some columns are parameters as they stand.
-        values = vars(own) | {
+        return self._row(vars(self.parameters), self.parameters.mass, self.parameters.no_load_speed)
+
+    def _row(self, given: Mapping[str, Any], mass: float, speed: float) -> FloatArray:
+        """A row; some columns are parameters as they are given."""
+        stall = given["stall_ratio"] * self.force_limit
+        values = {**given} | {
             "present": 1.0,
-            "inverse_mass": 1.0 / own.mass,
+            "inverse_mass": 1.0 / mass,
             "force_limit": self.force_limit,
-            "stall_force": own.stall_ratio * self.force_limit,
+            "stall_force": stall,
+            "no_load_speed": speed,
             "stiffness": self.stiffness,
-            "damping": own.damping_time * self.stiffness,
+            "damping": given["damping_time"] * self.stiffness,
             "pushes": float(self.pushes),
             "shortest": self.shortest,
             "longest": self.longest,
+            # Of a motor whose speed is not known the loss in the windings is not known.
+            "copper": speed / stall if np.isfinite(speed) else 0.0,
+            "along": 1.0 if self.of_joint else -1.0,
             "play": self.play,
         }
         return np.array([values[name] for name in MOTOR_COLUMNS])
+
+
+@dataclass(frozen=True)
+class GearedDrive(MotorDrive):
+    """A motor in a joint beyond a gear that gives way and may have play; its effort is positive along the coordinate.
+
+    Attributes
+    ----------
+    parameters : JointMotor
+        Of motor and gear.
+    no_load_speed : float
+        rad/s or m/s; infinite where it is not known.
+    """
+
+    of_joint: ClassVar[bool] = True
+    parameters: JointMotor  # type: ignore[assignment]
+    no_load_speed: float = np.inf
+
+    @property
+    def brake_force(self) -> float:
+        """Of the brake that closes when the current fails, N m or N."""
+        return self.parameters.brake_effort
+
+    def row(self) -> FloatArray:
+        """See :meth:`LimbDrive.row`."""
+        own, stop = self.parameters, self.force_limit / self.parameters.stop_depth
+        known = {"stop_stiffness": stop, "stop_damping": own.stop_time * stop}
+        return self._row(vars(own) | known, own.inertia, self.no_load_speed)
 
 
 @dataclass(frozen=True)
@@ -355,6 +391,9 @@ def _direct_drive(part: Any, place: str, options: PlantOptions) -> LimbDrive:
     word = "cable" if part.route is not None else "motor" if of_joint else "actuator"
     ends = (-np.inf if np.isnan(short) else short, np.inf if np.isnan(long) else long)
     speed = np.inf if part.speed_limit is None else part.speed_limit
+    if of_joint and motor.stiffness is not None:
+        play = (part.play or 0.0) if motor.play is None else motor.play
+        return GearedDrive(word, *ends, 0.0, motor, high, -low, play, speed)
     least = max(low, 0.0) if part.route is not None else 0.0
     return DirectDrive(word, *ends, least, motor, low, high, speed, of_joint)
 

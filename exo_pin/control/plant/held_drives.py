@@ -95,9 +95,9 @@ def drive_states(self: Plant, lengths: ArrayLike, tensions: ArrayLike) -> DriveS
         pressures_for(self.tables.law, self.tables.muscles, given, held, self.supply.pressure, pressures)
     for i, drive in enumerate(self.drives):
         if isinstance(drive, MotorDrive | DirectDrive):
-            # The play lies on the side of the tension.
-            slip = 0.5 * drive.play * np.sign(held[i]) if isinstance(drive, MotorDrive) else 0.0
-            pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness - slip
+            # The play lies on the side of the effort.
+            apart = held[i] / drive.stiffness + 0.5 * getattr(drive, "play", 0.0) * np.sign(held[i])
+            pressures[i], positions[i] = 0.0, given[i] + (apart if drive.of_joint else -apart)
     return DriveStates(pressures, positions)
 
 

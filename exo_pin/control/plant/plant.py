@@ -24,7 +24,6 @@ from .any_device.device_motion import started
 from .any_device.device_rest import device_rest
 from .any_device.moving_torso import Torso
 from .any_device.padding import Padding
-from .cautions import warn_of_stiff_drives
 from .contractions import Contractions
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
@@ -32,6 +31,7 @@ from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
+from .run_summary import warn_of_stiff_drives
 from .simulation import (
     SAME,
     Clock,
@@ -228,8 +228,9 @@ class Plant(Record):
     ) -> PlantState:
         """The state of rest at constant pressures and with motors that stand still.
 
-        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
-        the plant may rest elsewhere, too.
+        It is a stable equilibrium: that of a wrist in closed form where a damped motion from ``near`` leads, that of
+        another device where short steps along the forces do. Friction is left out, so with friction the plant may rest
+        elsewhere, too.
 
         Parameters
         ----------

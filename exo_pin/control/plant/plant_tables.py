@@ -198,7 +198,7 @@ def assumptions_of(mechanism: Any, drives: Sequence[LimbDrive], options: PlantOp
         found += _estimates(options, [*names, *(["presliding"] if options.muscle_friction is not None else [])])
     if any(drive.over_tackle for drive in muscles):
         found += _estimates(options, ["pulley_friction"])
-    if any(drive.is_direct for drive in drives):
+    if any(drive.is_direct or getattr(drive, "of_joint", False) for drive in drives):
         own = [item.name for item in fields(options.joint_motor)]
         found += [replace(each, name=f"joint_motor.{each.name}") for each in _estimates(options.joint_motor, own)]
     for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):

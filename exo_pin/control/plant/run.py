@@ -20,10 +20,9 @@ from ...reaction.constraints.given_limits import given_forces
 from .any_device.arm_actions import ArmState
 from .any_device.moving_torso import arm_loads
 from .any_device.padding import displacements
-from .cautions import muscle_cautions
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
-from .run_summary import summary
+from .run_summary import muscle_cautions, summary
 from .state import PlantState, Snapshot
 
 if TYPE_CHECKING:
@@ -210,10 +209,8 @@ class Run(Result, ReadOnly):
 
         Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.drive_kernels`).
         """
-        rows, names = self.plant.tables.motors, MOTOR_COLUMNS
-        stall, speed = rows[:, names.index("stall_force")], rows[:, names.index("no_load_speed")]
-        copper = np.divide(speed, stall, out=np.zeros(len(rows)), where=stall > 0.0)
-        return np.asarray(copper * self.motor_forces**2 - self.motor_forces * self.drive_speeds)
+        copper, along = (self.plant.tables.motors[:, MOTOR_COLUMNS.index(name)] for name in ("copper", "along"))
+        return np.asarray(copper * self.motor_forces**2 + along * self.motor_forces * self.drive_speeds)
 
     @property
     def slack(self) -> np.ndarray:

@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, set_fields, set_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_rotation, set_fields, set_positive
 from ...load_case.motion_and_load import as_elevations, elevation_angle, known_elevations
 
 _FEWEST_FACES, _MOST_FACES = 3, 256
@@ -44,7 +44,7 @@ class GlenoidCone(Record):
 
     **The person's own muscles add compression**, tens to hundreds of N, which the equilibrium of the device does not
     contain. Without them nearly every device pulls the head out of this cone. Give their compression as
-    ``muscle_compression``, or as a :class:`exo_pin.Load` through O (:meth:`muscle_load`); then the load is
+    ``muscle_compression``, or as a :class:`exo_pin.Load` through O, against :meth:`axes`; then the load is
     part of F_s, and ``muscle_compression`` stays 0.
 
     Attributes
@@ -244,29 +244,6 @@ class GlenoidCone(Record):
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(compression > 0.0, shear / compression, np.inf)
         return np.where((shear == 0.0) & (compression == 0.0), 0.0, ratio)
-
-    def muscle_load(self, newtons: float, side: str = "left", pose: Rotation | None = None) -> FloatArray:
-        """Force of muscles that press the head straight into the socket, shape (..., 3), N, for a Load through O.
-
-        Parameters
-        ----------
-        newtons : float
-            N.
-        side, pose : optional
-            As :meth:`axes`.
-
-        Returns
-        -------
-        ndarray
-            Shape (..., 3), N, base frame.
-
-        Examples
-        --------
-        >>> cone = ep.GlenoidCone(orientation=ep.thesis_rotation(0, 0, 0))
-        >>> round(float(cone.muscle_load(150.0) @ cone.axes()[0]), 6)  # N, against the way out of the socket
-        -150.0
-        """
-        return -as_positive("newtons", newtons, zero=True) * self.axes(side, pose)[..., 0, :]
 
 
 def glenoid_orientation(

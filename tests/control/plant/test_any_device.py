@@ -155,6 +155,46 @@ def test_a_query_along_a_run_has_idle_joints_where_the_run_has_them():
     np.testing.assert_allclose(run.reaction().shoulder_force, run.link_force, atol=2e-3)
 
 
+@pytest.mark.parametrize("pressures", [[0.0, 0.0, 0.0], [1e5, 0.0, 3.5e5]])
+def test_a_wrist_rests_where_its_closed_form_does(pressures, prototype, abducted):
+    near = abducted if any(pressures) else None
+    alone, worn = ep.Plant(prototype), ep.Plant(prototype, wearer=nothing)
+    rest = worn.rest(pressures, near)
+    assert (rest.orientation * alone.rest(pressures, near).orientation.inv()).magnitude() < 1e-9
+    assert np.abs(worn.simulate(lambda t, seen: np.zeros(3), 1e-4, rest).angular_velocity).max() < 1e-3
+
+
+def test_a_motor_beyond_a_gear_with_play_hangs_on_one_side_of_it_and_loses_no_energy():
+    exo, play, stiffness = loaded("serial-y-x-z"), 0.02, 2e3
+    gear = {"inertia": 0.05, "stiffness": stiffness, "damping_time": 1e-3}
+    loose, tight, rigid = (
+        ep.Plant(exo, control.PlantOptions(joint_motor=control.JointMotor(**given)), wearer=passive)
+        for given in (gear | {"play": play}, gear | {"stiffness": 1e5}, {"inertia": 0.05})
+    )
+    pose = exo.pose(20, 15)
+    rest = loose.rest(near=pose)
+    still = loose.simulate(lambda t, seen: np.zeros(3), 1e-6, rest)
+    apart_by = still.lengths[0] - rest.drive_positions
+    efforts = still.tensions[0]
+    assert (np.abs(efforts) > 0.1).all()
+    np.testing.assert_allclose(apart_by, -np.sign(efforts) * (0.5 * play + np.abs(efforts) / stiffness), atol=1e-9)
+    load = ep.Load(np.zeros(3), still.wearer_moment[0])
+    held = exo.reaction(rest.orientation, load=load, limits="none").actuator_forces
+    np.testing.assert_allclose(efforts, held, atol=1e-6)
+    np.testing.assert_allclose(loose.drive_states(still.lengths[0], efforts).positions, rest.drive_positions, atol=1e-9)
+    found = []
+    for plant in (loose, tight, rigid):
+        run = plant.simulate(lambda t, seen: [0.1, 0.05, 0.02], 0.2, plant.state(pose))
+        assert run.status == "completed"
+        assert np.abs(run.energy_residual).max() < 1e-6
+        assert np.abs(run.drive_energy_residual).max() < 1e-6
+        found.append(run.rotations)
+    assert (found[1] * found[2].inv()).magnitude().max() < 2e-3
+    assert (found[0] * found[2].inv()).magnitude().max() > 5e-3
+    with pytest.raises(InvalidInput, match="stiffness"):
+        control.JointMotor(play=0.01)
+
+
 def test_a_tracked_arm_moves_with_its_torso_and_on_its_cuff():
     exo = loaded("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.of(4e3, 12.0, (0.0, 0.0, -0.2))))
     torso = control.Torso(acceleration=lambda t: np.array([3.0, 0.0, 0.0]))

@@ -115,7 +115,6 @@ def test_events_agree_with_time_stepping_and_converge():
     assert errors[1] < 0.4 * errors[0]
 
 
-@pytest.mark.full
 @pytest.mark.parametrize("name", ["tang-3-31", pytest.param("tang-constant-friction", marks=pytest.mark.full)])
 def test_results_do_not_depend_on_step_size_or_method(name, monkeypatch):
     model = dynamic_model(name)

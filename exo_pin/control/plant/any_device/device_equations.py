@@ -136,7 +136,7 @@ class DeviceEquations:
         for i, place in enumerate(self._places):
             if isinstance(place, PlacedRoute):
                 continue
-            if drives[i].is_direct and drives[i].of_joint:  # type: ignore[attr-defined]
+            if getattr(drives[i], "of_joint", False):
                 self.signs[i] = 1.0
             self._constant[place, i] = self.signs[i]
         motors = [drive for drive in drives if isinstance(drive, DirectDrive)]

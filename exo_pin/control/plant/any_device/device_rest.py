@@ -36,7 +36,7 @@ _ABOVE, _NOTHING = 0.5, 1e-12
 
 
 def device_rest(plant: Plant, start: PlantState) -> PlantState:
-    """The state of rest that a damped motion from another leads to, without friction and with drives that stand still.
+    """The state of rest that short steps from another lead to, without friction and with drives that stand still.
 
     Raises
     ------

@@ -76,7 +76,7 @@ def _limb_numbers(of: DeviceEquations, found: Forces, y: FloatArray, flows: Floa
         out[i, 3] = limb_tension(tables, i, y, float(out[i, 1]), length)[1]
         if isinstance(of.drives[i], MotorDrive):
             row = tables.motors[i]
-            out[i, 4] = flows[i, _POWERED] * motor_force(row, flows[i, _EFFORT], -rate)
+            out[i, 4] = flows[i, _POWERED] * motor_force(row, flows[i, _EFFORT], of.signs[i] * rate)
             out[i, 5] = motor_energy(row, length, y[places["drives"]][i], rate, flows[i, _INTACT])
     if len(of.direct):
         own = of.direct

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -97,6 +97,7 @@ class Pads:
     """
 
     def __init__(self, device: ChainDevice, given: Mapping[str, Padding]) -> None:
+        self._made_of = device, dict(given)
         missing = [f"interfaces.{name}.stiffness" for name in given if getattr(device.interfaces, name) is None]
         if missing:
             raise MissingData(missing, "a plant with padding", device.name)
@@ -121,6 +122,10 @@ class Pads:
             for tree in (held, self.model.free.model):
                 tree.inertias[tree.getJointId(_JOINTS[name])] += body
         self._require_mass(device.name, given)
+
+    def __reduce__(self) -> Any:
+        # A model that is unpickled is made of its device, and has not the bodies that were added here.
+        return Pads, self._made_of
 
     def _require_mass(self, device: str, given: Mapping[str, Padding]) -> None:
         """Raise where a part moves nothing that has mass."""

@@ -19,6 +19,7 @@ with the drive:
 
 A cable has T = 0 where l <= s, and its damping takes or adds at most k (l - s), so that T is never negative. With play
 b between drive and limb, k (l - s) becomes k (l - s ∓ b/2) beyond b/2 and zero within, and damping is at most that.
+The motor of a joint is the same with efforts T and F that are positive along the coordinate l ("along" 1, of limbs -1).
 
 The motor is a direct-current machine with a current-controlled amplifier: the amplifier's current limits |F| to F_max,
 its voltage to F <= F_0 (1 - v/v_0), v = -s' the speed at which the drive pulls in, v_0 the speed without load and F_0
@@ -266,10 +267,12 @@ FLOWS = (
 MOTOR_COLUMNS = (
     "present", "inverse_mass", "force_limit", "stall_force", "no_load_speed", "viscous", "coulomb", "load_friction",
     "presliding", "stiffness", "damping", "pushes", "shortest", "longest", "stop_stiffness", "stop_damping", "play",
+    "copper", "along",
 )  # fmt: skip
 (
     _PRESENT, _INVERSE, _LIMIT, _STALL, _SPEED, _VISCOUS, _COULOMB, _SHARE, _PRESLIDING, _STIFFNESS, _DAMPING, _PUSHES,
     _SHORTEST, _LONGEST, _STOP, _STOP_DAMPING, _PLAY,
+    _COPPER, _ALONG,
 ) = range(len(MOTOR_COLUMNS))  # fmt: skip
 #: |z| of the friction below which it is elastic.
 _ELASTIC = 0.7
@@ -306,7 +309,8 @@ def motor_tension(row: Any, length: float, speed: float, s: float, rate: float) 
 
     ``length`` and ``speed`` are those of the limb, ``s`` and ``rate`` those of the drive, m and m/s.
     """
-    elastic, opening = row[_STIFFNESS] * _stretch(row, length - s), speed - rate
+    along = row[_ALONG]
+    elastic, opening = row[_STIFFNESS] * _stretch(row, along * (s - length)), along * (rate - speed)
     damped = row[_DAMPING] * opening
     if row[_PUSHES] <= 0.0 or row[_PLAY] > 0.0:
         damped = min(max(damped, -abs(elastic)), abs(elastic))
@@ -346,20 +350,21 @@ def motor_rates(row: Any, flow: Any, length: float, speed: float, s: float, rate
     demanded, powered, brake, intact = flow
     pull, loss = motor_tension(row, length, speed, s, rate)
     pull, loss = intact * pull, intact * loss
-    force = powered * motor_force(row, demanded, -rate)
+    along = row[_ALONG]
+    force = powered * motor_force(row, demanded, along * rate)
     stop, stop_loss, _ = _stop(row, s, rate)
     bound = row[_COULOMB] + row[_SHARE] * abs(pull) + brake
     friction = row[_VISCOUS] * rate + bound * z
-    acceleration = row[_INVERSE] * (pull - force - friction + stop)
+    acceleration = row[_INVERSE] * (along * (force - pull) - friction + stop)
     bristle = (rate - slip(rate * z, abs(z)) * abs(rate) * z) / row[_PRESLIDING]
-    heat = force * force * row[_SPEED] / row[_STALL]
-    return pull, acceleration, bristle, force, loss + friction * rate + stop_loss, heat - force * rate
+    power = row[_COPPER] * force * force + along * force * rate
+    return pull, acceleration, bristle, force, loss + friction * rate + stop_loss, power
 
 
 @kernel(cost=301)
 def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) -> float:
     """Energy in J of the moving drive, of the stretched limb and of the stops."""
-    stretch = _stretch(row, length - s)
+    stretch = _stretch(row, row[_ALONG] * (s - length))
     energy = 0.5 * intact * row[_STIFFNESS] * stretch * stretch + _stop(row, s, rate)[2]
     if row[_INVERSE] > 0.0:
         energy += 0.5 * rate * rate / row[_INVERSE]
@@ -388,8 +393,8 @@ def _motor_limb(t: Any, flows: Any, i: int, y: Any, speed: float, length: float,
     )
     out[6 + i] = rate
     out[6 + n + i] = bristle
-    out[10 + 2 * n + i] = -pull * speed
-    out[10 + 3 * n + i] = -force * rate
+    out[10 + 2 * n + i] = row[_ALONG] * pull * speed
+    out[10 + 3 * n + i] = row[_ALONG] * force * rate
     out[10 + 4 * n + i] = loss
     out[13 + 5 * n + i] = acceleration
     out[13 + 6 * n + i] = max(power, 0.0)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 import exo_pin as ep
 from exo_pin.cli import main
 

@@ -94,6 +94,11 @@ class Payload:
         bool or ndarray of bool
             Shape (...).
 
+        Raises
+        ------
+        InvalidInput
+            For times that are no numbers.
+
         Examples
         --------
         >>> from exo_pin.control import Payload
@@ -101,9 +106,10 @@ class Payload:
         >>> [cup.is_held(time) for time in (0.0, 0.2, 1.0)], [cup.is_held(time, True) for time in (0.0, 0.2, 1.0)]
         ([False, True, False], [False, False, True])
         """
-        if not before:
-            return (self.start <= time + _SAME) & (time + _SAME < self.end)
-        return ((self.start <= 0.0) | (self.start < time - _SAME)) & (time - _SAME < self.end)
+        at = as_real("time", time)
+        begun = (self.start <= 0.0) | (self.start < at - _SAME) if before else self.start <= at + _SAME
+        held = begun & ((at - _SAME if before else at + _SAME) < self.end)
+        return held if at.ndim else bool(held)
 
 
 #: Moment of the wearer on the arm about O, N m, base frame; or a force at O, N, and that moment.

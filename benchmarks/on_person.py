@@ -18,7 +18,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"))
 
-from on_person import Worn, angles_apart, law_of_drives
+from worn_on_person import Worn, angles_apart, law_of_drives
 
 import exo_pin as ep
 from exo_pin.person.on_person import LOCKS

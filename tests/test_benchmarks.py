@@ -5,6 +5,7 @@ import importlib
 import importlib.util
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,14 @@ def test_what_a_benchmark_imports_exists(path, monkeypatch):
         loaded = importlib.import_module(module)
         if name is not None and not hasattr(loaded, name):
             importlib.import_module(f"{module}.{name}")
+
+
+def test_each_slow_test_is_there():
+    slow = tomllib.loads((FOLDER.parent / "tests" / "slow_tests.toml").read_text(encoding="utf-8"))
+    assert min(map(len, slow.values())) > 100
+    for name in sum(slow.values(), []):
+        path, _, function = name.partition("::")
+        assert f"def {function.partition('[')[0]}(" in (FOLDER.parent / path).read_text(encoding="utf-8"), name
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 import pytest
-from on_person import Worn, angles_apart, law_of_drives
 from places import REPOSITORY
+from worn_on_person import Worn, angles_apart, law_of_drives
 
 import exo_pin as ep
 from exo_pin import FileFormatError, InvalidInput, MissingData

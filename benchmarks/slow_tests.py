@@ -1,4 +1,4 @@
-"""Measure tests and write which of them run later: python benchmarks/test_times.py [--times FILE]
+"""Measure tests and write which of them run later: python benchmarks/slow_tests.py [--times FILE].
 
 Takes an hour. What takes at least :data:`FULL` seconds goes into ``tests/slow_tests.toml`` as full, and from
 :data:`LONG` seconds on as long, besides what is marked so where it stands. Compiling is left out: it would count for
@@ -23,7 +23,7 @@ LIST = ROOT / "tests" / "slow_tests.toml"
 FULL, LONG = 0.3, 2.0
 #: Never long: the only tests that look at the page of the app.
 KEPT = "tests/app/test_page.py"
-HEAD = """# Tests that take longer than others, as measured by 'python benchmarks/test_times.py', which writes this file.
+HEAD = """# Tests that take longer than others: 'python benchmarks/slow_tests.py' measures them and writes this file.
 """
 
 
@@ -34,10 +34,12 @@ class Compiling(event.Listener):
         self.seconds, self._depth, self._start = 0.0, 0, 0.0
 
     def on_start(self, event):
+        """Start the clock with the first of those that are compiled for one another."""
         self._start = self._start if self._depth else time.process_time()
         self._depth += 1
 
     def on_end(self, event):
+        """Stop it with the first."""
         self._depth -= 1
         self.seconds += 0.0 if self._depth else time.process_time() - self._start
 
@@ -58,7 +60,8 @@ def pytest_runtest_protocol(item):
     result = yield
     took = max(after - start for after, start in zip(clocks(), before, strict=True))
     with open(os.environ["TEST_TIMES"], "a", encoding="utf-8") as file:
-        file.write(f"{took:.2f}\t{item.nodeid}\n")
+        mark = "full" if item.get_closest_marker("full") else "quick"
+        file.write(f"{took:.2f}\t{mark}\t{item.nodeid}\n")
     return result
 
 
@@ -69,25 +72,28 @@ def pytest_collection_modifyitems(items):
 
 
 def read(path):
-    """Seconds by the name of a test."""
+    """Seconds, and full or quick as marked in the tests, by the name of a test."""
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    return {name: float(seconds) for seconds, name in (line.split("\t", 1) for line in lines)}
+    return {name: (float(seconds), mark) for seconds, mark, name in (line.split("\t", 2) for line in lines)}
 
 
 def main():
+    """Measure and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--times", type=Path, default=ROOT / "test_times.tsv", help="file that keeps the times")
+    parser.add_argument("--times", type=Path, default=ROOT / "slow_tests.tsv", help="file that keeps the times")
     path = parser.parse_args().times.resolve()
-    more = {"TEST_TIMES": str(path), "PYTEST_PLUGINS": "test_times"}
+    more = {"TEST_TIMES": str(path), "PYTEST_PLUGINS": "slow_tests"}
     more["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     # Marks in the tests count; the list, which is made anew, does not.
     command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "worksteal", "-m", "not long"]
     if subprocess.run(command, cwd=ROOT, env=os.environ | more).returncode not in (0, 5):
         sys.exit("a test failed: no list is written")
     slow = {"full": [], "long": []}
-    for name, seconds in sorted(read(path).items()):
-        if seconds >= FULL:
-            slow["long" if seconds >= LONG and not name.startswith(KEPT) else "full"].append(name)
+    for name, (seconds, mark) in sorted(read(path).items()):
+        if seconds >= LONG and not name.startswith(KEPT):
+            slow["long"].append(name)
+        elif seconds >= FULL and mark == "quick":
+            slow["full"].append(name)
     lines = [f"{mark} = {json.dumps(names, indent=4, ensure_ascii=False)}\n" for mark, names in slow.items()]
     LIST.write_text(HEAD + "".join(lines), encoding="utf-8")
 

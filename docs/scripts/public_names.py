@@ -67,7 +67,7 @@ def public_names() -> dict[str, list[Public]]:
 
 def without_place() -> list[str]:
     """Paths of public names that stand in no page, notebook or command: a user misses them, or they go."""
-    root = PACKAGE.parent
+    root = Path(__file__).parents[2]
     places = [root / "README.md", *(root / "docs").rglob("*.md"), *(PACKAGE / "cli").rglob("*.py")]
     texts = [path.read_text(encoding="utf-8") for path in places if not {"api", "build"} & set(path.parts)]
     for path in (root / "notebooks").glob("*.ipynb"):

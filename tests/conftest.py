@@ -24,8 +24,12 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_collection_modifyitems(items):
-    """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""
-    items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
+    """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it.
+
+    Those of chains are first: of two processes, one compiles their dynamics while the other compiles devices.
+    """
+    chains = FOLDER / "chain"
+    items.sort(key=lambda item: (item.path.parent in (FOLDER, FOLDER / "thesis"), chains not in item.path.parents))
     slow = {} if "TEST_TIMES" in os.environ else tomllib.loads((FOLDER / "slow_tests.toml").read_text(encoding="utf-8"))
     mark_of = {name: mark for mark, names in slow.items() for name in names}
     for item in items:

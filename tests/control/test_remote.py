@@ -4,9 +4,10 @@ Nothing here depends on how fast the machine is: what is late is made so by the 
 """
 
 import json
-import multiprocessing
 import re
 import socket
+import subprocess
+import sys
 from threading import Thread
 
 import numpy as np
@@ -111,22 +112,26 @@ def test_a_run_over_udp_is_the_run_bit_for_bit(exo):
     assert server.malformed == 1
 
 
-def serve(told):
-    with control.ControllerServer(model(ep.load("four-cables"))) as server:
-        told.put(server.address)
-        server.serve()
+#: A controller that says where it listens.
+SERVER = f"""
+import exo_pin as ep
+from exo_pin import control
+controller = control.ModelController(ep.Plant(ep.load("four-cables")), control.flexion(), rate={RATE})
+with control.ControllerServer(controller) as server:
+    print(*server.address, flush=True)
+    server.serve()
+"""
 
 
 @pytest.mark.full
 def test_a_controller_in_another_process_gives_the_same_run(exo):
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=serve, args=(told := context.Queue(),), daemon=True)
-    process.start()
-    try:
-        with control.RemoteController(told.get()) as remote:
-            assert same(tracked(exo, remote), tracked(exo))
-    finally:
-        process.terminate()
+    with subprocess.Popen([sys.executable, "-c", SERVER], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            host, port = process.stdout.readline().split()
+            with control.RemoteController((host, int(port))) as remote:
+                assert same(tracked(exo, remote), tracked(exo))
+        finally:
+            process.kill()
 
 
 class Network:

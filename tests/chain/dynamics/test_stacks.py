@@ -132,7 +132,7 @@ def test_a_bad_sample_marks_itself_and_spoils_no_other():
         "ok",
         "loop_not_closed",
         "invalid_input",
-        "opening_motion",
+        "invalid_input",
         "ok",
         "invalid_input",
         "invalid_input",

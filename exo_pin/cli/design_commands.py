@@ -137,7 +137,9 @@ def export(
     exo-pin export examples/device.toml --person 1.75,75,male --out device.urdf
     """
     if on_person is None:
-        options.refuse("--on-person was not given", locked=locked, bones_only=bones_only)
+        options.refuse("--on-person was not given", cuff=cuff != "weld", locked=locked, bones_only=bones_only)
+    else:
+        options.refuse("--on-person has a body of its own, and the whole device", **vars(worn), part=part != "whole")
     if published is not None:
         options.refuse("--published writes URDF to a folder", out=out, on_person=on_person)
         print("\n".join(map(str, write_published_urdf(published))))

@@ -30,7 +30,7 @@ import math
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from select import select
 from threading import Lock
 from traceback import format_exception_only
@@ -253,7 +253,8 @@ class ControllerServer(OneProcess):
         ...     server.serve()
         """
         self._is_stopped = True
-        self._socket.sendto(b"", self.address)
+        with suppress(OSError):  # it has ended, and is closed
+            self._socket.sendto(b"", self.address)
 
     def __enter__(self) -> ControllerServer:
         return self

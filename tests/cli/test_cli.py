@@ -91,6 +91,11 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
         (["export", "prototype", "--out", "here.stl"], ".urdf, .xml or .sdf, got here.stl"),
         (["export", "--published", "x", "--out", "x.sdf"], "--published writes URDF to a folder: leave out --out"),
         (["export", "prototype", "--locked", "elbow"], "--on-person was not given: leave out --locked"),
+        (["export", "prototype", "--cuff", "spring"], "--on-person was not given: leave out --cuff"),
+        (
+            ["export", "prototype", "--on-person", "myoarm", "--payload", "1", "--part", "wrist"],
+            "leave out --payload, --part",
+        ),
         (["export", "prototype", "--on-person", "none.xml", "--out", "x.xml"], "none.xml"),
         (["reaction", "--plot", "/tmp/picture.xyz"], ".png, .svg or .pdf, got /tmp/picture.xyz"),
         (["reaction", "--out", "forces.png"], "a picture is --plot forces.png"),

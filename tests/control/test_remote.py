@@ -109,6 +109,7 @@ def test_a_run_over_udp_is_the_run_bit_for_bit(exo):
             # By the clock it is the same where no deadline passed.
             assert same(run, tracked(exo)) or remote.missed
             assert len(remote.loop_times) == (9 if real_time else 0)
+    server.stop()  # that has ended
     assert server.malformed == 1
 
 

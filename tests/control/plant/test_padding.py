@@ -52,6 +52,12 @@ def test_at_rest_it_is_the_elastic_equilibrium(name, parts):
     np.testing.assert_allclose(run.cuff_displacement[0], answer.interface_displacements[1], atol=1e-6)
     np.testing.assert_allclose(run.harness_displacement[0], answer.interface_displacements[0], atol=1e-6)
     np.testing.assert_allclose(run.shoulder_force[0], answer.shoulder_force, atol=1e-3)
+    if "cuff" in parts:
+        # What weight and F_s leave for the cuff is the force of its spring.
+        d, R = run.cuff_displacement[0], run.rotations[0]
+        force, moment = R.apply(np.split(CUFF.stiffness @ d, 2))
+        moment = moment + np.cross(R.apply(CUFF.at + d[:3]), force)
+        np.testing.assert_allclose(run.cuff_wrench[0], [*force, *moment], atol=1e-6)
     assert np.abs(run.cuff_displacement[0] if "cuff" in parts else run.harness_displacement[0]).max() > 5e-4
 
 

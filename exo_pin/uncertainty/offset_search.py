@@ -154,10 +154,9 @@ class _Search:
             "fun": lambda x: self._slope_of_sign(x)[0],
             "jac": lambda x: self._slope_of_sign(x)[1],
         }
-        answer = scipy.optimize.minimize(
-            lambda x: (x @ x, 2.0 * x), start, jac=True, bounds=_CUBE, constraints=on_surface, options={"ftol": 1e-12}
-        )
-        x = np.asarray(answer.x)
+        x = scipy.optimize.minimize(
+            lambda x: x @ x, start, bounds=_CUBE, constraints=on_surface, options={"ftol": 1e-12}
+        ).x
         near = abs(self._relative(x)) < 1e-8 and x @ x <= start @ start
         return x if near and np.linalg.norm(x) <= 1.0 else start
 
@@ -210,5 +209,5 @@ def _into_ball(x: FloatArray) -> FloatArray:
 
 def _descent(slope: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray) -> Any:
     """The least of a function with its gradient in the unit ball, by SLSQP, whose steps stay near the ball."""
-    inside = {"type": "ineq", "fun": lambda x: 1.0 - x @ x, "jac": lambda x: -2.0 * x}
+    inside = {"type": "ineq", "fun": lambda x: 1.0 - x @ x}
     return scipy.optimize.minimize(slope, start, jac=True, bounds=_CUBE, constraints=inside, options={"ftol": 1e-9})

@@ -12,6 +12,7 @@ from exo_pin.exo.first_answer import along
 from exo_pin.exo.pose_report import KEPT, report_on_pose
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+import explained_answers
 import first_answers
 
 sys.path.pop()
@@ -29,7 +30,9 @@ def report(exo, *angles, person=MAN, **query):
 
 @pytest.mark.parametrize("seed", [*range(10), *(pytest.param(seed, marks=pytest.mark.full) for seed in range(10, 60))])
 def test_drawn_first_answers_are_read_back(seed):
-    assert first_answers.read_back(first_answers.drawn_case(seed)) == []
+    told = first_answers.drawn_case(seed)
+    assert first_answers.read_back(told) == []
+    assert explained_answers.explained(told) == []
 
 
 def test_a_wrong_number_is_found(worn, monkeypatch):

@@ -124,6 +124,7 @@ def read_back(report):
         wrong.append(f"{len(lines) + 1 - len(limbs)} lines")
     others = re.sub("|".join(map(re.escape, (*names, report.device.name))), "", text)
     wrong += [f"term {found[0]!r}" for found in TERMS.finditer(others)]
+    wrong += ["cut short in another way"] if "[...]" in text else []
     if not lines[-1].endswith("More: --explain"):
         wrong.append("no way to more")
     wrong += verdict(report, head, parts.get("reason", []))
@@ -142,12 +143,15 @@ def verdict(report, head, reason):
     says = head.partition(".")[0]
     if says == "YES, it holds":
         return [] if answer.can_hold else ["YES, and it cannot"]
+    left = report.left_to_wearer
+    if answer.has_answer and left and not left[1] and not report.device.drives and not says.startswith("IT SUPPORTS"):
+        return [f"{says}: it leaves {left} to the wearer"]
     if says in ("NO, it cannot hold", "PROBABLY NOT"):
         return [] if not answer.held and reason else ["NO, and it can, or no reason"]
     if says == "IT SUPPORTS, and the wearer holds":
-        left = np.linalg.norm(report.device.moment_of_wearer(answer.actuator_forces[None])[0])
+        size = np.linalg.norm(report.device.moment_of_wearer(answer.actuator_forces[None])[0])
         found = re.search(rf"{NUMBER} N m", reason[0])
-        return [] if not found or agrees(found[1], left) or left < 5e-3 else [f"{found[1]} N m left: {left}"]
+        return [] if not found or agrees(found[1], size) or size < 5e-3 else [f"{found[1]} N m left: {size}"]
     if says == "IT WOULD HOLD, but not as it is worn":
         through = answer.clearance < 0.0 or answer.source.poses.gaps.beside
         return [] if answer.held and through else ["touches nothing"]

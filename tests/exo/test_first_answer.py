@@ -121,7 +121,7 @@ def pushed():
     return report_on_pose(exo, answer, MAN, angles=(60.0, 0.0, 0.0), offset=offset)
 
 
-@pytest.mark.parametrize("words", MADE)
+@pytest.mark.parametrize("words", MADE, ids=map(str, range(len(MADE))))
 def test_rare_answers_are_read_back(words):
     told = MADE[words]()
     assert " ".join(words.split()) in " ".join(str(told).split())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -17,6 +18,7 @@ from .asked import Asked
 
 __all__: list[str] = []
 
+_LOG = logging.getLogger("exo_pin.app")
 #: How long a question stands before it is answered in full, s.
 _RESTS = 0.3
 
@@ -53,6 +55,10 @@ def answered(asked: Asked, moving: bool = False) -> Shown:
         return Shown(asked, answer_in_parts(report, moving), report, moving)
     except (ExoPinError, OSError) as error:
         return Shown(asked, moving=moving, refusal=str(error))
+    except Exception:
+        # The thread goes on: later questions have answers of their own.
+        _LOG.exception("a question had no answer: %s", asked)
+        return Shown(asked, moving=moving, refusal="A fault of exo_pin, which its log describes.")
 
 
 class Following(OneProcess):
@@ -147,3 +153,5 @@ class Following(OneProcess):
         except (ExoPinError, OSError):
             # The answer says what is wrong; the picture stays as it was.
             return
+        except Exception:
+            _LOG.exception("a question had no picture: %s", asked)

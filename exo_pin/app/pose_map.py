@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.progress import end_with_parent
 from ..core.records import OneProcess
 from ..exo.shoulder_exo import ShoulderExo
 from ..view.colours import CIVIDIS
@@ -43,9 +44,21 @@ def column_of_map(exo: ShoulderExo, flexion: float, internal_rotation: float) ->
 @cache
 def workers() -> ProcessPoolExecutor:
     """The process that computes maps, for all pages."""
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=begin)
+
+
+def end_workers() -> None:
+    """Drop what is not yet computed for any page, and end the process."""
+    if workers.cache_info().currsize:
+        workers().shutdown(wait=False, cancel_futures=True)
+        workers.cache_clear()
+
+
+def begin() -> None:
+    """Prepare a process that works for the page's."""
     # Ctrl-C is for the server, which then ends it.
-    quiet = (signal.SIGINT, signal.SIG_IGN)
-    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=signal.signal, initargs=quiet)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
 
 
 class PoseMap(OneProcess):

@@ -16,6 +16,7 @@ from ..core.errors import ExoPinError
 from ..core.records import OneProcess, Record
 from ..exo.shoulder_exo import ShoulderExo
 from ..workspace.optimisation.optimise import optimise
+from .pose_map import begin
 
 __all__: list[str] = []
 
@@ -73,6 +74,7 @@ def look(exo: ShoulderExo, bounds: Mapping[str, tuple[float, float]], budget: in
 
 
 def _run(exo: ShoulderExo, bounds: Mapping[str, tuple[float, float]], told: Connection) -> None:
+    begin()
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory(prefix="exo_pin_search_") as folder:
         try:

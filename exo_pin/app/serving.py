@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import secrets
+import signal
 import socket
+import threading
 import warnings
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -15,6 +18,7 @@ from ..core.optional_packages import optional, require_extra
 from ..view.page.browser import live_page, viewer_script
 from .asked import Asked
 from .guard import Guard
+from .pose_map import end_workers
 
 __all__ = ["serve_app"]
 
@@ -62,7 +66,21 @@ def serve_app(
     said(f"{address} (Ctrl-C ends it)")
     if opened:
         webbrowser.open(address)
-    uvicorn.Server(settings).run(sockets=[listening])
+    with _ended_as_by_keys():
+        uvicorn.Server(settings).run(sockets=[listening])
+
+
+@contextmanager
+def _ended_as_by_keys() -> Iterator[None]:
+    """End the processes behind the page with its server, which a signal to terminate ends as Ctrl-C does."""
+    is_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if is_main else None
+    try:
+        yield
+    finally:
+        end_workers()
+        if is_main:
+            signal.signal(signal.SIGTERM, before)
 
 
 def _application(asked: Asked, token: str) -> Guard:

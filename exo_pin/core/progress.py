@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
 import pickle
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
@@ -109,4 +111,18 @@ def processes(count: int) -> AbstractContextManager[Executor | None]:
     from concurrent.futures import ProcessPoolExecutor  # here: they take time to import
     from multiprocessing import get_context
 
-    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=end_with_parent)
+
+
+def end_with_parent() -> None:
+    """End this process when the one that has started it ends, however that ends: one that is killed tells nobody."""
+    threading.Thread(target=_wait_for_parent, name="exo_pin parent", daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    from multiprocessing import connection, parent_process  # here: they take time to import
+
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)

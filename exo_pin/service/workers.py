@@ -10,15 +10,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import multiprocessing
-import os
 import resource
 import signal
-import threading
 from concurrent.futures import ThreadPoolExecutor
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from typing import Any
 
 from ..core.compiled import mode
+from ..core.progress import end_with_parent
 from .live_answers import respond
 from .problems import LOG, problem, reply
 
@@ -153,7 +152,7 @@ def _work(pipe: Connection, memory: int) -> None:
     """The process: prepare, and answer until the pipe closes."""
     # Ctrl-C reaches the whole group; the process that has started this one ends it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     with mode("compiled"), contextlib.suppress(EOFError, OSError):
         prepare()
         _limit_memory(memory)
@@ -177,13 +176,6 @@ def prepare() -> None:
     for design in ("four-cables", "prototype"):
         for name, arguments in _PREPARED.items():
             reply(name, msgspec.json.encode({"design": design, **arguments}))
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    wait([parent.sentinel])
-    os._exit(1)
 
 
 def _limit_memory(memory: int) -> None:

@@ -71,6 +71,14 @@ def test_what_is_refused_says_why_and_spoils_nothing():
     assert answered(CASES["worn"], moving=True).refusal == ""
 
 
+def test_a_fault_is_shown_and_logged_and_later_questions_have_answers(monkeypatch, caplog):
+    with monkeypatch.context() as patch:
+        patch.setattr(Asked, "report", lambda *_: [][1])
+        assert answered(CASES["worn"]).refusal == "A fault of exo_pin, which its log describes."
+    assert "IndexError" in caplog.text
+    assert answered(CASES["worn"], moving=True).refusal == ""
+
+
 def test_the_newest_question_counts():
     shown, done = [], threading.Event()
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin import InvalidInput, UnknownName
 from exo_pin.design import (
     Arm,
+    Interface,
     Limb,
     LimbBody,
     Mechanism,
@@ -110,6 +111,12 @@ def test_a_left_geometry_is_refused_on_a_right_shoulder():
         (lambda: Limb("PUU"), "UPU"),
         (lambda: LimbBody(1.0, 0.1, 0.1, 0.3), "triangle"),
         (lambda: Stroke(0.1, 1.0, 0.75), "shortest"),
+        (lambda: Shoulder(stiffness=-1e3 * np.eye(3)), "negative principal stiffness"),
+        (lambda: Shoulder(stiffness=np.tri(3).T), "symmetric"),
+        (lambda: Interface(np.eye(6), at=[0.0, 0.0, -190.0]), "millimetres"),
+        (lambda: Interface(np.eye(6) - 2.0 * np.diag([0, 0, 0, 0, 0, 1.0])), "diagonal"),
+        (lambda: Interface(np.eye(6) + np.triu(np.full((6, 6), 0.1), 1)), "symmetric"),
+        (lambda: Interface(np.eye(6) + 1.1 * (np.ones((6, 6)) - np.eye(6))), "resists every motion"),
         (lambda: Load([1, 2]), "force"),
         (lambda: Load([1, 2, 3], frame="torso"), "arm, base"),
         (lambda: Motion([np.inf, 0, 0], [0, 0, 0]), "finite"),

@@ -6,7 +6,7 @@ from contact_enumeration import every_active_set
 
 from exo_pin import SolverFailed
 from exo_pin.numerics import complementarity
-from exo_pin.numerics.complementarity import _descent, _size, bounded_complementarity
+from exo_pin.numerics.complementarity import _size, bounded_complementarity
 
 
 @pytest.fixture
@@ -123,31 +123,6 @@ def test_the_largest_term_is_that_of_a_rate_or_of_forces_in_a_row():
     assert _size(A, np.array([0.0, -3.0]), np.zeros(2)) == 3.0
     assert _size(A[:1, :1], np.zeros(1), np.array([-4.0])) == 4.0
     assert _size(np.zeros((0, 0)), np.zeros(0), np.zeros(0)) == 0.0
-
-
-def test_directions_are_steps_to_the_least_or_ways_without_curvature():
-    rng = np.random.default_rng(310)
-    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    for least, is_curved in ((1.0, True), (1.1e-12, True), (0.9e-12, False), (0.0, False)):
-        A = turn @ np.diag([1.0, 0.5, least]) @ turn.T
-        A = 0.5 * (A + A.T)
-        step, whole = _descent(A, turn @ np.array([0.3, -0.2, 0.0]), 1.0)
-        assert whole
-        np.testing.assert_allclose(turn.T @ step, [-0.3, 0.4, 0.0], atol=1e-3)
-        # A rate along the last way: of rounding, or not.
-        for rate, rounding in ((0.8e-11, True), (1.2e-11, False), (1.9e-11, False), (-1e-3, False)):
-            way, whole = _descent(A, rate * turn[:, 2], 1.0 * np.abs(turn[:, 2]).max())
-            assert whole == (is_curved or rounding)
-            if not whole:
-                np.testing.assert_allclose(way, -rate * turn[:, 2], rtol=1e-3)
-    # Of matrices that are small as a whole nothing is curved: their forces are in units of about one.
-    assert _descent(np.full((1, 1), 0.9e-12), np.ones(1), 1.0) == (np.array([-1.0]), False)
-    step, whole = _descent(np.full((1, 1), 1.1e-12), np.ones(1), 1.0)
-    assert whole
-    assert step[0] == pytest.approx(-1.0 / 1.1e-12, rel=1e-12)
-    # Of large ones the share of the largest counts.
-    assert not _descent(np.diag([1e3, 0.9e-9]), np.ones(2), 1.0)[1]
-    assert _descent(np.diag([1e3, 1.1e-9]), np.ones(2), 1.0)[1]
 
 
 @pytest.mark.parametrize(("off", "free"), [(0.0, False), (0.5e-12, False), (2e-12, True)])

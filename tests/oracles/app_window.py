@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from browser_window import BrowserWindow
+from process_tree import children, lives, wait_until
 
 _CALL = "import sys; from exo_pin.cli import main; sys.exit(main(sys.argv[1:]))"
 REPOSITORY = Path(__file__).parents[2]
@@ -33,11 +34,15 @@ def served(*arguments):
                 raise RuntimeError(errors.read())
             yield said.split()[0]
         finally:
+            started = children(process.pid)
             process.terminate()
-            process.wait(30)
+            process.wait(60)
             process.stdout.close()
             errors.seek(0)
             said = [line for line in errors.read().splitlines() if "compiling, once" not in line]
+            # Beside another failure it may be the reason.
+            print(*said, sep="\n")
+        wait_until(lambda: not any(map(lives, started)))
         assert said == []
 
 

@@ -7,7 +7,8 @@ import re
 import signal
 import subprocess
 import sys
-import time
+
+from process_tree import children
 
 
 class Service:
@@ -54,18 +55,10 @@ class Service:
 
     def processes(self):
         """Numbers of the process and of those that it has started."""
-        own = self.process.pid
-        with open(f"/proc/{own}/task/{own}/children", encoding="ascii") as file:
-            return [own, *map(int, file.read().split())]
+        return [self.process.pid, *children(self.process.pid)]
 
 
 def resident(pid):
     """Memory of a process, MB."""
     with open(f"/proc/{pid}/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
-
-
-def wait_until(condition):
-    """Wait for what other processes do."""
-    while not condition():
-        time.sleep(0.05)

@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from places import page
-from service_client import Service, wait_until
+from process_tree import lives, wait_until
+from service_client import Service
 
 import exo_pin as ep
 
@@ -23,7 +24,7 @@ TOKEN = "a-token-of-some-length"
 
 @pytest.fixture(scope="module")
 def service():
-    with Service("--live", "0", "--workers", "2", "--seconds", "20", "--body", "20000") as running:
+    with Service("--live", "0", "--workers", "2", "--seconds", "300", "--body", "20000") as running:
         yield running
 
 
@@ -121,21 +122,13 @@ def test_killed_under_load_it_starts_again_on_its_port_and_leaves_no_process():
         service.process.kill()
         service.process.wait()
         service.process.stdout.close()
-        wait_until(lambda: not any(map(_lives, left)))
+        wait_until(lambda: not any(map(lives, left)))
         with Service("--live", "0", "--workers", "1", port=service.port) as again:
             answer = again.ask("reaction", POSE)[1]["answer"]
         done = [each.result()[1]["answer"] for each in load if each.exception() is None]
     # Those before it, but for what the other threads had under way.
     assert len(done) > 32
     assert all(each == answer for each in done)
-
-
-def _lives(pid):
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 #: How the code of a page is run.

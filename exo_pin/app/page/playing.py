@@ -23,6 +23,7 @@ from ..asked import Asked, has_muscles
 from ..force_history import history, plot_of
 from ..guard import LARGEST
 from ..pose_map import workers
+from .scene_feed import call_in
 from .widgets import Slider, reveal
 
 __all__: list[str] = []
@@ -114,7 +115,7 @@ class Player(OneProcess):
             person = each.person if has_muscles() else None
             task = workers().submit(history, each.exo, self._movement, person)
             show = partial(self._show, wanted, place)
-            task.add_done_callback(partial(self._loop.call_soon_threadsafe, show))
+            task.add_done_callback(partial(call_in, self._loop, show))
             self._tasks.append(task)
 
     def _show(self, wanted: tuple[Asked, ...], place: int, task: Future[dict[str, Any]]) -> None:

@@ -20,6 +20,12 @@ __all__: list[str] = []
 _MOST_WAITING = 2_000_000
 
 
+def call_in(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function in the server's loop, from any thread; not at all where the server has ended."""
+    with suppress(RuntimeError):
+        loop.call_soon_threadsafe(function, *arguments)
+
+
 class _Reader:
     """What waits for one browser; first of all the whole scene."""
 
@@ -69,7 +75,7 @@ class SceneFeed(OneProcess):
         if self._scene is not None:
             self._scene.close()
         self._scene, self._whole = scene, scene.attach(self._publish)
-        self._loop.call_soon_threadsafe(self._restart)
+        call_in(self._loop, self._restart)
 
     async def serve(self, websocket: Any) -> None:
         """Answer one browser until it leaves."""
@@ -98,7 +104,7 @@ class SceneFeed(OneProcess):
             reader.restart()
 
     def _publish(self, commands: bytes) -> None:
-        self._loop.call_soon_threadsafe(self._push, commands)
+        call_in(self._loop, self._push, commands)
 
     def _push(self, commands: bytes) -> None:
         for reader in self._readers:

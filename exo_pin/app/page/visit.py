@@ -28,7 +28,7 @@ from ..searching import Found, Search
 from .answer_view import AnswerView
 from .live_input import LiveInput
 from .playing import Player
-from .scene_feed import SceneFeed
+from .scene_feed import SceneFeed, call_in
 from .widgets import Slider, card, choice, tag
 
 __all__: list[str] = []
@@ -92,7 +92,7 @@ class Visit(OneProcess):
         self._player.ask(*asked)
 
     def _send(self, place: int, shown: Shown) -> None:
-        self._loop.call_soon_threadsafe(self._show, place, shown)
+        call_in(self._loop, self._show, place, shown)
 
     def _draw(self, place: int, scene: Scene) -> None:
         # A view may be taken away meanwhile.
@@ -109,7 +109,7 @@ class Visit(OneProcess):
             self._title.set_text(device.title or device.name)
 
     def _send_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
-        self._loop.call_soon_threadsafe(self._take_map, view, columns)
+        call_in(self._loop, self._take_map, view, columns)
 
     def _take_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
         view.take_map(columns)
@@ -300,7 +300,7 @@ class Visit(OneProcess):
             self._found.set_text("Searching ...")
 
     def _send_found(self, found: Found | None) -> None:
-        self._loop.call_soon_threadsafe(self._take_found, found)
+        call_in(self._loop, self._take_found, found)
 
     def _take_found(self, found: Found | None) -> None:
         """Show what a search has found; None at its end."""

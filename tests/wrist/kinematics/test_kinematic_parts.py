@@ -5,9 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from wrists import random_mechanism
 
-from exo_pin import InvalidInput, wrist
 from exo_pin.wrist.kinematics.assembly import _add, _pivot, assemble, fill_rows, frame_along, margin_of, polish, rotate
 from exo_pin.wrist.kinematics.forward import nearest_slots
 from exo_pin.wrist.kinematics.from_lengths import twist_roots, wrapped
@@ -268,32 +266,3 @@ def test_nearest_slots_are_ambiguous_beyond_half_way_and_where_modes_meet():
     assert tuple(map(int, nearest_slots(turns, none, none, turns[1]))) == (-1, True)
     one = np.array([False, True, False, False])
     assert tuple(map(int, nearest_slots(turns, one, none, turns[2]))) == (1, False)
-
-
-def test_three_measured_quantities_have_the_inverse_of_their_rows():
-    """Gain, sensitivity and worst axis by the pseudo-inverse; lengths beside angles over the largest |B_i|."""
-    geometry = random_mechanism(np.random.default_rng(141), 4).geometry
-    poses = Rotation.random(3, np.random.default_rng(142))
-    rows = wrist.joint_jacobians(geometry, poses)
-    radius = np.linalg.norm(geometry.platform_points, axis=1)
-    state = wrist.inverse_kinematics(geometry, poses)
-    for measured in ("lengths", "base_theta_x", ("lengths", "base_theta_y"), ("platform_theta_x", "platform_theta_y")):
-        names = (measured,) if isinstance(measured, str) else measured
-        found = wrist.sensor_sensitivity(geometry, poses, measured)
-        for k in range(3):
-            weigh = radius.max() if len(names) > 1 else 1.0
-            J = np.concatenate([getattr(rows, n)[k] / (weigh if n == "lengths" else 1.0) for n in names])
-            np.testing.assert_allclose(found.error_gain[k], np.linalg.pinv(J), rtol=1e-9, atol=1e-10)
-            _, values, Vt = np.linalg.svd(J)
-            assert found.sensitivity[k] == pytest.approx(1.0 / values[2], rel=1e-10)
-            assert abs(found.worst_axis[k] @ Vt[2]) == pytest.approx(1.0, rel=1e-10)
-        assert np.isnan(found.determinant).all()
-        along = np.einsum("kij,kij->ki", state.platform_points, state.directions) / radius
-        np.testing.assert_allclose(found.along, along, rtol=1e-13)
-    three = random_mechanism(np.random.default_rng(143), 3).geometry
-    J = wrist.joint_jacobians(three, poses).lengths
-    np.testing.assert_allclose(
-        wrist.sensor_sensitivity(three, poses, "lengths").determinant, np.linalg.det(J), rtol=1e-10
-    )
-    with pytest.raises(InvalidInput, match="at least one"):
-        wrist.sensor_sensitivity(geometry, poses, [])

@@ -156,8 +156,6 @@ def test_a_tracked_design_is_moved_as_asked():
     for name, value in asked.items():
         own = getattr(experiment, name)
         assert own is value or own == (value,) or tuple(own) == tuple(value), name
-    plain = exo.track("flexion", "model", duration=0.06, wearer=[stiff]).experiment
-    assert (plain.wearer, plain.title == "mine", plain.options is None) == ((stiff,), False, False)
     with pytest.raises(ep.InvalidInput, match='for the controller "model"'):
         exo.track("flexion", "pi", feedback=ep.control.FeedbackGains())
 

@@ -154,6 +154,18 @@ def test_a_ball_has_its_steepest_direction(exo):
         assert found[name].greatest - found[name].least == pytest.approx(2.0 * slope, rel=1e-3), name
 
 
+def test_a_turn_that_ends_in_a_singular_pose_has_no_bound():
+    exo = ep.load("prototype").worn_by(PERSON)
+    certain = dict.fromkeys(("offset_mm", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm"), 0.0)
+    pose = ep.shoulder_rotation(0, 86, 0, **DEGREES)
+    for size, bounded in ((3.9, True), (4.0, False)):
+        found = exo.uncertainty(pose, limits="none", uncertainties=certain | {"pose_deg": size})
+        (turn,) = found.effects
+        assert np.isfinite(turn.greatest) == bounded
+        assert ("unbounded" in str(found)) != bounded
+        assert turn.least <= found.magnitude < turn.greatest
+
+
 def test_the_peak_of_a_movement_is_asked():
     exo = ep.load("four-linear-actuators").worn_by(PERSON)
     poses = ep.shoulder_rotation(np.linspace(0, 90, 10), 30, 0, **DEGREES)

@@ -134,13 +134,14 @@ def test_numbers_beside_a_pose_are_those_of_their_questions(worn):
     """As plain data, of a wrist of four limbs, of three, and of a device of hinges."""
     for exo, angles, person in (
         (worn, (60.0, 20.0), MAN), (ep.load("prototype"), (10.0, 20.0), None),
+        (ep.load("four-linear-actuators"), (60.0, 20.0), None),
         (ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN), (60.0, 20.0), None),
     ):  # fmt: skip
         told, pose = report(exo, *angles, person=person), exo.pose(*angles)
         answer, data, seen = told.answer, told.as_dict(), exo.accuracy(pose, twins=exo.wrist is not None)
         assert data["weakest_rate"] == pytest.approx(float(seen.mm_per_degree))
         assert data["weakest_rate_unit"] == seen.unit
-        assert (data["twin_degrees"] is None) == (not seen.has_twin)
+        assert (data["twin_degrees"] is None) == (data["twin_difference_rss"] is None) == (not seen.has_twin)
         if seen.has_twin:
             assert data["twin_degrees"] == pytest.approx(np.degrees(float(seen.twin_angle)), rel=1e-6)
             assert data["twin_difference_rss"] == pytest.approx(np.linalg.norm(seen.differences), rel=1e-6)

@@ -166,6 +166,46 @@ def test_the_peak_of_a_movement_is_asked():
     assert found.answer.case.motion.angular_velocity.tolist() == motion.angular_velocity[found.at].tolist()
 
 
+@pytest.mark.parametrize(("limit", "at"), [(60.0, (0, 2)), (1.0, (0, 1))])
+def test_the_peak_is_of_the_poses_that_are_held_or_of_all_if_none_is(limit, at):
+    exo = ep.load("three-linear-actuators").worn_by(PERSON)
+    poses, most = exo.pose([[10, 80, 40], [60, 20, 30]], 30), {"pull_limit": limit, "push_limit": limit}
+    weak = exo.replace(limbs=[replace(limb, actuator=replace(limb.actuator, **most)) for limb in exo.limbs])
+    within = (np.abs(exo.reaction(poses).actuator_forces) <= limit).all(axis=-1)
+    sizes = np.where(within if within.any() else True, exo.reaction(poses).magnitude, 0.0)
+    certain = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "centre_of_mass_mm"), 0.0)
+    found = weak.uncertainty(poses, uncertainties=certain)
+    assert found.at == at == np.unravel_index(sizes.argmax(), (2, 3))
+    assert found.magnitude == pytest.approx(sizes.max(), rel=1e-9)
+    assert f"N at pose 0, {at[1]}. It becomes" in str(found)
+    lost = [effect.name for effect in found.effects if not effect.holds]
+    said = [text.partition("within ")[2] for text in found.cautions if "may not hold" in text]
+    assert said == ([f"{', '.join(lost)}."] if found.answer.held and lost else [])
+
+
+def test_more_of_a_load_or_a_mass_is_the_answer_to_a_larger_one():
+    exo, pose = ep.load("three-linear-actuators").worn_by(PERSON), ep.shoulder_rotation(40, 30, 0, **DEGREES)
+    load, motion = (
+        ep.Load([3.0, -5.0, -20.0], [2.0, 1.0, -1.0], at=[0.0, 0.0, -0.3]),
+        ep.Motion([1, 2, 3], [20, -30, 9]),
+    )
+    asked = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "centre_of_mass_mm"), 0)
+    found = exo.uncertainty(pose, motion, load, uncertainties=asked | {"mass_percent": 10, "load_percent": 20})
+    ends = {"mass_percent": [], "load_percent": []}
+    for s in (-1, 0, 1):
+        more = ep.Load((1 + 0.2 * s) * load.force, (1 + 0.2 * s) * load.moment, load.at)
+        parts = [replace(part, mass=(1 + 0.1 * s) * part.mass, inertia=(1 + 0.1 * s) * part.inertia)
+                 for part in exo.arm.parts]  # fmt: skip
+        heavier = sum(parts[1:], parts[0])
+        ends["load_percent"].append(float(exo.reaction(pose, motion, more).magnitude))
+        ends["mass_percent"].append(float(exo.replace(arm=heavier).reaction(pose, motion, load).magnitude))
+    for effect in found.effects:
+        sizes = ends.pop(effect.name)
+        np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
+    assert not ends
+    assert not any("may not hold" in text for text in found.cautions)
+
+
 def test_lost_holds_are_named_and_answers_are_data(tmp_path):
     exo = ep.load("four-cables").worn_by(PERSON)
     tight = [replace(limb, actuator=replace(limb.actuator, pull_limit=None)) for limb in exo.limbs]
@@ -205,6 +245,8 @@ def test_bad_questions(exo):
         exo.uncertainty(LIFTED, uncertainties={"offset_mm": "much"})
     with pytest.raises(ep.SolverFailed, match="singular"):
         exo.uncertainty(ep.shoulder_rotation(0, 90, 0, **DEGREES))
+    with pytest.raises(ep.SolverFailed, match="no pose has an answer"):
+        exo.uncertainty(ep.shoulder_rotation([0, 0], 90, 0, **DEGREES))
     with pytest.raises(ep.MissingData, match="arm"):
         ep.load("scenario-one").uncertainty(LIFTED)
 

@@ -36,7 +36,7 @@ def test_contact_force_is_drawn_in_percent_of_body_weight_with_gaps():
         contact_over_elevation(DEGREES[:2], contact)
 
 
-BOX = (np.array([0.0, 40.0, 80.0]), np.array([0.0, 50.0]), np.array([-10.0, 20.0]))
+BOX = (np.array([0.0, 40.0, 80.0]), np.array([0.0, 50.0]), np.array([-10.0, 10.0, 20.0]))
 
 
 def over_box(person):
@@ -50,8 +50,7 @@ def test_a_cell_of_the_box_is_the_median_over_the_internal_rotations():
     assert axes.get_xlabel() == "flexion, °"
     drawn = np.asarray(axes.collections[0].get_array()).reshape(len(BOX[1]), len(BOX[0]))
     for j, i in np.ndindex(drawn.shape):
-        # Of two values the median is the mean.
-        assert drawn[j, i] == pytest.approx(contact.percent_body_weight[i, j].mean(), rel=1e-12)
+        assert drawn[j, i] == pytest.approx(np.nanmedian(contact.percent_body_weight[i, j]), rel=1e-12)
     with pytest.raises(InvalidInput, match="shape"):
         contact_over_box((BOX[1], BOX[0], BOX[2]), contact)
 

@@ -9,8 +9,6 @@ import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way
 
-FACING = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
-
 
 @pytest.mark.parametrize(
     ("device", "expected"),

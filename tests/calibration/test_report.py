@@ -1,6 +1,7 @@
 """What a calibration says: the table of unknowns, undetermined directions, mix-ups and contradictions, in numbers."""
 
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from measured_devices import measured, near, poses, random_exo
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import SuspectMeasurements
+from exo_pin import InvalidInput, SuspectMeasurements
 from exo_pin.calibration import pose_information
 from exo_pin.calibration.length_model import CalibrationProblem
 from exo_pin.calibration.report import contradiction
@@ -41,6 +42,34 @@ def test_the_table_has_nominal_and_found_values_with_their_deviations():
     assert f"25 x 3, {75 - found.information.rank} degrees of freedom" in text
     assert f"{np.sqrt((left**2).mean()):.3g} mm (root of the mean square), largest {np.abs(left).max():.3g} mm" in text
     assert f"{found.probability:.2g} (chi-square" in text
+
+
+def test_other_devices_undetermined_directions_and_outliers_are_listed_and_counted():
+    rng = np.random.default_rng(79)
+    exo = random_exo(rng, 3)
+    seen, lengths = measured(near(exo, rng), Rotation.random(40, rng), rng, NOISE)
+    far = rng.permutation(120)[:10]
+    lengths.ravel()[far] += 0.02
+    found = ep.calibrate(seen, lengths, exo, length_noise=NOISE)
+    text = str(found)
+    assert f"Other devices that fit equally well ({found.device_count - 1}), the nearest" in text
+    own = np.concatenate(found.joints)
+    for place, device in enumerate(found.devices[1:6]):
+        apart = 1e3 * np.linalg.norm(np.concatenate(device.joints) - own, axis=1)
+        names = [f"{ring}_{i}" for ring in "AB" for i in (1, 2, 3)]
+        moved = ", ".join(f"{name} {size:.3g}" for name, size in zip(names, apart, strict=True) if size > 0.1)
+        line = f"  {1e3 * device.distance:.3g} mm from it; joints elsewhere by mm: {moved}\n"
+        assert (line in text + "\n") == (place < 3)
+    assert f"{len(found.outliers)} residuals beyond four standard deviations:" in text
+    lines = [f"  pose {k}, limb {i + 1}: {1e3 * found.residuals[k, i]:+.2f} mm" for k, i in found.outliers]
+    assert len(lines) > 9
+    assert [line in text for line in lines] == [True] * 8 + [False] * (len(lines) - 8)
+    assert text.endswith(f"  and {len(lines) - 8} more")
+    few = ep.calibrate(seen[:2], lengths[:2], exo, length_noise=NOISE)
+    text = str(few)
+    assert "  (6 lengths for 18 unknowns: measure more poses)" in text
+    assert f"  and {len(few.undetermined) - 8} more\n  Measure other poses" in text
+    assert all((f"  {direction}" in text) == (k < 8) for k, direction in enumerate(few.undetermined))
 
 
 def test_the_deviation_of_a_direction_is_that_of_the_data_along_it():
@@ -78,6 +107,30 @@ def test_swapped_limbs_are_told_by_how_lengths_change(missing):
     )
     with pytest.warns(SuspectMeasurements, match=re.escape(said)):
         ep.calibrate(arm, lengths, exo, unknowns=("length_offsets",), length_noise=1e-3)
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.59, False), (0.61, True), (1.59, True), (1.61, False)])
+def test_a_unit_is_named_where_it_explains_three_fifths_to_eight_fifths(share, named):
+    exo, arm = ep.load("prototype"), poses(np.random.default_rng(77), 20)
+    with pytest.raises(InvalidInput) as caught:
+        ep.calibrate(arm, 1000.0 * share * exo.inverse_kinematics(arm).lengths, exo)
+    assert ("look like millimetres" in str(caught.value)) == named
+    assert ("at most 5, got" in str(caught.value)) != named
+
+
+@pytest.mark.parametrize(("constant", "varies", "named"), [
+    (0.039, 0.0, False), (0.041, 0.0, True), (-0.041, 0.0, True), (0.05, 0.0059, True), (0.05, 0.0061, False),
+])  # fmt: skip
+def test_a_constant_that_a_limb_lacks_is_named(constant, varies, named):
+    """By over 40 mm, half of the lengths within 6 mm of it."""
+    exo, arm = ep.load("prototype"), poses(np.random.default_rng(78), 21)
+    lengths = exo.inverse_kinematics(arm).lengths
+    lengths[:, 2] -= constant + varies * np.array([0.0, *([1.0, -1.0] * 10)])
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        ep.calibrate(arm, lengths, exo, unknowns="base_offset", length_noise=NOISE)
+    words = f"by a constant: limb 3 by {1e3 * constant:+.3g} mm; where they leave out"
+    assert [words in str(each.message) for each in said] == [True] * named
 
 
 def told(exo, z, probability, length_noise=NOISE):

@@ -147,6 +147,23 @@ def test_a_limb_has_four_twins_and_with_turns_about_one_axis_mirror_images(axis,
         assert not chosen[0].any()
 
 
+def test_choices_keep_to_a_known_ring_before_they_spare_an_unknown_one():
+    """A miss of the known ring counts as a hundred times as far a move of the other; an offset as that of each limb."""
+    rng = np.random.default_rng(97)
+    exo = random_exo(rng, 3)
+    seen, lengths = measured(near(exo, rng, joints=0.0), Rotation.random(30, rng))
+    for unknowns in (("platform_points", "torso_mounting"), ("platform_points", "torso_mounting", "base_offset")):
+        model = asked(exo, unknowns, seen, lengths).model
+        u, v = (0.2 * rng.normal(size=(3, 4, 3)) for _ in range(2))
+        found = best_combinations(model, list(u), list(v), 64)
+        every = np.array(list(itertools.product(range(4), repeat=3)))
+        values, missed = placed(model, *(np.stack([x[i, every[:, i]] for i in range(3)], axis=1) for x in (u, v)),
+                                np.zeros((64, 3)))  # fmt: skip
+        base, platform = (missed**2).sum(axis=(2, 3)).T
+        score = 1e4 * base + platform + 3.0 * (model.group("base_offset", values) ** 2).sum(axis=1)
+        np.testing.assert_array_equal(found, every[np.argsort(score, kind="stable")])
+
+
 @pytest.mark.parametrize("unknowns", [JOINTS, (*MOUNTINGS, *CENTRE), ("torso_mounting", "cuff_offset", "arm_mounting")])
 def test_a_device_is_placed_as_it_is(unknowns):
     """Of joints in the frames of the sensors come the unknowns, and what the known rings miss: nothing."""

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput, MissingData
-from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import (
@@ -194,8 +193,7 @@ class Interface(Record):
         if np.abs(at).max() > 2.0:
             raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
         set_fields(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
-        if not isinstance(self.source, str):
-            raise InvalidInput(f"expected source to be a string, got {echo(self.source)}")
+        require_type("source", self.source, str, "a string")
 
     @classmethod
     def of(

@@ -85,7 +85,7 @@ def test_a_left_geometry_is_refused_on_a_right_shoulder():
         (lambda: Arm.from_inertia_about_origin(0.656, [0, 0, -0.19], np.diag([2.8e7, 2.8e7, 1.4e6])), "g mm²"),
         (lambda: Arm(1.0, [0, 0, 0], device="no"), "device"),
         (lambda: preset("prototype").replace(gravity=[0, 0, -9810]), "mm/s²"),
-        (lambda: preset("prototype").replace(limbs=Limb()), "of Limb records"),
+        (lambda: preset("prototype").replace(limbs=Limb()), "each a Limb"),
         (lambda: preset("prototype").replace(name=None), "name"),
         (lambda: preset("prototype").replace(estimated="x"), "estimated"),
         (lambda: preset("prototype").replace(estimated=[1]), "estimated"),

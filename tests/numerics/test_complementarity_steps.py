@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from contact_enumeration import every_active_set
 
 from exo_pin import SolverFailed
 from exo_pin.numerics import complementarity
@@ -64,18 +63,6 @@ def test_where_nothing_is_wrong_nothing_is_solved(points):
     low[2] = -np.inf
     bounded_complementarity(np.diag(np.diag(A)), np.abs(c), low, high)
     assert [given[1].shape for _, given in points] == [(1,)]
-
-
-@pytest.mark.parametrize("steps", [0, 1, 20])
-@pytest.mark.parametrize("seed", range(6))
-def test_the_first_error_is_as_good_as_the_largest(monkeypatch, steps, seed):
-    monkeypatch.setattr(complementarity, "_STEPS", steps)
-    rng = np.random.default_rng(400 + seed)
-    B = rng.normal(size=(4, 4))
-    A, c, low, high = B @ B.T, 3.0 * rng.normal(size=4), np.zeros(4), np.where(rng.random(4) < 0.5, 1.0, np.inf)
-    np.testing.assert_allclose(
-        bounded_complementarity(A, c, low, high).force, every_active_set(A, c, low, high)[0], atol=1e-10
-    )
 
 
 def test_after_twenty_errors_the_first_one_is_put_right(points):

@@ -7,7 +7,7 @@ from box_enumeration import by_enumeration
 from exo_pin import SolverFailed
 from exo_pin.numerics import least_force, least_forces
 from exo_pin.numerics.bounded import box_program as one_box_program
-from exo_pin.numerics.bounded.box_descent import scratch
+from exo_pin.numerics.bounded.box_descent import scratch, shorten
 from exo_pin.numerics.bounded.box_program import _is_unique
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -76,3 +76,25 @@ def test_an_answer_that_misses_its_conditions_anywhere_is_refused(monkeypatch, w
                 least_force(4.0 * c, G, 4.0 * low, 4.0 * high)
         else:
             assert least_force(c, G, low, high).residual == pytest.approx(off, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("seed", "rank"), [(116, 2), (318, 2), (351, 2), (131, 3), (184, 3), (236, 3), (283, 3), (383, 3)]
+)
+def test_the_shortest_variables_meet_the_conditions_of_their_program(seed, rank):
+    """z = Gᵀλ + μ with μ that presses onto the bounds: from starts whose way needs several multipliers at once."""
+    rng = np.random.default_rng(seed)
+    G = rng.normal(size=(3, rank)) @ rng.normal(size=(rank, 6))
+    low, high = -rng.random(6) * rng.choice([0.1, 1]), rng.random(6)
+    start = np.where(rng.random(6) < 0.5, low + 0.02 * (high - low), high - 0.02 * (high - low))
+    z = start.copy()
+    shorten(-G @ start, G, low, high, z, 1.0, scratch(6))
+    np.testing.assert_allclose(G @ z, G @ start, atol=1e-13)
+    on_low, on_high = z == low, z == high
+    free = ~on_low & ~on_high
+    assert free.sum() >= rank
+    pressing = z - G.T @ np.linalg.lstsq(G[:, free].T, z[free], rcond=1e-10)[0]
+    np.testing.assert_allclose(pressing[free], 0.0, atol=1e-13)
+    assert (pressing[on_low] >= -1e-13).all()
+    assert (pressing[on_high] <= 1e-13).all()
+    assert (on_low | on_high).sum() > 0

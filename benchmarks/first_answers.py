@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.exo.pose_report import report_on_pose
+from exo_pin.person.bare_arm import bare_arm_share
 
 URDF = Path(__file__).parents[1] / "urdf"
 FILES = (
@@ -123,9 +124,12 @@ def read_back(report):
         wrong.append(f"{len(lines) + 1 - len(limbs)} lines")
     others = re.sub("|".join(map(re.escape, (*names, report.device.name))), "", text)
     wrong += [f"term {found[0]!r}" for found in TERMS.finditer(others)]
+    wrong += ["cut short in another way"] if "[...]" in text else []
     if not lines[-1].endswith("More: --explain"):
         wrong.append("no way to more")
     wrong += verdict(report, head, parts.get("reason", []))
+    wrong += asked_of(report, head)
+    wrong += beside(report, parts)
     wrong += joint(report, parts)
     if answer.has_answer:
         wrong += alone(report, parts["Without muscles"])
@@ -139,12 +143,15 @@ def verdict(report, head, reason):
     says = head.partition(".")[0]
     if says == "YES, it holds":
         return [] if answer.can_hold else ["YES, and it cannot"]
+    left = report.left_to_wearer
+    if answer.has_answer and left and not left[1] and not report.device.drives and not says.startswith("IT SUPPORTS"):
+        return [f"{says}: it leaves {left} to the wearer"]
     if says in ("NO, it cannot hold", "PROBABLY NOT"):
         return [] if not answer.held and reason else ["NO, and it can, or no reason"]
     if says == "IT SUPPORTS, and the wearer holds":
-        left = np.linalg.norm(report.device.moment_of_wearer(answer.actuator_forces[None])[0])
+        size = np.linalg.norm(report.device.moment_of_wearer(answer.actuator_forces[None])[0])
         found = re.search(rf"{NUMBER} N m", reason[0])
-        return [] if not found or agrees(found[1], left) or left < 5e-3 else [f"{found[1]} N m left: {left}"]
+        return [] if not found or agrees(found[1], size) or size < 5e-3 else [f"{found[1]} N m left: {size}"]
     if says == "IT WOULD HOLD, but not as it is worn":
         through = answer.clearance < 0.0 or answer.source.poses.gaps.beside
         return [] if answer.held and through else ["touches nothing"]
@@ -156,6 +163,95 @@ def verdict(report, head, reason):
     if says.startswith("NOT KNOWN") or says == "YES, if estimates are right":
         return [] if answer.unknown else ["known, and said not to be"]
     return [f"verdict {says!r}"]
+
+
+def asked_of(report, head):
+    """Pose and wearer in the first line."""
+    if head.endswith("…"):
+        return []
+    side, wearer, wrong = report.device.side, report.wearer, []
+    names = ("flexion", "abduction", "internal rotation")
+    angles = [re.search(rf"(?:^|  |, ){name} {NUMBER}°", head) for name in names]
+    said = ep.shoulder_rotation(*(float(found[1]) if found else 0.0 for found in angles), side=side, degrees=True)
+    if (said * report.answer.case.poses.inv()).magnitude() > np.radians(0.15):
+        wrong.append(f"pose of {head}")
+    if ("arm hanging" in head) == any(angles):
+        wrong.append(f"hanging: {head}")
+    if not head.endswith(f"{side} arm"):
+        wrong.append(f"side of {head}")
+    man = re.search(rf"(wo)?man, {NUMBER} m, {NUMBER} kg(?:, {NUMBER} kg in the hand)?(?:, elbow {NUMBER}°)?, ", head)
+    if bool(man) != (wearer is not None):
+        return [*wrong, f"wearer of {head}"]
+    if man:
+        facts = (wearer.height, wearer.mass, wearer.payload, np.degrees(wearer.elbow_flexion))
+        told = [float(word or 0.0) for word in man.groups()[1:]]
+        if (man[1] is None) != (wearer.sex == "male") or (
+            np.abs(np.subtract(told, facts)) > [1e-3, 0.06, 0.01, 0.51]
+        ).any():
+            wrong.append(f"wearer of {head}: {facts}")
+    return wrong
+
+
+def beside(report, parts):
+    """How near a singular pose is, what would help, how the device sits, what to mind, and what is assumed."""
+    answer, wrong, reason = report.answer, [], " ".join(parts.get("reason", []))
+    near, away = re.match("Almost singular", reason), re.search(rf"singular pose is {NUMBER}(e-\d+)?° away", reason)
+    if bool(near) != (answer.equilibrium_status == "near_singular"):
+        wrong.append(f"near singular: {answer.equilibrium_status}")
+    if near and "…" not in reason and bool(away) != bool(np.isfinite(report.singular_distance)):
+        wrong.append(f"distance {report.singular_distance}: {reason}")
+    if away and abs(float(away[1] + (away[2] or "")) - report.singular_distance) > 0.051 * report.singular_distance:
+        wrong.append(f"{away[0]}: {report.singular_distance}")
+    if report.remedy is not None and answer.has_answer and not answer.unknown:
+        nearest = report.remedy.nearest
+        found = "No pose within 60° can be held" if nearest is None else nearest.sentence(report.device.side)
+        if found.split(". ")[0][:60].rstrip(".") not in reason:
+            wrong.append(f"no remedy: {found}")
+    elif "No pose within" in reason or "nearest pose" in reason.lower():
+        wrong.append(f"remedy: {reason}")
+    text = parts["Device"][0]
+    clear, pull = re.search(rf"{NUMBER} mm clear", text), re.search(rf"pulls {NUMBER} N(?: to the (\w+))?", text)
+    press, gap = re.search(rf", presses {NUMBER} kPa", text), float(answer.clearance)
+    if not text.startswith(report.device.name[:30]):
+        wrong.append(f"name: {text}")
+    if bool(clear) != (np.isfinite(gap) and gap >= 0.0) or (clear and not agrees(clear[1], 1e3 * gap)):
+        wrong.append(f"clear by {gap}: {text}")
+    force = float(answer.cuff_pull)
+    if bool(pull) != (answer.is_worn and np.isfinite(force)):
+        wrong.append(f"cuff {force}: {text}")
+    if pull:
+        way = None if abs(force) < 0.05 else "hand" if force > 0.0 else "shoulder"
+        if not agrees(pull[1], abs(force)) or pull[2] != way:
+            wrong.append(f"cuff {force}: {text}")
+        if bool(press) != (answer.cuff_pressure is not None) or (
+            press and not agrees(press[1], 1e-3 * float(answer.cuff_pressure))
+        ):
+            wrong.append(f"pressure {answer.cuff_pressure}: {text}")
+    if ("Placed" in parts) != (answer.has_answer and bool(report.accuracy.is_doubtful)):
+        wrong.append(f"placed: {parts.get('Placed')}")
+    first = [text for text in answer.cautions if not text.startswith(("Not ", "Posture: "))]
+    first = [text for text in answer.cautions if text.startswith("Posture: ")] or first
+    told = " ".join(parts.get("Mind", []))
+    others = [text for text in answer.cautions if text.startswith("Not checked")]
+    if bool(told) != bool(first or others) or (
+        first and not told.startswith(re.split(r" ?\(", first[0])[0][:70].rstrip())
+    ):
+        wrong.append(f"mind {told!r}: {answer.cautions}")
+    text = parts["Assumed"][0].removesuffix("More: --explain").strip()
+    massless = report.device.has_limbs and report.device.limbs_are_massless
+    if text.startswith("massless limbs") != massless or not text.endswith("."):
+        wrong.append(f"assumed: {text}")
+    chosen = not answer.criterion.startswith("none needed")
+    if chosen and answer.criterion[:25] not in text and "…" not in text:
+        wrong.append(f"criterion {answer.criterion}: {text}")
+    low, high = bare_arm_share(answer.case.poses)
+    text = " ".join(parts.get("In the joint", []))
+    share = re.search(rf"(?:{NUMBER} to |about ){NUMBER} % of body weight without a device", text)
+    if bool(share) != (report.contact is None and answer.has_answer and np.isfinite(low)):
+        wrong.append(f"bare arm: {low}: {text}")
+    if share and not (agrees(share[2], high) and agrees(share[1] or share[2], low)):
+        wrong.append(f"{share[0]}: {low}, {high}")
+    return wrong
 
 
 def joint(report, parts):
@@ -226,7 +322,7 @@ def _is_done(does, force):
 def drives(report, limbs, names):
     """A line a drive: what it does, its share of its limit, and its length."""
     answer, wrong = report.answer, []
-    force, bounds = answer.actuator_forces, answer.source.poses.limits
+    force, bounds, units = answer.actuator_forces, answer.source.poses.limits, report.device.drive_units
     own = [i for i, name in enumerate(names) if not name.startswith("wearer")]
     if len(limbs) != len(own):
         return [f"{len(limbs)} lines of {len(own)} drives"]
@@ -238,8 +334,27 @@ def drives(report, limbs, names):
         share = re.search(rf"{NUMBER} % of its limit", line)
         if share and limit > 0.0 and not agrees(share[1], 100.0 * abs(force[i]) / limit):
             wrong.append(f"{line}: limit {limit}")
-        place = re.search(rf"{NUMBER}( mm|°)", line)
+        if bool(share) != bool(bounds.asked and (0.0 < limit < np.inf or (limit == 0.0 and agrees("0.0", force[i])))):
+            wrong.append(f"{line}: limit {limit}")
+        if ("limit not known" in line) != bool(bounds.asked and not np.isfinite(limit)):
+            wrong.append(f"{line}: limit {limit}")
+        unable = re.search("cannot (pull|push|act)", line)
+        if bool(unable) != bool(bounds.asked and limit == 0.0 and not share):
+            wrong.append(f"{line}: limit {limit}")
+        if unable and unable[1] != ("act" if not report.device.has_limbs else "pull" if force[i] > 0.0 else "push"):
+            wrong.append(f"{line}: {force[i]}")
+        if ("limits not asked" in line) == bounds.asked:
+            wrong.append(f"{line}: asked {bounds.asked}")
+        place = re.search(
+            rf"{NUMBER}( mm|°)(?: of {NUMBER} to {NUMBER}|, at least {NUMBER}|, at most {NUMBER})?$", line
+        )
         scale = 1e3 if place[2] == " mm" else 180.0 / np.pi
+        if (place[2] == " mm") != (units[i][1] != "N m" if units else True):
+            wrong.append(f"unit of {line}")
+        ends = scale * report.ranges[i]
+        for word, end in ((place[3] or place[5], ends[0]), (place[4] or place[6], ends[1])):
+            if bool(word) != bool(np.isfinite(end)) or (word and not agrees(word, end)):
+                wrong.append(f"{line}: {ends}")
         if not agrees(place[1], scale * float(answer.source.poses.lengths[0, i])):
             wrong.append(f"{line}: at {answer.source.poses.lengths[0, i]}")
     return wrong

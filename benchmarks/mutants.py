@@ -52,7 +52,7 @@ from mutant_places import NOTE, ROOT, Mutant, Noting, Place, Places, Unchanged, 
 ROOMS = tuple(sorted(path.parent.name for path in (ROOT / "exo_pin").glob("*/__init__.py")))
 #: No test may take longer than this, s, however quick the tests are without the change.
 _LEAST_LIMIT = 60.0
-#: A change may ask for any amount of memory; the tests need less than this, bytes.
+#: A change may ask for any amount of memory; the tests fill less than this, bytes. (A browser reserves more addresses.)
 _MEMORY = 12 * 2**30
 #: What a test says that was stopped for taking too long.
 _TOO_SLOW = "stopped: too slow for the mutants"
@@ -218,7 +218,7 @@ class Judge:
             code = 1
             try:
                 os.setpgid(0, 0)
-                resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+                resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
                 nowhere = os.open(os.devnull, os.O_RDWR)
                 for stream in (0, 1, 2):
                     os.dup2(nowhere, stream)

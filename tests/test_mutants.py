@@ -81,18 +81,6 @@ def test_statements_keywords_calls_and_conditions_are_lost(places):
         assert text in texts[changes.index(words)], words
 
 
-def test_functions_in_what_is_dropped_change_no_other(places, tmp_path):
-    file = tmp_path / "loaded.py"
-    file.write_text("def f(x):\n    if x:\n        x = (lambda y: 3 * y)(x)\n    return (lambda y: 2 * y)(x)\n")
-    space = {}
-    exec(compile(file.read_text(), file, "exec", dont_inherit=True), space)
-    walk = places.Places()
-    walk.visit(places.parsed(file))
-    number = [each.place.change for each in walk.found].index("if -> never")
-    places.replace_code(file, places.Places(number).visit(places.parsed(file)))
-    assert space["f"](5) == 10
-
-
 def test_loaded_functions_take_the_changed_code(places, tmp_path):
     file = tmp_path / "loaded.py"
     file.write_text("def double(x):\n    return (lambda y: 2 * y)(x)\n")

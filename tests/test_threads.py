@@ -118,7 +118,6 @@ def test_shared_kinematics():
         return (
             state.lengths, back.rotations.as_quat(), here.determinant, exo.jacobian(pose), found.shoulder_force,
             exo.nearest_singularity(pose).degrees, here.centre_shift,
-            exo.sensor_sensitivity(pose).sensitivity,
         )  # fmt: skip
 
     poses = ep.shoulder_rotation(*rng.uniform([0, 0, -30], [90, 60, 30], size=(THREADS * 2, 3)).T, degrees=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 import signal
-import socket
 import threading
 import warnings
 import webbrowser
@@ -13,17 +12,17 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from ..core.errors import InvalidInput
 from ..core.optional_packages import optional, require_extra
 from ..view.page.browser import live_page, viewer_script
+from ..view.page.live_server import free_socket
 from .asked import Asked
 from .guard import Guard
 from .pose_map import end_workers
 
 __all__ = ["serve_app"]
 
-#: Where the search for a free port starts, and how many are tried.
-FIRST_PORT, _PORTS = 7100, 100
+#: Where the search for a free port starts.
+FIRST_PORT = 7100
 #: How long a page is kept for a browser that has lost its connection, s.
 _AWAY = 60.0
 #: Pages that are open at once.
@@ -55,7 +54,7 @@ def serve_app(
     """
     require_extra("app")
     token = secrets.token_urlsafe(18)
-    listening = _free_socket(FIRST_PORT if port is None else port)
+    listening = free_socket(FIRST_PORT if port is None else port)
     address = f"http://127.0.0.1:{listening.getsockname()[1]}/{token}/"
     # Threads share their filters: cautions stand in the answers.
     warnings.simplefilter("ignore")
@@ -129,18 +128,3 @@ def _application(asked: Asked, token: str) -> Guard:
     outer = fastapi.FastAPI(openapi_url=None)
     nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False, reconnect_timeout=_AWAY)
     return Guard(outer, token)
-
-
-def _free_socket(first: int) -> socket.socket:
-    last = min(first + _PORTS, 65536) if first else 1
-    for port in range(first, last):
-        found = socket.socket()
-        try:
-            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            found.bind(("127.0.0.1", port))
-            found.listen(64)
-        except OSError:
-            found.close()
-            continue
-        return found
-    raise InvalidInput(f"no free port from {first} to {last - 1}")

@@ -148,7 +148,7 @@ class Information(Record):
     @property
     def rank(self) -> int:
         """Number of directions that the data determine."""
-        return int((self.singular_values > _RANK * max(float(self.singular_values[0]), 1e-300)).sum())
+        return int((self.singular_values > _RANK * self.singular_values[0]).sum())
 
     @functools.cached_property
     def _spectrum(self) -> tuple[FloatArray, FloatArray]:
@@ -187,8 +187,7 @@ class Information(Record):
         open_ = ~np.isfinite(deviations)
         rows = as_finite("rows", rows, (None, len(self.model.scales)))
         along = (rows * self.model.scales) @ directions
-        size = np.linalg.norm(along, axis=1)
-        lost = np.linalg.norm(along[:, open_], axis=1) > _TOUCHES * np.maximum(size, 1e-300)
+        lost = np.linalg.norm(along[:, open_], axis=1) > _TOUCHES * np.linalg.norm(along, axis=1)
         half = along[:, ~open_] * deviations[~open_]
         covariance = half @ half.T
         covariance[lost, :] = covariance[:, lost] = np.nan
@@ -214,7 +213,7 @@ class Information(Record):
         asked = self.model.asked
         _, found, directions = np.linalg.svd(self._scaled[:, asked])
         sizes = np.concatenate([found, np.zeros(len(directions) - len(found))])
-        deviations, seen = np.full(len(sizes), np.inf), sizes > _RANK * max(float(sizes[0]), 1e-300)
+        deviations, seen = np.full(len(sizes), np.inf), sizes > _RANK * sizes[0]
         deviations[seen] = np.sqrt(self.variance) / sizes[seen]
         lost = deviations > _TOO_UNCERTAIN * self.model.reach
         space = np.zeros((self.model.size, int(lost.sum())))

@@ -20,7 +20,6 @@ from ..load_case import CentreOffset
 from .information import Information, Undetermined
 from .known import known_quantities
 from .length_model import FINEST, UNIT, CalibrationProblem, Estimate, LengthModel, MeasurementErrors
-from .plausibility import as_poses
 from .report import OUTLIER, contradiction
 from .search.starts import distances
 
@@ -220,35 +219,6 @@ class Calibration(FittedDevice):
         the median of that of |F_s| with the arm at rest in the measured poses, where the design has an arm.
         """
         return known_quantities(self)
-
-    def predict(self, poses: Rotation) -> tuple[FloatArray, FloatArray]:
-        """Lengths that the calibrated device would show, and their standard deviations.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Stack of shape (...), as measured by the same sensors.
-
-        Returns
-        -------
-        lengths, standard_deviations : ndarray
-            Shape (..., n), m; infinite deviations where a pose, unlike the measured ones, shows what is undetermined.
-
-        Examples
-        --------
-        >>> nominal = ep.load("three-linear-actuators")
-        >>> poses = nominal.pose(np.linspace(0, 80, 20), np.linspace(60, 0, 20), np.linspace(-10, 50, 20))
-        >>> lengths = nominal.inverse_kinematics(poses).lengths + 0.002
-        >>> found = ep.calibrate(poses, lengths, nominal, unknowns="length_offsets", length_noise=1e-3)
-        >>> shown, deviation = found.predict(poses[:1])
-        >>> (1e3 * (shown - lengths[0])).round(6) + 0.0, (1e3 * deviation).round(2)  # mm, and 1 mm/√20
-        (array([[0., 0., 0.]]), array([[0.22, 0.22, 0.22]]))
-        """
-        shape = poses.shape if isinstance(poses, Rotation) else ()
-        poses = as_poses(poses)
-        here = self.model.evaluate(self.estimate.values, poses.as_matrix())
-        spread = [np.diag(self.information.spread(rows)) for rows in here.by_unknowns]
-        return here.values.reshape(*shape, -1), np.sqrt(spread).reshape(*shape, -1)
 
     @property
     def residuals(self) -> FloatArray:

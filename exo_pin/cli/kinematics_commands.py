@@ -25,7 +25,6 @@ from ..reaction.holding.verdict import describe_axis
 from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularity, daily_crossings
 from ..wrist.kinematics.inverse import LimbState
 from ..wrist.singularities.singular_surface import side_of_rest
-from ..wrist.velocity.sensors import SensorSensitivity
 from . import options
 from .command import deliver, draws, writes
 from .robot_commands import configuration, joint_value
@@ -94,8 +93,6 @@ class SingularPose:
         Of the pose.
     nearest : NearestSingularity or None
         The nearest singular pose, of wrists with three limbs.
-    sensors : dict of str to SensorSensitivity
-        What an error of sensors does to the measured pose, by kind of sensor.
     ranges : list
         How much of daily life lies beyond singular poses.
     """
@@ -105,7 +102,6 @@ class SingularPose:
     singularity: Singularity
     accuracy: PoseAccuracy
     nearest: NearestSingularity | None
-    sensors: dict[str, SensorSensitivity]
     ranges: list[Any]
 
 
@@ -192,12 +188,6 @@ def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> 
     deliver(text, data=state.document, exo=exo, **files)
 
 
-_SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("limb lengths", ("lengths",)),
-    ("θ_xA of the base joints", ("base_theta_x",)),
-    ("θ_yA of the base joints", ("base_theta_y",)),
-    ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
-)
 #: Limb lengths, mm, below which all of them are likely to be metres.
 _SHORT = 3.0
 
@@ -344,13 +334,8 @@ def singularity(
     if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
     head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
-    lines = ["turn of the arm per unit of sensor error, worst"]
-    sensors = {label: exo.sensor_sensitivity(poses, names) for label, names in _SENSORS}
-    for label, sensor in sensors.items():
-        unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
-        lines.append(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
     seen = exo.accuracy(poses)
-    parts = [head, _singularity_table(exo, state, nearest), "\n".join(lines), filled(str(seen))]
+    parts = [head, _singularity_table(exo, state, nearest), filled(str(seen))]
     parts.append(_sides(nearest, crossings))
 
     def figure() -> Any:
@@ -360,9 +345,7 @@ def singularity(
 
     deliver(
         "\n\n".join(parts),
-        data=lambda: joined(
-            SingularPose, exo, singularity=state, accuracy=seen, nearest=nearest, sensors=sensors, ranges=crossings
-        ),
+        data=lambda: joined(SingularPose, exo, singularity=state, accuracy=seen, nearest=nearest, ranges=crossings),
         figure=figure,
         exo=exo,
         **files,

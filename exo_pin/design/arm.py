@@ -82,8 +82,6 @@ class Arm(Record):
             if tensor.max() > self.mass * _FARTHEST_CENTRE**2:
                 raise InvalidInput(f"expected inertia in kg m², got up to {tensor.max():.3g} (g mm²?)")
             set_fields(self, inertia=tensor)
-        if not isinstance(self.device, bool):
-            raise InvalidInput(f"expected device to be True or False, got {self.device!r}")
         set_positive(self, "body_mass", optional=True)
         if self.wearer is not None and not isinstance(self.wearer, Wearer):
             raise InvalidInput(f"expected wearer to be a Wearer, got {type(self.wearer).__name__}")

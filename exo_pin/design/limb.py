@@ -14,6 +14,7 @@ from ..core.validation import (
     as_choice,
     as_finite,
     as_inertia,
+    as_parts,
     as_positive,
     as_unit_vector,
     require_type,
@@ -406,11 +407,7 @@ def limbs_for(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
     """One limb a joint pair; massless UPU limbs where none are given."""
     if limbs is None or (isinstance(limbs, Sequence) and len(limbs) == 0):
         return (Limb(),) * count
-    if not isinstance(limbs, Sequence):
-        raise InvalidInput(f"expected limbs to be a sequence of Limb records, got {type(limbs).__name__}")
-    for limb in limbs:
-        if not isinstance(limb, Limb):
-            raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")
+    limbs = as_parts("limbs", limbs, Limb)
     if len(limbs) != count:
         raise InvalidInput(f"expected {count} limbs, one per joint pair of the geometry, got {len(limbs)}")
-    return tuple(limbs)
+    return limbs

@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput, MissingData
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_types, set_fields
+from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type, require_types, set_fields
 from .arm import Arm
 from .geometry import WristGeometry
 from .limb import Limb, limbs_for
@@ -99,8 +99,7 @@ class Mechanism(Record):
 
     def _check_texts(self) -> None:
         for name in ("name", "title"):
-            if not isinstance(getattr(self, name), str):
-                raise InvalidInput(f"expected {name} to be a string, got {echo(getattr(self, name))}")
+            require_type(name, getattr(self, name), str, "a string")
         if not isinstance(self.sources, Mapping) or not all(
             isinstance(text, str) for pair in self.sources.items() for text in pair
         ):

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput, MissingData
-from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
 from ..core.validation import (
@@ -41,7 +40,7 @@ def as_stiffness(name: str, value: Any) -> FloatArray:
         return frozen(as_positive(name, value, zero=True) * np.eye(3))
     matrix = as_finite(name, value, (3, 3))
     scale = float(np.abs(matrix).max())
-    if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
+    if (matrix - matrix.T).max() > 1e-9 * scale:
         raise InvalidInput(f"expected {name} to be symmetric, got {matrix.tolist()}")
     if scale > 0.0 and np.linalg.eigvalsh(matrix)[0] < -1e-9 * scale:
         raise InvalidInput(f"expected {name} without a negative principal stiffness, got {matrix.tolist()}")
@@ -176,14 +175,14 @@ class Interface(Record):
 
     def __post_init__(self) -> None:
         matrix = as_finite("interface stiffness", self.stiffness, (6, 6))
-        scale = np.sqrt(np.abs(np.diag(matrix)))
         if not (np.diag(matrix) > 0.0).all():
             raise InvalidInput(
                 f"expected the diagonal of an interface's stiffness above zero, got {np.diag(matrix).tolist()}; "
                 "leave the interface out for a rigid one"
             )
+        scale = np.sqrt(np.diag(matrix))
         scaled = matrix / np.outer(scale, scale)
-        if np.abs(scaled - scaled.T).max() > 1e-9:
+        if (scaled - scaled.T).max() > 1e-9:
             raise InvalidInput(f"expected the stiffness of an interface to be symmetric, got {matrix.tolist()}")
         if np.linalg.eigvalsh(scaled)[0] < 1e-12:
             raise InvalidInput(
@@ -194,8 +193,7 @@ class Interface(Record):
         if np.abs(at).max() > 2.0:
             raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
         set_fields(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
-        if not isinstance(self.source, str):
-            raise InvalidInput(f"expected source to be a string, got {echo(self.source)}")
+        require_type("source", self.source, str, "a string")
 
     @classmethod
     def of(

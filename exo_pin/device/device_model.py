@@ -76,13 +76,13 @@ def attachments(
         Pairs of a part and its :class:`.PlacedRoute` or joint.
     """
     closure_of_row = np.repeat(np.arange(len(top.kinds)), np.diff(top.rows))
-    on, bodies = top.joints == arm, (top.joints != 0).any(axis=1)  # a coupling joins no bodies
-    sign = np.where(on.any(axis=1), on[:, 0].astype(float) - on[:, 1], 0.0)
+    on, base = top.joints == arm, top.joints == 0
+    # A coupling joins no bodies: both of its ends are the torso, and cancel.
+    sign, standing_sign = (ends[:, 0].astype(float) - ends[:, 1] for ends in (on, base))
     touching = np.flatnonzero(on.any(axis=1))
     hanging, standing = np.flatnonzero(parents == arm), standing_joints(parents, arm)
     on_arm = np.concatenate([top.carried[hanging], np.diag(sign)[touching]])
-    base = top.joints == 0
-    to_torso = top.carried[standing].sum(axis=0) + np.where(bodies, base[:, 0].astype(float) - base[:, 1], 0.0)
+    to_torso = top.carried[standing].sum(axis=0) + standing_sign
     ends = tuple((int(top.joints[c, 1]), np.array(top.frame(int(c), 1).translation)) for c in touching)
     routed = [
         [i for i, (_, place) in enumerate(parts) if isinstance(place, PlacedRoute) and (place.joints == arm).any()]

@@ -433,7 +433,6 @@ class ShoulderExo(Record):
     forward_kinematics = Partly(_is_wrist, Wrist.forward_kinematics, _wrist_of)
     forward_kinematics_from_base_angles = Partly(_is_wrist, Wrist.forward_kinematics_from_base_angles, _wrist_of)
     nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
-    sensor_sensitivity = Partly(_is_wrist, Wrist.sensor_sensitivity, _wrist_of)
     track = kinematics.track
     save = models.save
     to_urdf = models.to_urdf

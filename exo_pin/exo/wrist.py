@@ -5,7 +5,7 @@ What only a wrist of limbs between torso and arm has: joint centres, closed-form
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,6 @@ INSTEAD = {
     "forward_kinematics": "chain.close and chain.forward_kinematics serve any chain",
     "forward_kinematics_from_base_angles": "",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
-    "sensor_sensitivity": "",
     "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
     "joint_contact_of_run": "",
 }
@@ -244,28 +243,3 @@ class Wrist(Record):
         5.46
         """
         return wrist.nearest_singularity(self.geometry, poses)
-
-    def sensor_sensitivity(
-        self, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
-    ) -> wrist.SensorSensitivity:
-        """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-        measured : str or iterable of str
-            One or more of :data:`exo_pin.wrist.QUANTITIES`, for all limbs.
-
-        Returns
-        -------
-        SensorSensitivity
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> found = exo.sensor_sensitivity(exo.pose(30))
-        >>> round(float(found.sensitivity), 1)  # rad of pose error a rad of joint angle
-        130.8
-        """
-        return wrist.sensor_sensitivity(self.geometry, poses, measured)

@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
-from ..core.errors.base import echo
 from ..core.errors.checked import checked
-from ..core.validation import FloatArray, frozen, set_fields, set_positive
+from ..core.validation import FloatArray, frozen, require_type, set_fields, set_positive
 from ..design import Arm, Wearer
 from ..load_case import Case, CentrePath, Load, Motion, Movement
 from ..load_case.pose_stacks import pose_matrices
@@ -95,8 +94,6 @@ class Person(Wearer):
     side: str = "left"
 
     def __post_init__(self, degrees: bool) -> None:
-        if not isinstance(degrees, bool):
-            raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
         set_positive(self, "cuff_strength")
         set_positive(self, "strength", "scapular_motion", zero=True)
         if max(self.strength, self.cuff_strength) > 10.0:
@@ -306,8 +303,7 @@ class Person(Wearer):
         438 N, 59 % of body weight
         """
         chosen = ContactOptions() if options is None else options
-        if not isinstance(chosen, ContactOptions):
-            raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
+        require_type("options", chosen, ContactOptions, "ContactOptions")
         case = Case(poses, motion, load)
         found = contact_forces(
             self, case.poses, case.motion, load, device, chosen, gravity, outside, progress, executor

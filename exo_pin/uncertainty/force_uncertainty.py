@@ -262,7 +262,7 @@ def force_uncertainty(
     # Those that change nothing by name, whatever the rounding.
     effects.sort(key=lambda effect: (-round(effect.change(magnitude), 9), effect.name))
     routes = all(name.startswith(("spring", "cable")) for name in mechanism.places())
-    certain = routes and mechanism.as_chain().structure.self_stresses > 0
+    certain = routes and bool(mechanism.as_chain().structure.self_stresses)
     return ForceUncertainty(magnitude, at, tuple(effects), worst, answer, tuple(known), certain)
 
 

@@ -9,7 +9,6 @@ through all of these is least and largest. Devices without such a determinant ar
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,21 +18,20 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ..core.conventions import MIRROR
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 from ..reaction import Reaction
 
-#: 2^m points within the ball, and as many on its surface: half of them a Sobol sequence, half its mirror image.
-_SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
-#: Largest offset that a search may try, in radii.
-_FARTHEST = 2.0
+#: Where an answer is quick, the directions are asked within the ball, too: at these parts of its radius.
+_WITHIN = (0.75, 0.5, 0.25)
 #: Number of best points that a search starts from.
 _STARTS = 3
 #: Most rounds of a search by interpolation, and distance from an offset that was tried, in radii, that is none.
 _ROUNDS, _SAME = 12, 1e-4
+#: About the unit ball.
+_CUBE = [(-1.0, 1.0)] * 3
 #: Directions along the axes of the base frame and between them, unit vectors, shape (26, 3).
 DIRECTIONS = frozen(
     np.array([np.array(d) / np.linalg.norm(d) for d in itertools.product((1.0, 0.0, -1.0), repeat=3) if any(d)])
@@ -72,21 +70,6 @@ class WorstOffset(Record):
     magnitudes: FloatArray
 
 
-@functools.cache
-def _points(thorough: bool) -> FloatArray:
-    """The centre, the 26 directions, and for a thorough search points within the unit ball and on it, shape (k, 3)."""
-    centre = np.zeros((1, 3))
-    if not thorough:
-        return frozen(np.concatenate([centre, DIRECTIONS]))
-    u = scipy.stats.qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER - 1)
-    height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
-    ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
-    sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
-    spread = np.concatenate([np.cbrt(u[:, :1]) * sphere, sphere])
-    # As many on the left as on the right, so that a device and its mirror image have the same answer.
-    return frozen(np.concatenate([centre, DIRECTIONS, spread, spread @ MIRROR]))
-
-
 def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tuple[WorstOffset, float]:
     """The worst offset within a ball, and the least |F_s| in it, N, or where there is no worst of what was tried.
 
@@ -108,12 +91,11 @@ class _Search:
         self.answers, self.radius = answers, radius
         self.x, self.force, self.sign = np.empty((0, 3)), np.empty((0, 3)), np.empty(0)
         self.answered, self.holds = np.empty(0, dtype=bool), True
-        around = _points(False)
-        self._try(around)
-        # Relative to that of the centre, as a scale for the search.
-        self.unit = self.sign[0] if self.sign[0] else 1.0
+        self._try(np.concatenate([np.zeros((1, 3)), DIRECTIONS]))
+        # Relative to that of the centre, which has an answer, as a scale for the search.
+        self.unit = self.sign[0]
         if not np.isnan(self.unit):
-            self._try(_points(True)[len(around) :])
+            self._try(np.concatenate([part * DIRECTIONS for part in _WITHIN]))
 
     def _try(self, x: FloatArray) -> None:
         """Ask at offsets, shape (k, 3), and keep the answers."""
@@ -124,11 +106,9 @@ class _Search:
 
     def worst(self) -> WorstOffset:
         """The worst offset."""
-        lost = self._without_answer()
-        if lost is not None:
-            return self._found(lost, np.full(3, np.nan), False)
-        self._search_extremes()
-        lost = self._without_answer()
+        if (lost := self._without_answer()) is None:
+            self._search_extremes()
+            lost = self._without_answer()
         if lost is not None:
             return self._found(lost, np.full(3, np.nan), False)
         largest = int(np.linalg.norm(self.force, axis=1).argmax())
@@ -174,11 +154,9 @@ class _Search:
             "fun": lambda x: self._slope_of_sign(x)[0],
             "jac": lambda x: self._slope_of_sign(x)[1],
         }
-        answer = scipy.optimize.minimize(
-            lambda x: (x @ x, 2.0 * x), start, jac=True, method="SLSQP", constraints=[on_surface],
-            options={"maxiter": 40, "ftol": 1e-12},
-        )  # fmt: skip
-        x = np.asarray(answer.x)
+        x = scipy.optimize.minimize(
+            lambda x: x @ x, start, bounds=_CUBE, constraints=on_surface, options={"ftol": 1e-12}
+        ).x
         near = abs(self._relative(x)) < 1e-8 and x @ x <= start @ start
         return x if near and np.linalg.norm(x) <= 1.0 else start
 
@@ -187,28 +165,21 @@ class _Search:
         return float(np.nan_to_num(self._at(x[None]).determinant[0]) / self.unit)
 
     def _at(self, x: FloatArray) -> Reaction:
-        # A search may step far out of the ball, where no offset is meant.
-        far = np.maximum(np.linalg.norm(x, axis=1, keepdims=True) / _FARTHEST, 1.0)
-        return self.answers(self.radius * x / far)
+        return self.answers(self.radius * x)
 
     def _slope_of_sign(self, x: FloatArray) -> tuple[float, FloatArray]:
         return _slope(lambda points: self._at(points).determinant / self.unit, x)
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows towards a point: without a moment in the lost direction it does not."""
-        inward = point / max(float(np.linalg.norm(point)), 1e-12)
-        steps = np.array([1e-3, 1e-4, 1e-5])[:, None]
-        for side in (-1.0, 1.0):
-            sizes = self._at(point + side * steps * inward).magnitude
-            if sizes[2] > 3.0 * sizes[1] > 9.0 * sizes[0]:
-                return True
-        return False
+        outward = point / np.linalg.norm(point)
+        far, near = (self._at(np.array([point - step * outward, point + step * outward])) for step in (1e-3, 1e-5))
+        return bool((near.magnitude > 10.0 * far.magnitude).any())
 
     def _search_extremes(self) -> None:
         """Try offsets where |F_s| is least and largest, until these are where it was tried."""
         for _ in range(_ROUNDS):
-            rows = np.unique(self.x.round(9), axis=0, return_index=True)[1]
-            fit = scipy.interpolate.RBFInterpolator(self.x[rows], self.force[rows], kernel="cubic", degree=2)
+            fit = scipy.interpolate.RBFInterpolator(self.x, self.force, kernel="cubic", degree=2)
             places = [self._extreme(fit, sign) for sign in (1.0, -1.0)]
             new = [x for x in places if np.linalg.norm(self.x - x, axis=1).min() > _SAME]
             if not new:
@@ -232,23 +203,11 @@ def _slope(values: Callable[[FloatArray], FloatArray], x: FloatArray) -> tuple[f
     return float(found[0]), (found[1:4] - found[4:]) / (2.0 * _STEP)
 
 
-def _room(x: FloatArray) -> float:
-    return float(1.0 - x @ x)
-
-
-def _slope_of_room(x: FloatArray) -> FloatArray:
-    return -2.0 * x
-
-
 def _into_ball(x: FloatArray) -> FloatArray:
     return np.asarray(x / max(1.0, float(np.linalg.norm(x))))
 
 
-#: SLSQP's constraint that x stays in the unit ball.
-_INSIDE = {"type": "ineq", "fun": _room, "jac": _slope_of_room}
-
-
 def _descent(slope: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray) -> Any:
-    """The least of a function with its gradient in the unit ball, by SLSQP."""
-    options = {"maxiter": 40, "ftol": 1e-9}
-    return scipy.optimize.minimize(slope, start, jac=True, method="SLSQP", constraints=_INSIDE, options=options)
+    """The least of a function with its gradient in the unit ball, by SLSQP, whose steps stay near the ball."""
+    inside = {"type": "ineq", "fun": lambda x: 1.0 - x @ x}
+    return scipy.optimize.minimize(slope, start, jac=True, bounds=_CUBE, constraints=inside, options={"ftol": 1e-9})

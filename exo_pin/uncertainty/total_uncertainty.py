@@ -131,7 +131,8 @@ class TotalUncertainty(Result, ReadOnly):
 
     def __str__(self) -> str:
         words = {"F_s_N": ("|F_s|", self.magnitude), "joint_N": ("Force in the joint", self.joint_N)}
-        count, lost = len(self.held), int((~self.held.astype(bool)).sum())
+        count = len(self.held)
+        lost = count - int(self.held.sum())
         lines = [f"{count} draws of all that is uncertain; nine of ten lie between"]
         for name, (low, middle, high) in self.quantiles.items():
             title, asked = words[name]
@@ -208,11 +209,7 @@ def _steps(sizes: Mapping[str, tuple[float, int]], rng: np.random.Generator, rig
 
 def _variance(values: FloatArray) -> FloatArray:
     """Variance of each column over what is known of it; NaN where there is nothing."""
-    known = np.isfinite(values)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean = np.where(known, values, 0.0).sum(axis=0) / count
-    spread = (np.where(known, values - mean, 0.0) ** 2).sum(axis=0) / count
-    return np.where(known.any(axis=0), spread, np.nan)
+    return np.asarray(np.ma.masked_invalid(values).var(axis=0).filled(np.nan))
 
 
 class _Question(NamedTuple):

@@ -199,8 +199,7 @@ def task_reach(
     limits = Criteria.of(criteria)
     rows = [_of_movement(mechanism, name, given, limits) for name, given in (movements or {}).items()]
     for item in ranges:
-        if not isinstance(item, RangeOfMotion):
-            raise InvalidInput(f"expected ranges of RangeOfMotion records, got {type(item).__name__}")
+        require_type("each of the ranges", item, RangeOfMotion)
         found = workspace(mechanism, item.poses(step, mechanism.side), limits)
         rows.append(_row(item.name, "published range", found, _Rates(mechanism, None)))
     if not rows:

@@ -19,5 +19,3 @@ from .singularities.singular_surface import RangeCrossing as RangeCrossing
 from .singularities.singular_surface import daily_crossings as daily_crossings
 from .singularities.singular_surface import nearest_singularity as nearest_singularity
 from .velocity.sensors import OrientationChain as OrientationChain
-from .velocity.sensors import SensorSensitivity as SensorSensitivity
-from .velocity.sensors import sensor_sensitivity as sensor_sensitivity

@@ -1,10 +1,12 @@
 """Weakest rates of drives and poses that look alike to them, recomputed from the design's file alone."""
 
+import dataclasses
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from places import URDF
 from scipy.optimize import least_squares, linprog
 from scipy.spatial.transform import Rotation
 
@@ -117,9 +119,7 @@ def test_stated_play_and_resolution_decide(tmp_path):
     actuator = exo.limbs[0].actuator
 
     def with_play(**stated):
-        from dataclasses import replace
-
-        limbs = [replace(limb, actuator=replace(actuator, **stated)) for limb in exo.limbs]
+        limbs = [dataclasses.replace(limb, actuator=dataclasses.replace(actuator, **stated)) for limb in exo.limbs]
         return exo.replace(limbs=limbs)
 
     pose = exo.pose(80.0)
@@ -159,8 +159,6 @@ def test_hinges_count_by_degrees(serial):
 
 @pytest.fixture(scope="module")
 def serial():
-    from places import URDF
-
     return ep.load(URDF / "serial-y-x-z.urdf")
 
 
@@ -237,3 +235,47 @@ def test_the_hand_gives_way_as_the_energy_of_the_cuff_says(name):
     double = exo.replace(interfaces=ep.Interfaces(cuff=ep.Interface(2.0 * K, at)))
     assert double.accuracy(pose, twins=False).hand_stiffness * gives == pytest.approx(2.0, rel=1e-5)
     assert np.isnan(exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3))).accuracy(pose, twins=False).hand_stiffness)
+
+
+def test_words_of_an_accuracy_are_its_numbers(serial):
+    exo = ep.load(NAME).worn_by(ep.Wearer(1.755, 85, "male"))
+    found, stack = exo.accuracy(exo.pose(80.0)), exo.accuracy(exo.pose([80.0, 20.0], 0.0))
+    low, high = stack.mm_per_degree.min(), stack.mm_per_degree.max()
+    share = stack.has_twin.mean()
+    assert str(stack) == f"weakest rate {low:.2g} to {high:.2g} mm/°; twins of {share:.0%} of the poses"
+    text = str(found)
+    off, away = 1e3 * np.linalg.norm(found.differences), np.degrees(float(found.twin_angle))
+    assert text.startswith(
+        f"The weakest rate of the drives is {float(found.mm_per_degree):.2g} mm/°: 1 mm of the drives"
+    )
+    assert f"turns the arm by {1.0 / float(found.mm_per_degree):.2g}°" in text
+    assert f"and a pose {away:.1f}° away has the same positions to {off:.2f} mm. A sensor" in text
+    assert f"1 N at the hand move it by {1e3 / float(found.hand_stiffness):.2g} mm." in text
+    assert "Play" not in text
+    played = dataclasses.replace(found, free_turn=np.array(np.radians(1.3)), hand_stiffness=np.array(5.0))
+    assert "Play and resolution leave the arm 1.3° to either side." in str(played)
+    assert "move it by more than 100 mm." in str(played)
+    assert stack.sensitivity(1).endswith("°") != stack.has_twin[1]
+    hinges = serial.accuracy(serial.pose(20.0))
+    assert "°/°: 1° of the drives turns the arm by 1" in str(hinges)
+    assert "sensor" not in str(hinges)
+    lost = dataclasses.replace(hinges, rate=np.array(np.nan))
+    assert str(lost) == "How well the drives place the arm is not known here."
+
+
+def test_slides_of_a_chain_count_by_their_lengths():
+    exo = ep.load(URDF / "3rps-passive-ball.urdf")
+    pose = exo.pose(30.0, 20.0)
+    found = exo.accuracy(pose, twins=False)
+    _, values, axes = np.linalg.svd(exo.jacobian(pose)[: len(exo.device.drives)])
+    held = exo.device.driven_moments
+    assert (found.rate, found.unit) == (pytest.approx(values[held - 1]), "mm/°")
+    assert abs(axes[held - 1] @ found.axis) == pytest.approx(1.0)
+    assert found.mm_per_degree == pytest.approx(values[held - 1] * MM)
+    weak = dataclasses.replace(found, rate=np.array(0.29 / MM), twin_difference=np.array(np.inf))
+    assert weak.is_doubtful
+    assert not dataclasses.replace(weak, rate=np.array(0.31 / MM)).is_doubtful
+    twin = dataclasses.replace(weak, rate=np.array(1.0), twin_difference=np.array(0.9), barrier=np.array(2.9))
+    assert twin.is_doubtful
+    assert not dataclasses.replace(twin, barrier=np.array(3.1)).is_doubtful
+    assert not dataclasses.replace(twin, twin_difference=np.array(1.1)).is_doubtful

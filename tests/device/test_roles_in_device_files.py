@@ -1,5 +1,6 @@
 """Devices as MJCF and SDF, whose device file names arm, shoulder, cuff and drives."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -103,3 +104,19 @@ def test_an_exported_device_keeps_its_springs(tmp_path):
     forces = [each.reaction(pose, limits="none").shoulder_force for each in (exo, again)]
     np.testing.assert_allclose(forces[1], forces[0], atol=1e-9)
     assert len(again.device.springs) == 1
+
+
+@pytest.mark.parametrize("is_device", [False, True])
+def test_what_is_wrong_is_read_where_it_is_named(is_device, tmp_path):
+    """Of the robot's file with a device file beside it, and without one."""
+    robot = ep.load(URDF / "serial-y-x-z.urdf").to_urdf(tmp_path)
+    text, count = re.subn(r'(<link name="link_2".*?ixx=")[^"]*', r"\g<1>9.0", robot.read_text(), count=1, flags=re.S)
+    assert count == 1
+    robot.write_text(text)
+    if is_device:
+        robot.with_suffix(".device.toml").write_text('schema = 1\nname = "device"\ncuff_area_m2 = 0.01\n')
+    with pytest.raises(ep.ExoPinError, match=r'leave_out=\["inertia_rules"\]'):
+        ep.load(robot)
+    exo = ep.load(robot, leave_out=["inertia_rules"])
+    assert any("inertia_rules" in text for text in exo.chain.description.left_out)
+    assert (exo.device.interfaces.cuff_area is not None) == is_device

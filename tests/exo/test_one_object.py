@@ -10,6 +10,7 @@ from exo_pin.core.errors import AbsentAttribute
 
 MAN = ep.Person(1.75, 75, "male")
 SERIAL = URDF / "serial-y-x-z.urdf"
+SERIAL_EXO = ep.load(SERIAL)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def test_a_wrist_has_names_that_another_device_lacks():
     near = exo.nearest_singularity(pose)
     assert abs(exo.singularity(near.pose).determinant) < 1e-9
     assert (near.pose * pose.inv()).magnitude() == pytest.approx(float(near.distance))
-    for each in ("forward_kinematics", "nearest_singularity", "sensor_sensitivity", "geometry"):
+    for each in ("forward_kinematics", "nearest_singularity", "geometry"):
         assert each in dir(exo)
         assert each not in dir(other)
         assert not hasattr(other, each)
@@ -142,3 +143,35 @@ def test_files_of_a_design(tmp_path):
     assert [file.name for file in exo.export(tmp_path / "c.urdf", part="wrist")] == ["c.urdf", "c.closures.toml"]
     with pytest.raises(ep.UnknownName, match="part"):
         ep.load(SERIAL).chain_with_masses("wrist")
+
+
+def test_a_tracked_design_is_moved_as_asked():
+    exo, stiff = ep.load("four-cables"), ep.control.Passive(stiffness=1.0, damping=0.1, source="as said")
+    asked = {
+        "options": ep.PlantOptions(play=1e-3), "faults": [ep.control.Fault("torn", 0, start=0.05)], "rate": 50.0,
+        "payloads": ep.control.Payload(1.0, (0.0, 0.0, -0.3)), "wearer": stiff, "title": "mine",
+        "feedback": ep.control.FeedbackGains(),
+    }  # fmt: skip
+    experiment = exo.track("flexion", "model", duration=0.06, **asked).experiment
+    for name, value in asked.items():
+        own = getattr(experiment, name)
+        assert own is value or own == (value,) or tuple(own) == tuple(value), name
+    with pytest.raises(ep.InvalidInput, match='for the controller "model"'):
+        exo.track("flexion", "pi", feedback=ep.control.FeedbackGains())
+
+
+def test_long_work_says_how_far_it_is(worn, capsys):
+    """On request, at each method that may take long; nothing of what is printed goes to the answer's own stream."""
+    poses = worn.pose(np.linspace(0.0, 60.0, 8), 20.0)
+    asked = {
+        "reaction": lambda **more: SERIAL_EXO.reaction(SERIAL_EXO.pose(np.linspace(0.0, 60.0, 8)), **more),
+        "joint_contact": lambda **more: worn.joint_contact(poses, MAN, **more),
+        "total_uncertainty": lambda **more: worn.total_uncertainty(poses[3], draws=12, **more),
+    }
+    for name, ask in asked.items():
+        ask()
+        quiet = capsys.readouterr()
+        ask(progress=True)
+        said = capsys.readouterr()
+        assert (quiet.err, said.out) == ("", ""), name
+        assert said.err, name

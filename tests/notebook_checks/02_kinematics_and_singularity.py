@@ -17,6 +17,3 @@ assert np.sort(away, axis=-1)[abduction > 6.5, 1].max() < 10
 # Rest is a few degrees from the surface, and a good part of daily life lies behind it.
 assert nearest.degrees[0] < crossing
 assert 0.3 < crossed[0].across < 0.45
-# Near the surface lengths give little information; both angles together are not affected.
-assert sensitivity["lengths, ° per mm"][0] > 5 * sensitivity["lengths, ° per mm"][1]
-assert sensitivity["both, ° per °"].max() < 3

@@ -38,11 +38,6 @@ def test_turns_and_their_mean_along_the_way(angle):
     np.testing.assert_allclose(left_jacobian(v), mean, rtol=0, atol=2e-15 * (1 + angle))
 
 
-def test_one_stack_takes_series_and_closed_form():
-    v = np.concatenate([vectors(angle) for angle in ANGLES])
-    np.testing.assert_allclose(turn_matrix(v), Rotation.from_rotvec(v).as_matrix(), rtol=0, atol=2e-15)
-
-
 @pytest.mark.parametrize("angle", ANGLES[1:])
 def test_complex_steps_give_the_angular_velocity(angle):
     """The rate of exp [v] is [ω] exp [v] with ω = J_l dv/dt."""

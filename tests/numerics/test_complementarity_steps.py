@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from contact_enumeration import every_active_set
 
 from exo_pin import SolverFailed
 from exo_pin.numerics import complementarity
-from exo_pin.numerics.complementarity import _descent, _size, bounded_complementarity
+from exo_pin.numerics.complementarity import _size, bounded_complementarity
 
 
 @pytest.fixture
@@ -66,18 +65,6 @@ def test_where_nothing_is_wrong_nothing_is_solved(points):
     assert [given[1].shape for _, given in points] == [(1,)]
 
 
-@pytest.mark.parametrize("steps", [0, 1, 20])
-@pytest.mark.parametrize("seed", range(6))
-def test_the_first_error_is_as_good_as_the_largest(monkeypatch, steps, seed):
-    monkeypatch.setattr(complementarity, "_STEPS", steps)
-    rng = np.random.default_rng(400 + seed)
-    B = rng.normal(size=(4, 4))
-    A, c, low, high = B @ B.T, 3.0 * rng.normal(size=4), np.zeros(4), np.where(rng.random(4) < 0.5, 1.0, np.inf)
-    np.testing.assert_allclose(
-        bounded_complementarity(A, c, low, high).force, every_active_set(A, c, low, high)[0], atol=1e-10
-    )
-
-
 def test_after_twenty_errors_the_first_one_is_put_right(points):
     """Uncoupled forces: each is put right by a pass of its own, by the size of its error and then by its number."""
     c = -np.r_[np.arange(1.0, 6.0), 10.0 + np.arange(25.0)]
@@ -123,31 +110,6 @@ def test_the_largest_term_is_that_of_a_rate_or_of_forces_in_a_row():
     assert _size(A, np.array([0.0, -3.0]), np.zeros(2)) == 3.0
     assert _size(A[:1, :1], np.zeros(1), np.array([-4.0])) == 4.0
     assert _size(np.zeros((0, 0)), np.zeros(0), np.zeros(0)) == 0.0
-
-
-def test_directions_are_steps_to_the_least_or_ways_without_curvature():
-    rng = np.random.default_rng(310)
-    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    for least, is_curved in ((1.0, True), (1.1e-12, True), (0.9e-12, False), (0.0, False)):
-        A = turn @ np.diag([1.0, 0.5, least]) @ turn.T
-        A = 0.5 * (A + A.T)
-        step, whole = _descent(A, turn @ np.array([0.3, -0.2, 0.0]), 1.0)
-        assert whole
-        np.testing.assert_allclose(turn.T @ step, [-0.3, 0.4, 0.0], atol=1e-3)
-        # A rate along the last way: of rounding, or not.
-        for rate, rounding in ((0.8e-11, True), (1.2e-11, False), (1.9e-11, False), (-1e-3, False)):
-            way, whole = _descent(A, rate * turn[:, 2], 1.0 * np.abs(turn[:, 2]).max())
-            assert whole == (is_curved or rounding)
-            if not whole:
-                np.testing.assert_allclose(way, -rate * turn[:, 2], rtol=1e-3)
-    # Of matrices that are small as a whole nothing is curved: their forces are in units of about one.
-    assert _descent(np.full((1, 1), 0.9e-12), np.ones(1), 1.0) == (np.array([-1.0]), False)
-    step, whole = _descent(np.full((1, 1), 1.1e-12), np.ones(1), 1.0)
-    assert whole
-    assert step[0] == pytest.approx(-1.0 / 1.1e-12, rel=1e-12)
-    # Of large ones the share of the largest counts.
-    assert not _descent(np.diag([1e3, 0.9e-9]), np.ones(2), 1.0)[1]
-    assert _descent(np.diag([1e3, 1.1e-9]), np.ones(2), 1.0)[1]
 
 
 @pytest.mark.parametrize(("off", "free"), [(0.0, False), (0.5e-12, False), (2e-12, True)])

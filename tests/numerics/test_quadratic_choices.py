@@ -4,7 +4,6 @@ import itertools
 
 import numpy as np
 import pytest
-import scipy
 
 from exo_pin.numerics import LeastSquares, Solution, judged, quadratic, solve
 from exo_pin.numerics.quadratic import _from, _on_working_set, _proxqp, _solve, _walk
@@ -96,23 +95,6 @@ def test_what_is_unique_or_not_optimal_or_wanted_as_it_is_is_solved_once(monkeyp
         assert len(asked) == times
 
 
-def test_the_answer_on_a_working_set_is_the_shortest_one():
-    """Whatever is free starts from zero, so that the shortest step leads to the shortest point."""
-    rng = np.random.default_rng(170)
-    for _ in range(6):
-        E, C = rng.normal(size=(2, 5)), rng.normal(size=(1, 5))
-        low, high = -rng.uniform(0.5, 1.0, 5), rng.uniform(0.5, 1.0, 5)
-        program = LeastSquares(E, 0.1 * rng.normal(size=2), np.zeros((0, 5)), NONE, low, high, C, 0.1 * rng.random(1))
-        side = np.array([-1, 1, 0, 0, 0])
-        fixed = np.where(side < 0, low, high)[:2]
-        found = _on_working_set(program, side, np.array([False])).z
-        np.testing.assert_array_equal(found[:2], fixed)
-        np.testing.assert_allclose(found[2:], np.linalg.pinv(E[:, 2:]) @ (program.d - E[:, :2] @ fixed), atol=1e-13)
-        # Without any bound or row on it: the pseudoinverse.
-        found = _on_working_set(program, np.zeros(5, dtype=int), np.array([False])).z
-        np.testing.assert_allclose(found, np.linalg.pinv(E) @ program.d, atol=1e-14)
-
-
 def test_multipliers_of_dependent_rows_are_the_least_ones():
     """Two rows of one direction, of lengths 1 and 2, share what one alone would hold; so do two equalities."""
     C, none = np.array([[1.0, 0.0], [2.0, 0.0]]), np.zeros((0, 2))
@@ -127,44 +109,6 @@ def test_multipliers_of_dependent_rows_are_the_least_ones():
     )
     found = _on_working_set(program, np.zeros(2, dtype=int), np.zeros(0, dtype=bool))
     np.testing.assert_allclose(found.equality, [0.4, 0.8], atol=1e-15)
-
-
-def test_a_step_that_changes_no_digit_is_not_repeated(monkeypatch):
-    asked, exact = [], quadratic._step
-    for off, times in (([0.0], 2), ([0.0, 1.5e-16, 1.0], 3), ([0.0, 0.9e-16, 1.0], 2), ([0.0, 1.0, 1.0, 1.0], 3)):
-        asked.clear()
-
-        def step(*given, off=off):
-            asked.append(given[1].copy())
-            return exact(*given) + (off[len(asked) - 1] if len(asked) <= len(off) else 0.0)
-
-        monkeypatch.setattr(quadratic, "_step", step)
-        _on_working_set(free_program(np.eye(2), np.array([0.5, 0.25])), np.zeros(2, dtype=int), np.zeros(0, dtype=bool))
-        assert len(asked) == times
-        np.testing.assert_array_equal(asked[0], [0.0, 0.0])
-        np.testing.assert_array_equal(asked[1], [0.5, 0.25])
-    # By the largest of one and z.
-    for size, change, times in ((64.0, 0.9e-16 * 64.0, 2), (64.0, 1.5e-16 * 64.0, 3)):
-        asked.clear()
-        steps = [size, change, 0.0]
-        monkeypatch.setattr(
-            quadratic, "_step", lambda *given, steps=steps: asked.append(1) or np.full(2, steps[len(asked) - 1])
-        )
-        _on_working_set(free_program(np.eye(2), np.full(2, size)), np.zeros(2, dtype=int), np.zeros(0, dtype=bool))
-        assert len(asked) == times
-
-
-def test_a_walk_of_many_bounds_ends_within_its_steps():
-    """From inside, with no multiplier: forty bounds are hit one by one; then SciPy's answer."""
-    rng = np.random.default_rng(171)
-    E, d = np.eye(40) + 0.1 * rng.normal(size=(40, 40)), 3.0 * rng.normal(size=40)
-    program = free_program(E, d, -1.0, 1.0)
-    best, side, _ = _walk(program, np.zeros(40), NONE, NONE, np.zeros(40))
-    expected = scipy.optimize.lsq_linear(E, d, (-1.0, 1.0), method="bvls").x
-    np.testing.assert_allclose(best.z, expected, atol=1e-10)
-    np.testing.assert_array_equal(side, np.where(np.abs(expected) == 1.0, np.sign(expected), 0.0))
-    assert (side != 0).sum() > 20
-    assert best.kkt < 1e-12
 
 
 def test_the_bound_with_the_largest_multiplier_is_released_first(monkeypatch):
@@ -214,24 +158,6 @@ def test_proxqp_is_given_every_limit():
         assert z[0] == pytest.approx(expected, abs=1e-8)
         assert inequality[0] == pytest.approx(5.0 - expected, abs=1e-8)
         assert judged(program, z, NONE, inequality).kkt < 1e-8
-
-
-@pytest.mark.parametrize("best", range(5))
-def test_a_walk_tells_the_best_of_its_points(monkeypatch, best):
-    """Five points from wrong bounds, of which one is said to be better than the others."""
-    E, d = np.eye(4), np.array([2.0, -1.0, 4.0, -3.0])
-    start, bound = np.array([-9.0, 9.0, -9.0, 9.0]), np.array([-1.0, 1.0, -1.0, 1.0])
-    points, kernel = [], quadratic.judged
-
-    def told(*given):
-        points.append(given[1].copy())
-        return kernel(*given)._replace(kkt=0.0 if len(points) - 1 == best else 1.0)
-
-    monkeypatch.setattr(quadratic, "judged", told)
-    found, side, _ = _walk(free_program(E, d, -9.0, 9.0), start, NONE, NONE, bound)
-    assert len(points) == 5
-    np.testing.assert_array_equal(found.z, points[best])
-    np.testing.assert_array_equal(side, 0)
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])

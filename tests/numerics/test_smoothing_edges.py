@@ -1,7 +1,5 @@
 """Searches of smoothing splines at their ends, and the weights of conditions; curves of few samples by hand."""
 
-import itertools
-
 import numpy as np
 import pytest
 import scipy
@@ -65,22 +63,6 @@ def test_bands_of_inverses_of_any_size(size):
         np.testing.assert_allclose(found[k, : size - k], np.diagonal(dense, -k), rtol=1e-10, atol=1e-15)
 
 
-def test_the_penalty_of_uneven_knots_is_that_of_each_interval():
-    """∫ (d⁴f/dx⁴)² of every coefficient alone, by a fine sum in each interval between knots."""
-    x = np.cumsum(np.r_[0.0, np.random.default_rng(121).uniform(0.2, 2.0, 17)])
-    basis = SplineBasis(x)
-    breaks = basis.knots[7:-7]
-    nodes, weights = np.polynomial.legendre.leggauss(9)
-    count = len(basis.knots) - 8
-    spline, total = scipy.interpolate.BSpline(basis.knots, np.eye(count), 7), np.zeros((count, count))
-    for a, b in itertools.pairwise(breaks):
-        rows = spline(0.5 * (a + b) + 0.5 * (b - a) * nodes, 4)
-        total += 0.5 * (b - a) * np.einsum("k,ki,kj->ij", weights, rows, rows)
-    for k in range(8):
-        np.testing.assert_allclose(basis._penalty[k, : count - k], np.diagonal(total, -k), rtol=1e-9, atol=1e-12)
-    assert len(breaks) == len(x) - 8 + 2
-
-
 def test_growing_quaternions_turn_as_unit_ones_do():
     """A turn about one axis by θ(t), times a length e^{kt}: ω = θ' along the axis and η = θ''."""
     axis, t, k = np.array([0.36, 0.48, 0.8]), np.linspace(0.0, 2.0, 7), 5.0
@@ -115,10 +97,3 @@ def test_curves_have_a_value_and_two_derivatives():
     for count in (5, 20):
         assert splines.interpolate_samples(x[:count], y[:count], 2).values.shape == (3, count, 2)
     assert splines.smooth_samples(x, y, 2).values.shape == (3, 20, 2)
-
-
-def test_samples_of_nothing_have_the_best_score():
-    """No residual at all: the least number in place of zero, whose logarithm is finite."""
-    search = _Search(np.arange(20.0), np.zeros((20, 1)), 1, None)
-    score = search.score(np.log(10.0))
-    assert -np.inf < score < np.log(1e-300)

@@ -116,14 +116,6 @@ def test_codes_of_poses_are_the_places_of_their_names():
     assert STATUS[vectors.status_code(False, 1.0)] == "ok"
 
 
-def test_weight_acts_at_the_centre_of_mass(drawn):
-    (c, gravity, _), turn = drawn
-    C, force, moment = vectors.weight_load(rows(turn.as_matrix()), 2.7, tuple(c.tolist()), tuple(gravity.tolist()))
-    close(C, turn.apply(c))
-    close(force, 2.7 * gravity)
-    close(moment, np.cross(turn.apply(c), 2.7 * gravity))
-
-
 def test_inertia_is_that_of_point_masses_that_move_with_the_arm(drawn):
     """Each point of mass m at r has the acceleration η × r + ω × (ω × r), and takes -m times that as a force."""
     (w, e, _), turn = drawn
@@ -147,12 +139,6 @@ def test_a_load_acts_at_its_point(drawn, in_arm):
     found, moment = vectors.applied_load(*arguments)
     close(found, F)
     close(moment, C + np.cross(turn.apply(at), F))
-
-
-def test_components_along_three_normals_make_the_vector(drawn):
-    X, _ = drawn
-    V = np.random.default_rng(9).normal(size=3)
-    close(vectors.along_normals(tuple(V.tolist()), *rows(X)), np.linalg.solve(X.T, -V))
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.2, 30.0])

@@ -179,7 +179,6 @@ def _wrists(folder):
     exo.singularity(POSE)
     exo.nearest_singularity(POSE)
     exo.accuracy(POSES)
-    exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     map_of(exo.mechanism, POSE)
     wrist.daily_crossings(geometry, step_deg=15.0)

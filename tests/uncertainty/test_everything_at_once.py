@@ -109,6 +109,9 @@ def test_what_cannot_be_asked_is_refused(exo):
         exo.total_uncertainty(exo.pose(30), draws=2)
     with pytest.raises(ep.InvalidInput):
         exo.total_uncertainty(exo.pose([30, 60]))
+    prototype = ep.load("prototype").worn_by(ep.Wearer(1.755, 85, "male"))
+    with pytest.raises(ep.SolverFailed, match="the pose has no answer"):
+        prototype.total_uncertainty(prototype.pose(0, 90))
 
 
 @pytest.mark.full

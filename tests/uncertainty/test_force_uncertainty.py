@@ -154,6 +154,18 @@ def test_a_ball_has_its_steepest_direction(exo):
         assert found[name].greatest - found[name].least == pytest.approx(2.0 * slope, rel=1e-3), name
 
 
+def test_a_turn_that_ends_in_a_singular_pose_has_no_bound():
+    exo = ep.load("prototype").worn_by(PERSON)
+    certain = dict.fromkeys(("offset_mm", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm"), 0.0)
+    pose = ep.shoulder_rotation(0, 86, 0, **DEGREES)
+    for size, bounded in ((3.9, True), (4.0, False)):
+        found = exo.uncertainty(pose, limits="none", uncertainties=certain | {"pose_deg": size})
+        (turn,) = found.effects
+        assert np.isfinite(turn.greatest) == bounded
+        assert ("unbounded" in str(found)) != bounded
+        assert turn.least <= found.magnitude < turn.greatest
+
+
 def test_the_peak_of_a_movement_is_asked():
     exo = ep.load("four-linear-actuators").worn_by(PERSON)
     poses = ep.shoulder_rotation(np.linspace(0, 90, 10), 30, 0, **DEGREES)
@@ -164,6 +176,70 @@ def test_the_peak_of_a_movement_is_asked():
     assert whole.magnitude[found.at] == pytest.approx(whole.peak)
     assert f"N at pose {found.at[0]}. It becomes" in str(found)
     assert found.answer.case.motion.angular_velocity.tolist() == motion.angular_velocity[found.at].tolist()
+
+
+@pytest.mark.parametrize(("limit", "at"), [(60.0, (0, 2)), (1.0, (0, 1))])
+def test_the_peak_is_of_the_poses_that_are_held_or_of_all_if_none_is(limit, at):
+    exo = ep.load("three-linear-actuators").worn_by(PERSON)
+    poses, most = exo.pose([[10, 80, 40], [60, 20, 30]], 30), {"pull_limit": limit, "push_limit": limit}
+    weak = exo.replace(limbs=[replace(limb, actuator=replace(limb.actuator, **most)) for limb in exo.limbs])
+    within = (np.abs(exo.reaction(poses).actuator_forces) <= limit).all(axis=-1)
+    sizes = np.where(within if within.any() else True, exo.reaction(poses).magnitude, 0.0)
+    certain = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "centre_of_mass_mm"), 0.0)
+    found = weak.uncertainty(poses, uncertainties=certain)
+    assert found.at == at == np.unravel_index(sizes.argmax(), (2, 3))
+    assert found.magnitude == pytest.approx(sizes.max(), rel=1e-9)
+    assert f"N at pose 0, {at[1]}. It becomes" in str(found)
+    lost = [effect.name for effect in found.effects if not effect.holds]
+    said = [text.partition("within ")[2] for text in found.cautions if "may not hold" in text]
+    assert said == ([f"{', '.join(lost)}."] if found.answer.held and lost else [])
+
+
+def test_more_of_a_load_or_a_mass_is_the_answer_to_a_larger_one():
+    exo, pose = ep.load("three-linear-actuators").worn_by(PERSON), ep.shoulder_rotation(40, 30, 0, **DEGREES)
+    load, motion = (
+        ep.Load([3.0, -5.0, -20.0], [2.0, 1.0, -1.0], at=[0.0, 0.0, -0.3]),
+        ep.Motion([1, 2, 3], [20, -30, 9]),
+    )
+    asked = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "centre_of_mass_mm"), 0)
+    found = exo.uncertainty(pose, motion, load, uncertainties=asked | {"mass_percent": 10, "load_percent": 20})
+    ends = {"mass_percent": [], "load_percent": []}
+    for s in (-1, 0, 1):
+        more = ep.Load((1 + 0.2 * s) * load.force, (1 + 0.2 * s) * load.moment, load.at)
+        parts = [replace(part, mass=(1 + 0.1 * s) * part.mass, inertia=(1 + 0.1 * s) * part.inertia)
+                 for part in exo.arm.parts]  # fmt: skip
+        heavier = sum(parts[1:], parts[0])
+        ends["load_percent"].append(float(exo.reaction(pose, motion, more).magnitude))
+        ends["mass_percent"].append(float(exo.replace(arm=heavier).reaction(pose, motion, load).magnitude))
+    for effect in found.effects:
+        sizes = ends.pop(effect.name)
+        np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
+    assert not ends
+    assert not any("may not hold" in text for text in found.cautions)
+
+
+def test_stiffer_parts_are_the_answer_of_a_stiffer_device():
+    exo = ep.load("three-linear-actuators").worn_by(PERSON)
+    cuff, shoulder = (
+        ep.Interface.of(4e4, 120.0, (0, 0, -0.2)),
+        replace(exo.mechanism.shoulder, stiffness=2e4 * np.eye(3)),
+    )
+    soft, pose = exo.replace(interfaces=ep.Interfaces(cuff=cuff), shoulder=shoulder), exo.pose(30, 30)
+    certain = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm"), 0)
+    asked = certain | {"springs_percent": 40, "shoulder_stiffness_percent": 30}
+    found = soft.uncertainty(pose, split="elastic", centre_offset=OFF, uncertainties=asked)
+    others = {
+        "springs_percent": [soft.replace(interfaces=ep.Interfaces(cuff=replace(cuff, stiffness=s * cuff.stiffness)))
+                            for s in (0.6, 1.4, 1.0)],
+        "shoulder_stiffness_percent": [soft.replace(shoulder=replace(shoulder, stiffness=s * shoulder.stiffness))
+                                       for s in (0.7, 1.3, 1.0)],
+    }  # fmt: skip
+    for effect in found.effects:
+        sizes = [float(other.reaction(pose, split="elastic", centre_offset=OFF).magnitude)
+                 for other in others.pop(effect.name)]  # fmt: skip
+        np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
+        assert effect.greatest > 1.0001 * effect.least
+    assert not others
 
 
 def test_lost_holds_are_named_and_answers_are_data(tmp_path):
@@ -205,6 +281,8 @@ def test_bad_questions(exo):
         exo.uncertainty(LIFTED, uncertainties={"offset_mm": "much"})
     with pytest.raises(ep.SolverFailed, match="singular"):
         exo.uncertainty(ep.shoulder_rotation(0, 90, 0, **DEGREES))
+    with pytest.raises(ep.SolverFailed, match="no pose has an answer"):
+        exo.uncertainty(ep.shoulder_rotation([0, 0], 90, 0, **DEGREES))
     with pytest.raises(ep.MissingData, match="arm"):
         ep.load("scenario-one").uncertainty(LIFTED)
 

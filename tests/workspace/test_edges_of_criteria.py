@@ -104,16 +104,6 @@ def test_what_criteria_lack(need, mechanism, criteria, lacking):
     assert needs.grid(None, None, False) == ["poses on a grid of three angles"]
 
 
-def test_arms_in_postures_of_the_elbow_are_at_most_45_degrees_apart():
-    exo = ep.load("four-cables-worn")
-    for high, count in ((0.0, 1), (np.pi / 4, 2), (np.pi / 4 + 0.01, 3), (np.pi / 2, 3), (2.0, 4)):
-        arms = Criteria(elbow_range=(0.0, high)).arms(exo.mechanism)
-        assert len(arms) == count
-        bends = [arm.wearer.elbow_flexion for arm in arms]
-        np.testing.assert_allclose(bends, np.linspace(0.0, high, count))
-    assert Criteria().arms(exo.mechanism) == (exo.mechanism.arm,)
-
-
 def test_limbs_of_a_loss_count_from_one_and_force_is_that_of_the_held():
     exo = ep.load("four-linear-actuators")
     grid = exo.workspace(30.0, ["forces", "stroke"])

@@ -86,6 +86,9 @@ def test_no_table_of_another_number_of_limbs_whatever_the_stack():
     exo, four = three(), ep.load("four-cables")
     with pytest.raises(InvalidInput, match="workspace of 4 limbs, got one of 3"):
         limb_table(four.mechanism, exo.workspace(small_grid(exo), ["singularity"]))
+    none = exo.workspace(small_grid(exo), Criteria(names=("shoulder_force",), largest_shoulder_force=0.1))
+    with pytest.raises(InvalidInput, match="poses inside"):
+        limb_table(exo.mechanism, none)
     assert limb_table(exo.mechanism, exo.workspace(exo.pose(), ["singularity"]))["limb"].tolist() == [1, 2, 3]
 
 
@@ -251,5 +254,5 @@ def test_ranges_come_after_movements_on_a_grid_of_their_own():
     # On a grid "connected" is asked, of a movement it is not.
     both = task_reach(exo.mechanism, {"lift": lift(exo, 10.0)}, [box], ["singularity", "connected"], step=10.0)
     np.testing.assert_array_equal(both["inside"], table["inside"])
-    with pytest.raises(InvalidInput, match="RangeOfMotion records, got str"):
+    with pytest.raises(InvalidInput, match="a RangeOfMotion, got str"):
         task_reach(exo.mechanism, None, ["reach"])

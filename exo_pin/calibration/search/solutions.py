@@ -52,23 +52,22 @@ def descend(problem: CalibrationProblem, starts: FloatArray) -> FloatArray:
     model, measured, lengths, errors, prior = problem
     noise, turn = errors.noise, errors.orientation_noise
     stiff = model.scales**2 / np.minimum(prior, _LOOSE * model.scales) ** 2
-    found, left, damping = starts.copy(), np.arange(len(starts)), np.full(len(starts), _DAMPING)
+    # In scaled unknowns.
+    found, left, damping = starts / model.scales, np.arange(len(starts)), np.full(len(starts), _DAMPING)
     for _ in range(_STEPS):
         at = found[left]
-        here = model.evaluate(at, measured)
+        here = model.evaluate(at * model.scales, measured)
         deviation = np.sqrt(noise**2 + turn**2 * (here.by_orientation**2).sum(axis=-1))
         r = ((lengths - here.values) / deviation).reshape(len(at), -1)
         J = (here.by_unknowns / deviation[..., None]).reshape(*r.shape, -1) * model.scales
         across = np.swapaxes(J, 1, 2)
         H = across @ J + np.eye(model.size) * stiff
-        down = (across @ r[..., None])[..., 0] - stiff * at / model.scales
+        down = (across @ r[..., None])[..., 0] - stiff * at
         damped = H + damping[left, None, None] * np.eye(model.size) * np.diagonal(H, axis1=1, axis2=2)[:, None]
         step = np.linalg.solve(damped, down[..., None])[..., 0]
-        ahead = at + step * model.scales
-        new = ((lengths - model.lengths(ahead, measured)) / deviation).reshape(r.shape)
-        before, after = (
-            (z**2).sum(axis=1) + (stiff * (x / model.scales) ** 2).sum(axis=1) for z, x in ((r, at), (new, ahead))
-        )
+        ahead = at + step
+        new = ((lengths - model.lengths(ahead * model.scales, measured)) / deviation).reshape(r.shape)
+        before, after = ((z**2).sum(axis=1) + (stiff * x**2).sum(axis=1) for z, x in ((r, at), (new, ahead)))
         better = after <= before
         found[left[better]] = ahead[better]
         damping[left] = np.clip(damping[left] * np.where(better, 0.1, 10.0), _LEAST, _MOST)
@@ -77,7 +76,7 @@ def descend(problem: CalibrationProblem, starts: FloatArray) -> FloatArray:
         left = left[~arrived & (damping[left] < _MOST)]
         if len(left) == 0:
             break
-    return found
+    return found * model.scales
 
 
 class _Search:
@@ -211,7 +210,7 @@ def solutions(problem: CalibrationProblem, searched: Sequence[str]) -> tuple[Flo
     if len(near):
         adjusted = descend(problem, near)
         fit = search.costs(adjusted) <= search.best + TOLD_APART
-        minima = search.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
+        minima = search.minima(np.concatenate([minima, adjusted[fit]]))
     devices, count = search.all_devices(minima)
     # Of equally near ones the better.
     order = np.lexsort((search.costs(devices), distances(model, devices).round(9)))

@@ -39,7 +39,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_positive, require_type, set_positive
 from ...design import Mechanism
@@ -207,9 +206,6 @@ class FeedbackGains:
         for name in ("integral_time", "lost_beyond", "lower_in", "forgetting_time"):
             if getattr(self, name) != np.inf:
                 set_positive(self, name)
-        for name in ("air_ahead", "fault_aware", "compliant"):
-            if not isinstance(getattr(self, name), bool | np.bool_):
-                raise InvalidInput(f"expected {name} as True or False, got {echo(getattr(self, name))}")
 
 
 def gains_for(mechanism: Mechanism | Device) -> FeedbackGains:

@@ -219,8 +219,8 @@ def weakest_rates(device: Device, rates: FloatArray) -> tuple[FloatArray, FloatA
     if held == 0 or not known.any():
         return value, axis
     own, turning = rates[known], are_hinges(device)
-    if turning.any() and not turning.all():
-        # Slides over their mean lever, as in the margin.
+    if turning.any():
+        # Slides beside hinges over their mean lever, as in the margin.
         own = own / np.array(device.as_chain().structure.scales[: own.shape[1]])[:, None]
     _, values, directions = np.linalg.svd(own, full_matrices=False)
     value[known], axis[known] = values[:, held - 1], directions[:, held - 1]

@@ -393,9 +393,9 @@ def _drives(model: DynamicModel, recordings: Sequence[Recording]) -> list[str]:
     """How often the fitted friction or damping would drive; NotIdentifiable where it does so mostly."""
     states = [(r.contraction, np.gradient(r.contraction, r.time)) for r in recordings]
     x, v = (np.concatenate(parts) for parts in zip(*states, strict=True))
-    moving = np.abs(v) > 0.05 * float(np.abs(v).max(initial=0.0))
+    moving = np.abs(v) >= 0.05 * np.abs(v).max()
     friction = float(np.mean(np.asarray(model.friction.factors(x, BAR, 0.0)[1]) < 0.0))
-    damping = float(np.mean(model.damping.rate(v[moving]) < 0.0)) if moving.any() else 0.0
+    damping = float(np.mean(model.damping.rate(v[moving]) < 0.0))
     found = []
     for what, share, names in (("friction", friction, _NAMES[:3]), ("damping", damping, _NAMES[3:])):
         if share > 0.5:

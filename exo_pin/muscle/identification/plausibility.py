@@ -83,7 +83,7 @@ class _Reading:
     length: float
     diameter: float | None
     slip: str = ""
-    price: float = 0.0
+    rare: bool = False
 
     def si(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         x, p, f = self.columns
@@ -100,20 +100,18 @@ class _Reading:
                 units = tuple(unit if i == place else own for i, own in enumerate(self.units))
                 slip = f"the {names[place]} looks like {unit}: write its header {header_of(names[place], unit)}"
                 rare = unit in ("inch", "cm", "gf", "kN", "lbf", "mbar") or unit.endswith(" absolute")
-                far = unit.endswith(" absolute") and not unit.startswith(self.units[place])
-                yield replace(self, units=units, slip=slip, price=3.0 * far + 0.5 * rare)  # type: ignore[arg-type]
+                yield replace(self, units=units, slip=slip, rare=rare)  # type: ignore[arg-type]
         for place, (name, way) in enumerate(zip(names, ("shorter", "above the air", "a pull"), strict=True)):
             columns = tuple(-own if i == place else own for i, own in enumerate(self.columns))
             slip = f"the {name} has the other sign: {way} is positive"
-            yield replace(self, columns=columns, slip=slip, price=0.5 * place)  # type: ignore[arg-type]
+            yield replace(self, columns=columns, slip=slip)  # type: ignore[arg-type]
         for order in list(permutations(range(3)))[1:]:
             said = " and ".join(names[i] for i in range(3) if order[i] != i)
             columns = tuple(self.columns[i] for i in order)
-            price = 2.0 if any(order[i] == i for i in range(3)) else 6.0
-            yield replace(self, columns=columns, slip=f"the columns {said} look swapped", price=price)  # type: ignore[arg-type]
+            yield replace(self, columns=columns, slip=f"the columns {said} look swapped")  # type: ignore[arg-type]
         for factor in (0.001, 0.01, 0.1, 10.0, 100.0, 1000.0):
             length = factor * self.length
-            yield replace(self, length=length, slip=f"the nominal length looks like {1e3 * length:g} mm", price=1.0)
+            yield replace(self, length=length, slip=f"the nominal length looks like {1e3 * length:g} mm")
 
 
 @dataclass(frozen=True)
@@ -216,7 +214,7 @@ def _doubts(reading: _Reading) -> tuple[list[str], float, str]:
         found, misfit = _numbers(x, p, f, reading.length, reading.diameter)
     if found.pop("gain", 1.0) <= 0.0:
         return [], inf, "expected a pull that rises with the pressure at one contraction, got one that falls"
-    texts, total, scatter = [], 10.0 * max(0.0, misfit - _PLANE) / _PLANE, None
+    texts, total, scatter = [], 10.0 * misfit / _PLANE, None
     for name, value in found.items():
         mark = _MARKS[name]
         total += ((value - mark.centre) / mark.spread) ** 2
@@ -243,7 +241,7 @@ def _slips(reading: _Reading) -> list[str]:
     for other in reading.others():
         texts, total, error = _doubts(other)
         if not texts and not error:
-            ranked.append((total + other.price, other.slip))
+            ranked.append((total + 0.5 * other.rare, other.slip))
     return [slip for _, slip in sorted(ranked)[:2]]
 
 

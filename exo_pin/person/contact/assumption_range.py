@@ -15,7 +15,7 @@ from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.results import Result
 from ...core.tables import aligned
-from ...core.validation import FloatArray, as_choice, as_finite, set_fields
+from ...core.validation import FloatArray, as_choice, as_finite, require_type, set_fields
 from ...design.wearer import Wearer
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 from .result import WITHOUT_MUSCLES, JointContact
@@ -79,8 +79,6 @@ class ContactOptions(Record):
             raise InvalidInput(f"expected power to be 2 or 3, got {self.power!r}")
         as_choice("weights", self.weights, ("equal", "volume"))
         as_choice("load_on", self.load_on, ("upper arm", "forearm"))
-        if not isinstance(self.passive, bool):
-            raise InvalidInput(f"expected passive to be True or False, got {self.passive!r}")
         shift = as_finite("centre_shift", self.centre_shift, (3,))
         if np.abs(shift).max() > 0.05:
             raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")
@@ -92,8 +90,7 @@ class ContactOptions(Record):
             raise InvalidInput(f"expected kept_activation as a share of 0 to 1, got {kept:g} (percent?)")
         set_fields(self, centre_shift=shift, socket_turn=turn, kept_activation=kept)
         if self.cone is not None:
-            if not isinstance(self.cone, GlenoidCone):
-                raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")
+            require_type("cone", self.cone, GlenoidCone | None)
             own = self.cone.orientation is not None or self.cone.penalty is not None
             if own or self.cone.muscle_compression != 0.0:
                 raise InvalidInput(

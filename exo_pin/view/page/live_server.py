@@ -224,7 +224,9 @@ class Server(OneProcess):
         first = FIRST_PORT if port is None else port
         if isinstance(first, bool) or not isinstance(first, int) or not 0 <= first <= 65535:
             raise InvalidInput(f"expected port to be a whole number from 0 to 65535, got {port!r}")
-        listening = _free_socket(first)
+        # For every connection: otherwise some megabytes of old changes wait in the kernel for a slow browser.
+        listening = free_socket(first, _MOST_WAITING)
+        listening.setblocking(False)
         self.port: int = listening.getsockname()[1]
         self._connections: set[_Socket] = set()
         self._loop = asyncio.new_event_loop()
@@ -283,20 +285,26 @@ class Server(OneProcess):
         self._loop.stop()
 
 
-def _free_socket(first: int) -> socket.socket:
+def free_socket(first: int, waiting: int | None = None) -> socket.socket:
+    """A socket on 127.0.0.1 at the first free port of a hundred, whose connections let so many bytes wait.
+
+    Raises
+    ------
+    InvalidInput
+        If no port is free.
+    """
     last = min(first + _PORTS, 65536) if first else 1
     for port in range(first, last):
         found = socket.socket()
         try:
             found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            # For every connection: otherwise some megabytes of old changes wait in the kernel for a slow browser.
-            found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _MOST_WAITING)
+            if waiting is not None:
+                found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, waiting)
             found.bind(("127.0.0.1", port))
             found.listen(64)
         except OSError:
             found.close()
             continue
-        found.setblocking(False)
         return found
     raise InvalidInput(f"no free port from {first} to {last - 1}")
 

@@ -300,13 +300,13 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
 
 
 def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> None:
-    low, high = as_limits(limits, (count,))
-    for k, edge in enumerate((low, high)):
-        finite = np.isfinite(edge)
-        places = np.flatnonzero(finite)
-        label = "limits of the actuator" if k == 0 or not np.isfinite(low).any() else None
-        axes.hlines(edge[finite], places - 0.42, places + 0.42, color=GREEN, linewidth=2.4, label=label)
-    if np.isfinite(low).any() or np.isfinite(high).any():
+    label: str | None = "limits of the actuator"
+    for edge in as_limits(limits, (count,)):
+        places = np.flatnonzero(np.isfinite(edge))
+        if places.size:
+            axes.hlines(edge[places], places - 0.42, places + 0.42, color=GREEN, linewidth=2.4, label=label)
+            label = None
+    if label is None:
         legend_below(axes)
 
 

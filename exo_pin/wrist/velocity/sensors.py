@@ -1,127 +1,13 @@
-"""Orientation of the arm from sensors: joint sensors and their errors, inertial sensors on torso and arm."""
+"""Orientation of the arm from inertial sensors on torso and arm."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.errors.checked import checked
-from ...core.results import Result
-from ...core.validation import FloatArray, as_choice, as_rotation
-from ...design import WristGeometry
-from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN, margin_of_values
-from ..kinematics.inverse import QUANTITIES, inverse_kinematics, joint_jacobians
-from ..singularities.measures import kind_of
-
-
-@dataclass(frozen=True, eq=False)
-class SensorSensitivity(Result):
-    """Errors of the arm's orientation by errors of joint sensors, for a stack of shape (...).
-
-    Attributes
-    ----------
-    sensitivity : ndarray
-        Shape (...), in its own unit: largest turn of the arm per unit of sensor error (root of sum of squares over all
-        sensors), rad per rad, or rad per m if lengths alone are measured; inf where they do not determine the pose.
-    worst_axis : ndarray
-        Shape (..., 3), unit vector, base frame: the axis about which the sensors give least information.
-    error_gain : ndarray
-        Shape (..., 3, m), in its own unit as ``sensitivity``: rotation vector of the arm per error of each of the m
-        sensors, base frame; least squares for more than three. NaN where they do not determine the pose.
-    along : ndarray
-        b_i·s_i/|b_i|, shape (..., n): a sensor of θ_xA gives no information where its limb's is zero.
-    determinant : ndarray
-        Of three sensors' rows, shape (...), in its own unit; NaN for more than three. For θ_xA it is
-        Π (b_i·s_i)/l_i det X, for θ_yA det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
-    kind : ndarray of str
-        Shape (...): "regular", "near" (margin of the rows below 1e-3, as of a pose in :class:`.Singularity`),
-        "singular" or "folded" (a limb has no plane, so its angles have no rate).
-
-    Examples
-    --------
-    >>> exo = ep.load("prototype")
-    >>> exo.sensor_sensitivity(exo.pose(abduction=90)).kind.item()  # the plates are parallel
-    'singular'
-    """
-
-    sensitivity: FloatArray
-    worst_axis: FloatArray
-    error_gain: FloatArray
-    along: FloatArray
-    determinant: FloatArray
-    kind: NDArray[np.str_]
-
-
-@checked
-def sensor_sensitivity(
-    geometry: WristGeometry, poses: Rotation, measured: str | Iterable[str] = "base_theta_x"
-) -> SensorSensitivity:
-    """Accuracy of the arm's orientation from sensors on the limbs and their joints.
-
-    A sensor's error e turns the computed arm by J⁻¹ e (least squares: the pseudo-inverse), with J the rows of
-    :func:`joint_jacobians` for what is measured. θ_xA alone is singular where det X = 0 or some b_i·s_i = 0, where
-    two limb lengths fit one angle; θ_yA alone where det[b_i × X_i] = 0; both together in almost no pose.
-
-    In Section 5.1.2 the potentiometers differ by 3° from the inertial sensor. Their gain was known to 1.7 %, which is
-    1.4° in a reading of -83.6°, and a sensitivity of 2 makes 3° of it.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Joint centres.
-    poses : Rotation
-        Pose, single or a stack of shape (...).
-    measured : str or iterable of str
-        One or more of :data:`QUANTITIES`, for all limbs. Lengths beside angles are weighed with the largest |B_i|.
-
-    Returns
-    -------
-    SensorSensitivity
-
-    Raises
-    ------
-    UnknownName
-        If a quantity is not one of :data:`QUANTITIES`.
-    InvalidInput
-        If nothing is measured.
-
-    Examples
-    --------
-    >>> from exo_pin import wrist
-    >>> exo = ep.load("prototype")
-    >>> for measured in ("base_theta_x", ("base_theta_x", "base_theta_y")):  # one angle a limb, or both
-    ...     found = wrist.sensor_sensitivity(exo.geometry, exo.pose(40), measured)
-    ...     print(round(float(found.sensitivity), 2))
-    87.53
-    1.64
-    """
-    names = [measured] if isinstance(measured, str) else list(measured)
-    if not names:
-        raise InvalidInput("expected at least one measured quantity")
-    for name in names:
-        as_choice("quantity", name, QUANTITIES)
-    state, jacobians = inverse_kinematics(geometry, poses), joint_jacobians(geometry, poses)
-    radius = np.linalg.norm(geometry.platform_points, axis=-1)
-    weigh = len(set(names)) > 1
-    parts = [getattr(jacobians, name) / (radius.max() if weigh and name == "lengths" else 1.0) for name in names]
-    rows = np.concatenate(parts, axis=-2)
-    folded = (state.reach <= FOLDED_SINE * radius).any(axis=-1) & (set(names) != {"lengths"})
-    U, values, Vt = np.linalg.svd(np.where(np.isfinite(rows), rows, 0.0), full_matrices=False)
-    smallest = values[..., 2]
-    margin = margin_of_values(values)
-    lost = (margin < SINGULAR_MARGIN) | folded
-    inverse = np.divide(1.0, values, out=np.full_like(values, np.nan), where=~lost[..., None])
-    gain = np.einsum("...ji,...j,...kj->...ik", Vt, inverse, U)
-    sensitivity = np.divide(1.0, smallest, out=np.full(smallest.shape, np.inf), where=~lost)
-    three = rows.shape[-2] == 3
-    determinant = np.linalg.det(np.where(np.isfinite(rows), rows, 0.0)) if three else np.full(smallest.shape, np.nan)
-    along = np.einsum("...ij,...ij->...i", state.platform_points, state.directions) / radius
-    return SensorSensitivity(sensitivity, Vt[..., 2, :], gain, along, determinant, kind_of(margin, folded))
+from ...core.validation import as_rotation
 
 
 @dataclass(frozen=True, eq=False)

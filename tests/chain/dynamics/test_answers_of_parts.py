@@ -133,16 +133,6 @@ def test_a_stack_names_the_samples_that_do_not_close():
     np.testing.assert_allclose(chain.close(q), [chain.close(row) for row in q], atol=1e-12)
 
 
-def test_the_rank_of_open_loops_is_asked_with_their_scaled_gap(monkeypatch):
-    named = five_bar()
-    chain, asked = named.chain(), []
-    state, q = chain._state, named.q + np.array([1e-3, 0.0, -2e-3, 0.0])
-    monkeypatch.setattr(projected, "residual_of_rank", lambda _state, _q, gap: asked.append(gap) or gap)
-    projected.response_at(state, q)
-    assert asked == [np.abs(chain.residual(q)).max() / chain.characteristic_length]
-    assert chain.characteristic_length < 0.5
-
-
 @pytest.mark.parametrize("gravity", [0.0, 9.81])
 def test_weights_are_of_all_that_a_joint_carries_at_the_scaled_motion(gravity):
     """Mass times gravity and acceleration of the size of the motion, at a characteristic length; nothing cancels."""

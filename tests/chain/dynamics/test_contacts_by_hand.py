@@ -6,9 +6,9 @@ from rubbing_chains import slide
 
 from exo_pin import InvalidInput
 from exo_pin.chain.dynamics.equations.equations_of_motion import moving_loops
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, contact_forces, contacts_at, impact, stops_at
+from exo_pin.chain.dynamics.nonsmooth.contact_forces import AT_STOP, contact_forces, contacts_at, stops_at
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST
-from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, projected_motion, response_at
+from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied, projected_motion
 from exo_pin.chain.structure.motion_axes import limits_of
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -107,14 +107,3 @@ def test_friction_and_a_stop_that_share_a_weight_are_not_unique():
     assert abs(found.friction[0]) <= 4.0
     only = contacts.only(contacts.side == 1)
     assert (only.place.tolist(), only.low.tolist(), only.high.tolist()) == ([0], [0.0], [np.inf])
-
-
-@pytest.mark.parametrize(
-    ("q", "v", "after"), [(-1.0, -3.0, 1.5), (2.0, 3.0, -1.5), (-1.0, 3.0, 3.0), (2.0, -3.0, -3.0)]
-)
-def test_an_impact_turns_the_speed_back_by_its_restitution(q, v, after):
-    state = block()
-    motion = response_at(state, np.array([q]))
-    stops = stops_at(state, limits_of(state.model), np.array([q]))
-    np.testing.assert_allclose(impact(motion, np.array([v]), stops, 0.5), [after])
-    np.testing.assert_allclose(impact(motion, np.array([v]), stops, 0.0), [after if after == v else 0.0], atol=1e-15)

@@ -1,26 +1,21 @@
-"""Parts of dry friction and stops alone: signs, ranges and impulses, by hand and by the mass matrix."""
+"""Parts of dry friction and stops alone: signs and impulses, by hand and by the mass matrix."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import sliders
-from rubbing_chains import slide, with_friction
+from rubbing_chains import with_friction
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import at_rest
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import (
     REST,
-    RestingFriction,
     friction_of,
     refuse_rest,
 )
-from exo_pin.chain.dynamics.nonsmooth.settling import StopRules
-from exo_pin.chain.structure.motion_axes import limits_of
 from exo_pin.core.errors import UnsupportedDynamics
 
 pytestmark = pytest.mark.usefixtures("plain")
-
-INF = np.inf
 
 
 def arm(count=3):
@@ -59,13 +54,6 @@ def test_friction_is_against_the_motion_or_that_to_come_or_a_range():
     assert friction_of(one_way, np.zeros(3)).rest.tolist() == [0, 1]
     np.testing.assert_array_equal(friction_of(one_way, np.full(3, -1.0)).force, [0.0, 4.0, 0.0])
     np.testing.assert_array_equal(friction_of(one_way, np.full(3, 1.0)).force, [-1.0, 0.0, 0.0])
-
-
-def test_rest_of_a_slide_counts_in_characteristic_lengths():
-    chain = slide(friction=1.0)
-    length = chain.characteristic_length
-    for speed, rests in ((0.9, True), (1.1, False)):
-        assert (len(friction_of(chain._state, np.array([speed * REST * length])).rest) == 1) == rests
 
 
 @pytest.mark.parametrize("length", [0.01, 100.0])
@@ -113,39 +101,3 @@ def test_impulses_that_stop_joints_leave_the_momenta_of_the_others(index):
     assert v @ M @ v > after @ M @ after
     np.testing.assert_array_equal(at_rest(chain._state, q, after, np.array(index)), after)
     assert at_rest(chain._state, q, v, np.zeros(0, dtype=int)) is v
-
-
-def resting(total, actuated, alone, low=-2.0, high=2.0, least=-INF, largest=INF):
-    n = len(total)
-    wide = (np.broadcast_to(np.array(end, dtype=float), n).copy() for end in (low, high, least, largest))
-    return RestingFriction(
-        np.array(actuated), np.array(alone), *wide, np.array(total, dtype=float), np.ones(n, dtype=bool)
-    )
-
-
-def test_motors_bear_what_they_can_and_friction_the_rest():
-    """A joint with motor and friction, one with friction alone, and one without; within 5 N of effort."""
-    rest = resting([6.5, 1.5, 9.0], [True, False, False], [False, True, False], least=-5.0, largest=5.0)
-    efforts, friction = rest.split()
-    np.testing.assert_allclose(efforts, [5.0, 0.0, 9.0])
-    np.testing.assert_allclose(friction, [1.5, 1.5, 0.0])
-    for total, effort in ((-6.0, -5.0), (4.0, 4.0), (-9.0, -7.0)):
-        own = resting([total], [True], [False], least=-5.0, largest=5.0).split()
-        np.testing.assert_allclose(own, [[effort], [total - effort]])
-    own, totals = slice(0, 3), np.repeat(rest.total[:, None], 2, axis=1)
-    # Effort between what friction leaves and what the motor can; friction the other way round.
-    np.testing.assert_allclose(rest.efforts(own, totals), [[4.5, 5.0], [0.0, 0.0], [9.0, 9.0]])
-    np.testing.assert_allclose(rest.frictions(own, friction, totals), [[1.5, 2.0], [1.5, 1.5], [0.0, 0.0]])
-    wide = np.array([[5.0, 6.5], [-1.0, 1.5], [9.0, 9.0]])
-    np.testing.assert_allclose(rest.efforts(own, wide), [[3.0, 5.0], [0.0, 0.0], [9.0, 9.0]])
-    np.testing.assert_allclose(rest.frictions(own, friction, wide), [[0.0, 2.0], [-1.0, 1.5], [0.0, 0.0]])
-
-
-def test_room_to_stops_is_counted_inwards_in_characteristic_lengths():
-    chain = slide(limits=(-0.3, 0.5))
-    state = chain._state
-    none = StopRules(None, 0.0).gaps(state, np.zeros(1))
-    assert [len(part) for part in none] == [0, 0, 0]
-    gaps, index, side = StopRules(limits_of(chain.model), 0.0).gaps(state, np.array([0.2]))
-    np.testing.assert_allclose(gaps * chain.characteristic_length, [0.5, 0.3])
-    assert (index.tolist(), side.tolist()) == ([0, 0], [1, -1])

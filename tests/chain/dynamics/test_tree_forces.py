@@ -7,9 +7,8 @@ from mechanisms import four_bar, random_wrist
 from moving_chains import moving as motion_of
 from tree_forces import tree_forces
 
-from exo_pin import thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.design import Limb, preset
+from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 
 MECHANISMS = {
@@ -104,45 +103,6 @@ def test_a_closure_between_two_links_pushes_both_ways():
     for hinge, sign in (("crank_hinge", -1.0), ("coupler_hinge", -1.0), ("rocker_hinge", 1.0)):
         change = forces.joint_wrench(hinge)[:3] - still.joint_wrench(hinge)[:3]
         np.testing.assert_allclose(change, sign * world, atol=1e-13)
-
-
-def test_the_four_bars_torque_balances_its_weight_by_hand():
-    # Virtual work: the crank's torque is the rate of potential energy along the closed motion.
-    named = four_bar()
-    chain = named.chain()
-    chain.model.gravity.linear = np.array([0.0, -9.81, 0.0])
-    passive = chain.velocity_indices(["coupler_hinge", "rocker_hinge"])
-    still = tree_forces(chain, named.q).tau
-    J = chain.constraint_jacobian(named.q)
-    multipliers = np.linalg.lstsq(J[:, passive].T, still[passive], rcond=None)[0]
-    forces = tree_forces(chain, named.q, multipliers=multipliers)
-    np.testing.assert_allclose(forces.tau[passive], 0.0, atol=1e-12)
-    # By hand, crank rate 1: its tip (0, 0.3) moves by (-0.3, 0). Coupler c and rocker r, with rates w_c and w_r:
-    # tip of the coupler (-0.3, 0) + w_c (-0.1, 0.7) = w_r (-0.4, 0.3), so w_r = 0.7/0.3 w_c and
-    # -0.3 - 0.1 w_c = -0.28/0.3 w_c, w_c = 0.09/0.25 = 0.36, w_r = 0.84.
-    # Heights' rates of the 1 kg rods' middles: crank 0, coupler 0.36 * 0.35, rocker 0.84 * 0.15.
-    by_hand = 9.81 * (0.0 + 0.36 * 0.35 + 0.84 * 0.15)
-    assert forces.tau[0] == pytest.approx(by_hand, rel=1e-12)
-
-
-@pytest.mark.parametrize("part", ["whole", "floating"])
-def test_prototype_of_bare_muscles_gives_the_known_reaction(part):
-    mechanism = preset("prototype").replace(limbs=(Limb("SPS"),) * 3)
-    chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part))
-    q = chain.neutral()
-    root = chain.configuration_slice("root_joint")
-    q[root.stop - 4 : root.stop] = thesis_rotation(40, -20, -30, degrees=True).as_quat()
-    q = chain.close(q, hold=["root_joint"])
-    slides = chain.velocity_indices(chain.roles.actuated)
-    passive = np.setdiff1d(np.arange(chain.model.nv), slides)
-    J = chain.constraint_jacobian(q)
-    multipliers = np.linalg.solve(J[:, passive].T, tree_forces(chain, q).tau[passive])
-    forces = tree_forces(chain, q, multipliers=multipliers)
-    np.testing.assert_allclose(forces.tau[passive], 0.0, atol=1e-12)
-    # A positive slide lengthens the limb, so tension is the opposite.
-    np.testing.assert_allclose(-forces.tau[slides], [0.478730, 3.732240, 13.185893], atol=1e-6)
-    shoulder = forces.joint_wrench("root_joint") if part == "whole" else forces.closure_wrench("shoulder")
-    np.testing.assert_allclose(shoulder[:3], [6.136294, 13.289826, -2.869032], atol=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["rigid", "revolute", "universal", "prismatic", "cylindrical", "distance"])

@@ -199,6 +199,21 @@ def test_restarts_spread_twice_as_far_each_time_up_to_a_limit(held, monkeypatch)
     assert len(starts) == 1
 
 
+def test_a_start_that_closes_ends_the_search(monkeypatch):
+    named = five_bar()
+    closed = iter([False, False, True])
+    counts = []
+
+    def attempt(state, start, *arguments):
+        counts.append(start)
+        return Attempt(start, 0.5, 3, next(closed), True)
+
+    monkeypatch.setattr(closing, "attempt", attempt)
+    found, steps = nearest_closed(named.chain()._state, named.q, NOTHING_HELD, 1e-12, 60, restarts=5)
+    assert steps == 9
+    np.testing.assert_array_equal(found, counts[-1])
+
+
 def test_the_best_of_all_restarts_is_told(monkeypatch):
     named = five_bar()
     state, residuals = named.chain()._state, iter([5.0, 7.0, 2.0, 6.0])

@@ -1,48 +1,13 @@
-"""What decides ranks: the gap of loops that are a little open, and the bound of Jacobians that are surely regular."""
+"""The bound of Jacobians that are surely regular, by another pivoted QR."""
 
 import numpy as np
 import pytest
-from mechanisms import five_bar
 from scipy.linalg import qr
 
-from exo_pin.chain.kinematics import loops as nearest_motions
-from exo_pin.chain.kinematics import mobility, reduced_kinematics
 from exo_pin.chain.kinematics.kernels.dependent_kernels import nearest_motion
 from exo_pin.chain.kinematics.rank import ROUNDING
 
 pytestmark = pytest.mark.usefixtures("plain")
-
-
-def test_ranks_of_loops_that_are_a_little_open_are_asked_with_their_scaled_gap(monkeypatch):
-    """As closed ones are, to a residual of 1e-8; metres over the characteristic length, which is below one here."""
-    named = five_bar()
-    chain, asked = named.chain(), []
-    q = named.q + 1e-8 * np.array([1.0, 0.0, -2.0, 0.5])
-    gap = np.abs(chain.residual(q)).max() / chain.characteristic_length
-    assert 1e-9 < chain.characteristic_length * gap < 1e-8
-
-    def noting(function, place):
-        def noted(*given):
-            asked.append(given[place])
-            return function(*given)
-
-        return noted
-
-    for module, name, place in (
-        (reduced_kinematics, "dependent_on", 5),
-        (nearest_motions, "nearest_motion", 4),
-        (mobility, "self_consistent_error", 2),
-    ):
-        monkeypatch.setattr(module, name, noting(getattr(module, name), place))
-    v = chain.project_velocity(q, np.ones(4))
-    chain.project_acceleration(q, v, np.ones(4))
-    independent = ["left_crank_hinge", "right_crank_hinge"]
-    chain.dependent_motion(q, independent, [1.0, 2.0], [0.5, 0.1])
-    found = chain.mobility(q, actuated=[])
-    assert len(asked) >= 5
-    np.testing.assert_allclose(asked[:5], gap, rtol=1e-6)
-    values = found.singular_values
-    assert found.tolerance >= 4 * values[0] * (chain.model.njoints * ROUNDING + gap) * (1 - 1e-6)
 
 
 def is_clearly_regular(J, scales, joints, residual):

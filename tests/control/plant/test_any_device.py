@@ -195,6 +195,13 @@ def test_a_motor_beyond_a_gear_with_play_hangs_on_one_side_of_it_and_loses_no_en
         control.JointMotor(play=0.01)
 
 
+def test_the_play_of_a_gear_is_that_of_the_motor_where_it_is_stated():
+    for play, found in ((None, 0.0), (0.02, 0.02)):
+        motor = control.JointMotor(inertia=0.05, stiffness=2e3, play=play)
+        plant = ep.Plant(loaded("serial-y-x-z"), control.PlantOptions(joint_motor=motor), wearer=passive)
+        assert [drive.play for drive in plant.drives] == [found] * 3
+
+
 def test_a_tracked_arm_moves_with_its_torso_and_on_its_cuff():
     exo = loaded("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.of(4e3, 12.0, (0.0, 0.0, -0.2))))
     torso = control.Torso(acceleration=lambda t: np.array([3.0, 0.0, 0.0]))

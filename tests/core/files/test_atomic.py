@@ -193,20 +193,6 @@ def test_an_unknown_ending_writes_nothing(tmp_path):
     assert names(tmp_path) == []
 
 
-def test_ctrl_c_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
-    (tmp_path / "file").write_bytes(b"old")
-    monkeypatch.setattr(os, "fsync", lambda _: signal.raise_signal(signal.SIGINT))
-    # A job that a shell starts in the background ignores this signal.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            write_bytes(tmp_path / "file", NEW)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert names(tmp_path) == ["file"]
-    assert (tmp_path / "file").read_bytes() == b"old"
-
-
 def test_texts_are_utf_8_with_their_own_line_ends(tmp_path):
     write_text(tmp_path / "file", "é\r\nb\n")
     assert (tmp_path / "file").read_bytes() == b"\xc3\xa9\r\nb\n"

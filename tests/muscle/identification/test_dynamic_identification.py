@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from exo_pin import InvalidInput, SolverFailed
 from exo_pin.muscle import (
@@ -22,6 +23,15 @@ G = 9.81
 TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
 #: How long a response is recorded, s: the first oscillations, or all of them.
 SHORT, LONG = 0.5, 1.2
+
+
+STATIC = dynamic_model("tang-3-31").static
+
+
+def of(values, static=STATIC):
+    n_2, n_1, n_0, d_1, d_2 = np.asarray(values).tolist()
+    friction, damping = LoadDependentFriction.from_bar(n_2, n_1, n_0), Damping.from_bar(d_1, d_2)
+    return DynamicModel(name="by hand", static=static, friction=friction, damping=damping)
 
 
 def recordings(noise, seed, samples=151, seconds=SHORT):
@@ -54,33 +64,71 @@ def test_noisy_responses_give_the_coefficients_back():
     np.testing.assert_allclose(friction, dynamic_model("tang-3-31").friction.printed(x, 3.6e5, 1.3), rtol=0.08)
 
 
-@pytest.mark.full
-def test_spread_of_the_coefficients_by_differences_of_the_residuals():
-    """Covariance of the linear model with n - 5 degrees of freedom, and the share of samples within the law."""
-    law, measured = dynamic_model("tang-3-31"), recordings(1e-4, seed=5, samples=31, seconds=0.35)[1:2]
-    found = identify_dynamic(measured, law.static, start=TRUTH)
+def test_spread_effects_and_doubts_of_the_coefficients_by_differences_of_the_residuals():
+    """Covariance of the linear model with n - 5 degrees of freedom, and the share of samples within the law.
 
-    def model(values):
-        n_2, n_1, n_0, d_1, d_2 = values
-        friction, damping = LoadDependentFriction.from_bar(n_2, n_1, n_0), Damping.from_bar(d_1, d_2)
-        return DynamicModel(name="by hand", static=law.static, friction=friction, damping=damping)
+    Quick motion is driven by a damping that falls with the speed.
+    """
+    times, step = np.linspace(0.0, 0.35, 31), PressureStep(2.6e5, 4.0e5, 0.05, 0.03)
+    truth = np.array([*TRUTH[:3], -4.0, 0.802])
+    response = simulate(of(truth), 22.74 / G, step, times, outside="mark").contraction
 
-    def misfit(values):
-        return np.concatenate([each.residual(model(values)) for each in measured])
+    def misfit(values, mass=1.0, share=1.0):
+        force = {powers: share * value for powers, value in STATIC.coefficients.items()}
+        return replace(measured, mass=mass * measured.mass).residual(of(values, replace(STATIC, coefficients=force)))
 
-    steps = np.diag(1e-4 * TRUTH)
-    rises = [(misfit(found.coefficients + d) - misfit(found.coefficients - d)) / (2.0 * d.sum()) for d in steps]
+    measured = Recording(times, response, step, 22.74 / G, start=float(response[0]))
+    rises = np.array([(misfit(truth + d) - misfit(truth - d)) / (2.0 * d.sum()) for d in np.diag(1e-4 * truth)])
+    # Noise that no coefficient takes up: the truth is the answer.
+    noise = np.random.default_rng(5).normal(0.0, 1e-5, 31)
+    noisy = response + noise - rises.T @ np.linalg.lstsq(rises.T, noise, rcond=None)[0]
+    measured = Recording(times, noisy, step, 22.74 / G, start=float(response[0]))
+    found = identify_dynamic([measured], STATIC, start=truth)
+    np.testing.assert_allclose(found.coefficients, truth, rtol=0.01)
     variance = (misfit(found.coefficients) ** 2).sum() / (31 - 5)
     assert (found.samples, found.sigma) == (31, pytest.approx(np.sqrt(variance), rel=1e-3))
-    spread = np.sqrt(np.diag(variance * np.linalg.inv(np.array(rises) @ np.array(rises).T)))
+    spread = np.sqrt(np.diag(variance * np.linalg.inv(rises @ rises.T)))
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), spread, rtol=0.05)
-    inside = [
-        found.model.contains(r.contraction, np.gradient(r.contraction, r.time), r.pressure.sample(r.time), r.mass)
-        for r in measured
-    ]
-    assert found.inside == pytest.approx(np.concatenate(inside).mean())
+    speed = np.gradient(noisy, times)
+    inside = found.model.contains(noisy, speed, step.sample(times), measured.mass)
+    assert found.inside == pytest.approx(inside.mean())
     half = np.diff(found.intervals(0.95)).ravel() / 2.0
     np.testing.assert_allclose(half, 2.0555 * np.sqrt(np.diag(found.covariance)), rtol=1e-3)  # Student, 26 freedoms
+    moving = speed[np.abs(speed) > 0.05 * np.abs(speed).max()]
+    drives = (found.coefficients[3] * np.abs(moving) + found.coefficients[4] < 0.0).mean()
+    assert 0.0 < drives < 0.5
+    assert f"The fitted damping would drive the motion in {100 * drives:.0f} % of the samples" in found.doubts[0]
+    # Coefficients answer to an error by least squares, and what shows is left over.
+    effects = {each.name: each for each in found.known}
+    for name, ends in (
+        ("force law", [misfit(found.coefficients, share=1.0 + s) for s in (1e-4, -1e-4)]),
+        ("hung weight", [misfit(found.coefficients, mass=1.0 + s) for s in (1e-4, -1e-4)]),
+    ):
+        moved = 0.01 * (ends[0] - ends[1]) / 2e-4
+        change, left = np.linalg.lstsq(rises.T, -moved, rcond=None)[:2]
+        forces = [of(values).friction.printed(noisy, step.sample(times), measured.mass)
+                  for values in (change, found.coefficients)]  # fmt: skip
+        share = 100.0 * np.linalg.norm(forces[0]) / np.linalg.norm(forces[1])
+        assert effects[name].effects["friction_percent"] == pytest.approx(share, rel=0.1), name
+        assert effects[name].shows == (np.sqrt(left[0]) > 3.0 * found.sigma)
+
+
+def test_recordings_that_begin_where_the_law_pulls_otherwise_are_named():
+    """A weight below 0.4 times the pull at the first sample, or above 2.5 times."""
+    static, weight = dynamic_model("tang-3-31").static, 12.74
+    times, step = np.linspace(0.0, 0.12, 10), PressureStep(2e5, 3e5, 0.02, 0.03)
+    response = simulate(of(TRUTH), weight / G, step, times, outside="mark").contraction
+    measured, pulls = [], weight / np.array([0.38, 0.42, 2.4, 2.6])
+    for pull in pulls:
+        first = brentq(lambda x, pull=pull: float(static.unchecked_force(x, 2e5)) - pull, 1e-3, 0.1)
+        seen = np.append(first, response[1:])
+        measured.append(Recording(times, seen, step, weight / G, start=float(response[0])))
+    doubts = identify_dynamic(measured, static, start=TRUTH).doubts
+    said = [text.split(" begins at ") for text in doubts if "begins at" in text]
+    assert [text for text, _ in said] == ["Recording 1", "Recording 4"]
+    for (_, text), k in zip(said, (0, 3), strict=True):
+        first = 1e3 * measured[k].contraction[0]
+        assert text.startswith(f"{first:.1f} mm, where the force law pulls {pulls[k]:.1f} N, with a weight of 12.7 N")
 
 
 @pytest.mark.full

@@ -181,6 +181,7 @@ def test_region_of_clean_data_is_all_of_it_and_a_break_is_found():
     assert (region.selected == (x >= edge)).all()
     with pytest.raises(NotIdentifiable, match="a test of it"):
         find_region(x[::15], p[::15], force[::15], 0.3)
+    assert find_region(x[::14], p[::14], force[::14], 0.3).selected.all()  # nine
 
 
 def test_region_of_one_law_is_all_of_it_and_of_a_region_the_region():

@@ -27,6 +27,8 @@ def write(path, header, *columns):
         ("strain,pressure_psi,mass_kg", 1 / 0.3, 1 / 6894.757293168, 1 / 9.81),
         ("contraction_percent,P [MPa],F [N]", 100 / 0.3, 1e-6, 1.0),
         ("STRAIN %,pressure_mbar,weight_lbf", 100 / 0.3, 1e-2, 1 / 4.4482216152605),
+        ("contraction_inch,pressure_Pa,force_gf", 1 / 0.0254, 1.0, 1e3 / 9.80665),
+        ("contraction_m,pressure_bar,force_kN", 1.0, 1e-5, 1e-3),
     ],
 )
 def test_headers_say_the_units(tmp_path, header, contraction, pressure, force):

@@ -11,6 +11,8 @@ from exo_pin import FileFormatError, InvalidInput
 from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files.toml_tables import write_toml
 from exo_pin.muscle import (
+    ConstantFriction,
+    FrictionLaw,
     dynamic_model,
     dynamic_models,
     load_dynamic,
@@ -47,6 +49,20 @@ def test_dynamic_sets_come_back(name, tmp_path):
     state = (0.05, 0.3, 3.6e5, 1.3)
     np.testing.assert_allclose(back.force(*state), model.force(*state), rtol=1e-13)
     np.testing.assert_allclose(back.force(0.05, 0.0, 3.6e5, 1.3), model.force(0.05, 0.0, 3.6e5, 1.3), rtol=1e-13)
+
+
+def test_a_friction_without_a_format_is_refused(tmp_path):
+    class Own(ConstantFriction):
+        pass
+
+    class Other(FrictionLaw):
+        bound = factors = margin = printed = lambda self, *_: 0.0
+
+    model = dynamic_model("tang-3-31")
+    save_dynamic(replace(model, friction=Own(3.0)), tmp_path / "own.toml")
+    assert load_dynamic(tmp_path / "own.toml").friction == ConstantFriction(3.0)
+    with pytest.raises(InvalidInput, match="friction law with a file format, got Other"):
+        save_dynamic(replace(model, friction=Other()), tmp_path / "other.toml")
 
 
 def changed(tmp_path, change, dynamic=False):

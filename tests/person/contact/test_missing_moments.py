@@ -35,17 +35,6 @@ def test_least_contact_is_that_of_another_solver(seed):
     np.testing.assert_allclose(pose.rows @ chosen.z + pose.constant, 0.0, atol=1e-5)
 
 
-def test_missing_moment_is_the_least_one():
-    pose = some_pose(2, rim=False)
-    weak = replace(pose, high=np.full(12, 0.1))
-    assert not least_effort(weak).is_optimal
-    missing, proved = least_missing(weak, in_socket=False)
-    assert proved
-    best = scipy.optimize.lsq_linear(weak.rows, -weak.constant, (weak.low, weak.high), tol=1e-14)
-    assert np.linalg.norm(missing) == pytest.approx(np.sqrt(2.0 * best.cost), rel=1e-6)
-    assert np.abs(weak.rows @ best.x + weak.constant + missing).max() < 1e-5
-
-
 def needed(pose):
     """The least moment from outside, by non-negative least squares, of a pose without a socket."""
     A, b = pose.rows, -pose.constant

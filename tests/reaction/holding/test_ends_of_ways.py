@@ -7,10 +7,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.reaction.assumptions import comparable_splits
-from exo_pin.reaction.holding.hold_check import HoldCheck
-from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way, verdict
-
-FACING = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
+from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way
 
 
 @pytest.mark.parametrize(
@@ -65,36 +62,3 @@ def test_a_verdict_ends_with_the_limbs_that_pass_through_the_wearer(monkeypatch)
     words = property(lambda own: SimpleNamespace(words="TOUCHED" if own is asked else ""))
     monkeypatch.setattr(type(asked), "gaps", words)
     assert answer.verdict == "The device can hold this pose. TOUCHED"
-
-
-DRIVES = (("lift", "N m"), ("wearer about z", "N m"))
-
-
-def stack(drives=(), n=2, **given):
-    zero, no = np.zeros((3, n)), np.zeros(3, dtype=bool)
-    fields = dict.fromkeys(("length_error", "force_error", "excess_speed", "tensions"), zero)
-    fields |= {"can_hold": no, "violated": np.ones(3, dtype=bool), "unknown": no, "missing": (), "estimated": ()}
-    return HoldCheck(**(fields | {"drives": drives} | {key: np.array(value) for key, value in given.items()}))
-
-
-def test_each_reason_of_a_stack_counts_its_own_poses():
-    """What no limits would explain is named only where no force is beyond its limit."""
-    force = [[0.0, 3.0], [0.0, 0.0], [0.0, 0.0]]
-    assert verdict(stack(force_error=force), np.array(["infeasible"] * 3)) == (
-        "The device can hold none of 3 poses: a limb would have to pull too hard (1), no forces within the limits "
-        "balance it (2)."
-    )
-    # Without drives no drive is to blame.
-    assert verdict(stack(), np.array(["ok"] * 3)) == "The device can hold none of 3 poses."
-    # A moment of the wearer's own muscles is not one of a drive.
-    for column, words in ((0, "a drive would have to give more than it can"),
-                          (1, "the wearer's own muscles would have to add moments")):  # fmt: skip
-        force = np.zeros((3, 2))
-        force[1, column] = -2.0
-        assert verdict(stack(DRIVES, force_error=force), np.array(["ok"] * 3)) == (
-            f"The device can hold none of 3 poses: {words} (1)."
-        )
-    past = [[0.1, 0.0], [np.nan, np.nan], [0.0, 0.0]]
-    assert verdict(stack(DRIVES, length_error=past), np.array(["ok"] * 3)).endswith(
-        ": a drive would be beyond its range (1)."
-    )

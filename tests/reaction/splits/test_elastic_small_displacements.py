@@ -268,3 +268,15 @@ def test_bad_questions(worn):
     free = worn.replace(shoulder=ep.Shoulder(stiffness=0.0)).reaction(pose, split="elastic")
     assert free.status == "no_equilibrium"
     assert np.isnan(free.shoulder_force).all()
+
+
+def test_elastic_of_the_design_is_that_of_the_query():
+    guide = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=3e3)
+    exo = ep.load("prototype").replace(
+        limbs=[ep.Limb(guide=guide), ep.Limb(), ep.Limb(guide=guide)], shoulder=ep.Shoulder(stiffness=2e4)
+    )
+    poses = regular_poses(exo.mechanism, np.random.default_rng(70), 50)
+    series, query = exo.reaction_map(poses, split="elastic"), exo.reaction(poses, split="elastic")
+    assert series.split == query.split == "elastic"
+    np.testing.assert_array_equal(series.status, query.status)
+    np.testing.assert_array_equal(series.shoulder_force, query.shoulder_force)

@@ -11,7 +11,6 @@ from exo_pin import InvalidInput, MissingData
 from exo_pin.view.plots import (
     design_drawing,
     rate_slices,
-    rotation_ball,
     workspace_slices,
 )
 
@@ -51,10 +50,6 @@ def test_axes_of_the_slices_are_the_grid(side):
     assert "internal rotation" in ax.get_title()
 
 
-def test_ball(found):
-    assert "% of" in rotation_ball(found).get_suptitle()
-
-
 def test_drawing_has_a_row_a_posture_of_the_wearer():
     exo = ep.load("four-cables")
     figure = design_drawing(exo, exo.pose([0, 60, 60], 0), np.radians([0.0, 0.0, 120.0]))
@@ -89,10 +84,9 @@ def test_slices_need_a_grid():
         workspace_slices(found)
 
 
-@pytest.mark.parametrize("draw", [workspace_slices, rotation_ball])
-def test_what_is_no_workspace_is_refused(draw):
+def test_what_is_no_workspace_is_refused():
     with pytest.raises(InvalidInput, match="found to be a Workspace"):
-        draw(3)
+        workspace_slices(3)
 
 
 def test_slices_of_rates_are_those_of_the_poses_and_hatch_what_is_outside():

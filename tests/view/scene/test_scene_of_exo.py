@@ -130,8 +130,12 @@ def test_a_pose_without_solution_is_reported(exo):
 
 
 def test_a_design_without_an_arm_is_drawn_without_forces():
-    scene = Scene(ep.load("scenario-one"), human=False)
+    exo = ep.load("scenario-one")
+    scene = Scene(exo, human=False)
     assert scene.show(pose(20, 0, 0)) is None
+    margin = float(exo.singularity(pose(20, 0, 0)).determinant)
+    (value,) = panel(scene, "numbers")["values"]
+    assert value == {"name": "margin, det X", "value": f"{margin:+.3f}".replace("-", "−")}
     assert panel(scene, "labels") == []
     assert "no forces" in panel(scene, "legend")["scale"]
 

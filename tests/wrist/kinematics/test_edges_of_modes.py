@@ -7,7 +7,7 @@ from wrists import random_mechanism
 
 from exo_pin import wrist
 from exo_pin.design import WristGeometry
-from exo_pin.wrist.kinematics.assembly import assemble, margin_of, polish, rotate
+from exo_pin.wrist.kinematics.assembly import assemble, margin_of, polish
 from exo_pin.wrist.kinematics.forward import _triples
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
 from exo_pin.wrist.kinematics.solutions import _least_squares
@@ -18,15 +18,6 @@ pytestmark = pytest.mark.usefixtures("plain")
 def unit_rows(rng, count=3):
     rows = rng.normal(size=(count, 3))
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
-
-
-@pytest.mark.parametrize("axis", np.eye(3).tolist())
-@pytest.mark.parametrize("angle", [1.0, -1.0, 1e-4, np.pi])
-def test_turns_about_the_axes_of_coordinates(axis, angle):
-    R = Rotation.from_rotvec([0.3, -1.0, 0.5])
-    turned = R.as_matrix().copy()
-    rotate(turned, *(angle * np.array(axis)).tolist())
-    np.testing.assert_allclose(turned, (Rotation.from_rotvec(np.multiply(angle, axis)) * R).as_matrix(), atol=1e-15)
 
 
 def test_a_start_where_newtons_matrix_is_singular_stays_at_the_least_error():

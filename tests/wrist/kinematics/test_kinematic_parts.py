@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from wrists import random_mechanism
 
-from exo_pin import InvalidInput, wrist
-from exo_pin.wrist.kinematics.assembly import _add, _pivot, assemble, fill_rows, frame_along, margin_of, polish, rotate
+from exo_pin.wrist.kinematics.assembly import _add, _pivot, fill_rows, frame_along, margin_of, rotate
 from exo_pin.wrist.kinematics.forward import nearest_slots
 from exo_pin.wrist.kinematics.from_lengths import twist_roots, wrapped
 from exo_pin.wrist.kinematics.solutions import (
@@ -89,74 +87,6 @@ def test_errors_their_gradient_and_the_margin():
     assert margin_of(rows[[1, 0, 2]]) == pytest.approx(-margin_of(rows), rel=1e-12)
 
 
-@pytest.mark.parametrize("off", [1e-8, 1e-3, 0.1])
-def test_close_starts_are_polished_to_rounding(off):
-    rng = np.random.default_rng(134)
-    for _ in range(6):
-        u, v, R = unit_rows(rng), unit_rows(rng), Rotation.random(rng=rng)
-        c = np.einsum("ij,ij->i", u, R.apply(v))
-        start = (Rotation.from_rotvec(off * unit_rows(rng, 1)[0]) * R).as_matrix()
-        rows, error = np.empty((3, 3)), np.empty(3)
-        if abs(margin_of(_rows_at(R, u, v))) < 0.2:
-            continue
-        assert polish(start, u, v, c, rows, error, np.empty((3, 3))) < 1e-15
-        np.testing.assert_allclose(start, R.as_matrix(), atol=1e-14)
-        np.testing.assert_allclose(start @ start.T, np.eye(3), **UNIT)
-        # An error of orthogonality goes, too.
-        start *= 1.0 + 1e-9
-        polish(start, u, v, c, rows, error, np.empty((3, 3)))
-        np.testing.assert_allclose(start @ start.T, np.eye(3), **UNIT)
-
-
-def _rows_at(R, u, v):
-    return np.cross(R.apply(v), u)
-
-
-def test_double_solutions_are_polished_to_half_of_the_digits():
-    """u_1 · R v_1 = 1 is an extremum: Newton's matrix is singular there."""
-    rng = np.random.default_rng(135)
-    u, v, R = unit_rows(rng), unit_rows(rng), Rotation.random(rng=rng)
-    u[0] = R.apply(v[0])
-    c = np.einsum("ij,ij->i", u, R.apply(v))
-    start = (Rotation.from_rotvec([1e-3, -2e-3, 1e-3]) * R).as_matrix()
-    rows, error = np.empty((3, 3)), np.empty(3)
-    assert polish(start, u, v, c, rows, error, np.empty((3, 3))) < 1e-13
-    assert np.abs(start - R.as_matrix()).max() < 1e-5
-
-
-def test_all_orientations_of_three_equations_are_found_and_are_solutions():
-    rng = np.random.default_rng(136)
-    for _ in range(15):
-        u, v, R = unit_rows(rng), unit_rows(rng), Rotation.random(rng=rng)
-        c = np.einsum("ij,ij->i", u, R.apply(v))
-        found, margins = np.empty((8, 3, 3)), np.empty(8)
-        count = assemble(u, v, c, found, margins)
-        assert count % 2 == 0
-        off = [np.abs(one - R.as_matrix()).max() for one in found[:count]]
-        assert min(off) < 1e-10
-        for one, margin in zip(found[:count], margins, strict=False):
-            np.testing.assert_allclose(np.einsum("ij,ij->i", u, v @ one.T), c, atol=1e-13)
-            assert np.linalg.det(one) == pytest.approx(1.0, abs=1e-14)
-            assert margin == pytest.approx(margin_of(np.cross(v @ one.T, u)), rel=1e-8, abs=1e-12)
-        # As many of either sign.
-        assert (margins[:count] > 0.0).sum() == count // 2
-        # Limbs in another order have the same solutions.
-        again = np.empty((8, 3, 3))
-        assert assemble(u[[2, 0, 1]], v[[2, 0, 1]], c[[2, 0, 1]], again, np.empty(8)) == count
-        for one in found[:count]:
-            assert np.abs(again[:count] - one).max(axis=(1, 2)).min() < 1e-9
-
-
-def test_cosines_beyond_one_have_no_solution_and_parallel_pairs_a_curve():
-    rng = np.random.default_rng(137)
-    u, v = unit_rows(rng), unit_rows(rng)
-    out = np.empty((8, 3, 3)), np.empty(8)
-    for beyond in (1.1, -1.1):
-        assert assemble(u, v, np.array([0.1, beyond, 0.2]), *out) == 0
-    u[1:], v[1:] = u[0], v[0]
-    assert assemble(u, v, np.full(3, 0.3), *out) == -1
-
-
 def test_the_first_equation_is_one_whose_vector_is_parallel_to_no_other():
     v = np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     for order in ([0, 1, 2], [2, 0, 1], [0, 2, 1]):
@@ -220,20 +150,6 @@ def test_modes_are_ordered_by_their_angle_from_the_reference_after_those_that_ar
     np.testing.assert_array_equal(modes.q[0, 1], np.arange(4.0))
 
 
-@pytest.mark.parametrize(("a", "b"), [(0.3, 0.2), (0.2, 0.3), (0.25, 0.25)])
-def test_lengths_of_an_angle_are_the_positive_roots_of_the_quadratic(a, b):
-    rng = np.random.default_rng(140)
-    for sine in (-1.0, -0.95, *rng.uniform(-1.0, 1.0, 20), 0.0, 1.0):
-        roots = np.full(2, np.nan)
-        count, width = twist_roots(sine, a, b, roots)
-        expected = np.roots([1.0, 2.0 * a * sine, a * a - b * b])
-        expected = np.sort(expected[(np.abs(expected.imag) < 1e-12) & (expected.real > 1e-9)].real)[::-1]
-        assert count == len(expected)
-        np.testing.assert_allclose(roots[:count], expected, rtol=1e-9)
-        square = b * b - a * a * (1.0 - sine * sine)
-        assert width == pytest.approx(math.sqrt(max(0.0, square)) / b, abs=1e-12)
-
-
 def test_roots_that_meet_are_one():
     """With |b| < |a| the line at cos θ = b/a touches the sphere; by 1e-6 of b it counts as touching."""
     a, b = 0.3, 0.2
@@ -268,32 +184,3 @@ def test_nearest_slots_are_ambiguous_beyond_half_way_and_where_modes_meet():
     assert tuple(map(int, nearest_slots(turns, none, none, turns[1]))) == (-1, True)
     one = np.array([False, True, False, False])
     assert tuple(map(int, nearest_slots(turns, one, none, turns[2]))) == (1, False)
-
-
-def test_three_measured_quantities_have_the_inverse_of_their_rows():
-    """Gain, sensitivity and worst axis by the pseudo-inverse; lengths beside angles over the largest |B_i|."""
-    geometry = random_mechanism(np.random.default_rng(141), 4).geometry
-    poses = Rotation.random(3, np.random.default_rng(142))
-    rows = wrist.joint_jacobians(geometry, poses)
-    radius = np.linalg.norm(geometry.platform_points, axis=1)
-    state = wrist.inverse_kinematics(geometry, poses)
-    for measured in ("lengths", "base_theta_x", ("lengths", "base_theta_y"), ("platform_theta_x", "platform_theta_y")):
-        names = (measured,) if isinstance(measured, str) else measured
-        found = wrist.sensor_sensitivity(geometry, poses, measured)
-        for k in range(3):
-            weigh = radius.max() if len(names) > 1 else 1.0
-            J = np.concatenate([getattr(rows, n)[k] / (weigh if n == "lengths" else 1.0) for n in names])
-            np.testing.assert_allclose(found.error_gain[k], np.linalg.pinv(J), rtol=1e-9, atol=1e-10)
-            _, values, Vt = np.linalg.svd(J)
-            assert found.sensitivity[k] == pytest.approx(1.0 / values[2], rel=1e-10)
-            assert abs(found.worst_axis[k] @ Vt[2]) == pytest.approx(1.0, rel=1e-10)
-        assert np.isnan(found.determinant).all()
-        along = np.einsum("kij,kij->ki", state.platform_points, state.directions) / radius
-        np.testing.assert_allclose(found.along, along, rtol=1e-13)
-    three = random_mechanism(np.random.default_rng(143), 3).geometry
-    J = wrist.joint_jacobians(three, poses).lengths
-    np.testing.assert_allclose(
-        wrist.sensor_sensitivity(three, poses, "lengths").determinant, np.linalg.det(J), rtol=1e-10
-    )
-    with pytest.raises(InvalidInput, match="at least one"):
-        wrist.sensor_sensitivity(geometry, poses, [])

@@ -38,11 +38,11 @@ from ....device.postures import following, postures
 from ....load_case.pose_stacks import pose_matrices
 from ....numerics.vectors import matrix
 from ..drives import DirectDrive, LimbDrive, MuscleDrive
-from ..equations.drive_kernels import FLOWS, drive_rates, manifold_rates
+from ..equations.drive_kernels import FLOWS, drive_rates, manifold_rates, slip
 from ..equations.plant_kernels import Tables, stop_moment
 from ..state import still_tables
 from .arm_actions import ArmState, Payload, Wearer
-from .direct_motors import DirectMotors, bristle_rates, slips
+from .direct_motors import DirectMotors, bristle_rates
 from .moving_torso import Torso, TorsoState, carried_along
 from .padding import Padding, Pads
 
@@ -379,7 +379,7 @@ class DeviceEquations:
             stop = np.array(found)
         if joint[0] or joint[1]:
             z, turning = y[6 + 2 * n : 9 + 2 * n], math.sqrt(float(w @ w))
-            slipping = slips(float(w @ z), math.sqrt(float(z @ z))) * turning
+            slipping = slip.plain(float(w @ z), math.sqrt(float(z @ z))) * turning
             out[6 + 2 * n : 9 + 2 * n] = (w - slipping * z) / joint[2]
             friction = -joint[0] * w - joint[1] * z
             taken -= float(friction @ w)

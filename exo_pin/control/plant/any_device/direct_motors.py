@@ -10,7 +10,6 @@ the elastoplastic friction of :mod:`exo_pin.control.plant.equations.drive_kernel
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,11 +18,9 @@ import pinocchio as pin
 
 from ....core.validation import FloatArray
 from ..drives import DirectDrive
-from ..equations.drive_kernels import FLOWS
+from ..equations.drive_kernels import FLOWS, slip
 
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
-#: |z| of elastoplastic friction below which it is elastic; see :func:`.drive_kernels.slip`.
-_ELASTIC = 0.7
 
 
 class DirectMotors:
@@ -103,15 +100,8 @@ class DirectMotors:
         return side * push, (elastic - push) * side * rate, 0.5 * elastic * np.maximum(depth, 0.0)
 
 
-def slips(loaded: float, size: float) -> float:
-    """α of elastoplastic friction, for z · v and |z|; see :func:`.drive_kernels.slip`."""
-    if loaded <= 0.0 or size <= _ELASTIC:
-        return 0.0
-    return 0.5 - 0.5 * math.cos(math.pi * min((size - _ELASTIC) / (1.0 - _ELASTIC), 1.0))
-
-
 def bristle_rates(v: FloatArray, z: FloatArray, over: Any) -> FloatArray:
     """z' of some bristles."""
-    share = np.minimum(np.maximum((np.abs(z) - _ELASTIC) / (1.0 - _ELASTIC), 0.0), 1.0)
-    slipping = np.where(v * z > 0.0, 0.5 - 0.5 * np.cos(np.pi * share), 0.0)
+    # The plain form, of a handful of numbers.
+    slipping = np.array([slip.plain(*each) for each in zip((v * z).tolist(), np.abs(z).tolist(), strict=True)])
     return np.asarray((v - slipping * np.abs(v) * z) / over)

@@ -359,22 +359,3 @@ def test_a_mutated_file_means_what_drake_reads_or_is_refused(seeds):
             upper + np.triu(upper, 1).T, M, rtol=0, atol=1e-9 * np.abs(M).max(), err_msg=str(seed)
         )
     assert read > len(seeds) / 5
-
-
-@pytest.mark.parametrize(("bound", "limits"), [("upper", (-np.inf, 0.4)), ("lower", (0.4, np.inf))])
-def test_a_joint_with_one_limit_is_free_on_the_other_side(bound, limits):
-    model = read(ELBOW, ELBOW.replace("</axis>", f"<limit><{bound}>0.4</{bound}></limit></axis>")).model
-    found = model.lowerPositionLimit[-1], model.upperPositionLimit[-1]
-    assert tuple(x if abs(x) < 1e10 else np.sign(x) * np.inf for x in found) == limits
-
-
-@pytest.mark.parametrize(("effort", "driven"), [("0", False), ("0.5", True), ("1e-9", True), ("-1", True)])
-def test_a_joint_with_any_effort_is_actuated(effort, driven):
-    chain = read(ELBOW, ELBOW.replace("</axis>", f"<limit><effort>{effort}</effort></limit></axis>"))
-    assert ("elbow" in chain.roles.actuated) == driven
-
-
-def test_an_axis_is_z_by_default():
-    chain = read(ELBOW, "<axis/>")
-    moved = chain.placement(np.array([0.0, 0.7]), "fore").translation
-    np.testing.assert_allclose(moved - chain.placement(np.zeros(2), "fore").translation, [0.0, 0.0, 0.7], atol=1e-15)

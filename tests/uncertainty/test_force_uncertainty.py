@@ -240,6 +240,8 @@ def test_stiffer_parts_are_the_answer_of_a_stiffer_device():
         np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
         assert effect.greatest > 1.0001 * effect.least
     assert not others
+    rigid = exo.replace(shoulder=shoulder).uncertainty(pose, split="elastic", uncertainties=certain)
+    assert [effect.name for effect in rigid.effects] == ["shoulder_stiffness_percent"]
 
 
 def test_lost_holds_are_named_and_answers_are_data(tmp_path):

@@ -32,6 +32,7 @@ from exo_pin.control.plant.equations.plant_kernels import (
     stop_moment,
     tolerances,
 )
+from exo_pin.control.plant.state import still_tables
 from exo_pin.muscle import ConstantFriction
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 
@@ -291,6 +292,22 @@ def test_tables_hold_what_design_and_options_state():
     np.testing.assert_allclose(t.centre, arm.centre_of_mass)
     free = ep.Plant(ep.load("three-linear-actuators"), ep.PlantOptions(second_flange=True, shoulder_coulomb=0.0)).tables
     assert (free.shoulder[3], free.shoulder[2], free.air.tolist()) == (0.0, 1.0, [0.0, ATMOSPHERE, 0.0, 0.0, 0.0])
+
+
+def test_a_plant_that_stands_still_has_its_forces_without_friction_and_flow(moving):
+    tables = moving[0].tables
+    still = still_tables(tables, 0.7)
+    for name, columns, kept in (
+        ("air", AIR, {"exponent": 0.0}), ("shoulder", SHOULDER, {"viscous": 0.7, "coulomb": 0.0}),
+        ("muscles", COLUMNS, dict.fromkeys(("friction", "friction_2", "friction_1", "friction_0", "friction_load",
+                                            "pulley_friction"), 0.0)),
+        ("motors", MOTOR_COLUMNS, {"inverse_mass": 0.0}),
+    ):  # fmt: skip
+        expected = getattr(tables, name).copy()
+        for column, value in kept.items():
+            expected[..., columns.index(column)] = value
+        np.testing.assert_array_equal(getattr(still, name), expected)
+    np.testing.assert_array_equal(still.base, tables.base)
 
 
 def test_what_a_run_reports_of_a_state(moving):

@@ -109,6 +109,14 @@ def test_drives_put_on_the_arm_what_their_reaction_does(name):
     )
     np.testing.assert_allclose(two - one, one - zero, atol=1e-8)
     assert np.abs(one - zero).max() > 1.0
+    if name == "serial-y-x-z":
+        given = exo.joint_contact(poses, MAN, 0.5 * efforts, limits="none")
+        effort, contact = (
+            exo.joint_contact(poses, MAN, f"least_{what}", limits="none") for what in ("effort", "contact")
+        )
+        assert (effort.effort <= given.effort + 1e-9).all()
+        assert (contact.magnitude <= np.minimum(given.magnitude, effort.magnitude) + 0.1).all()
+        assert "chosen together with the activations" in effort.assumptions["device"]
 
 
 def test_a_run_is_answered_some_five_times_a_second(cables):

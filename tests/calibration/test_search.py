@@ -134,6 +134,8 @@ def test_a_limb_has_four_twins_and_with_turns_about_one_axis_mirror_images(axis,
         for option in own:
             ends = problem.measured @ option[3:6] - option[:3]
             np.testing.assert_allclose(np.linalg.norm(ends, axis=1), lengths[:, i], atol=1e-9)
+    # Minima that are one have their options once.
+    assert [len(own) for own in limb_options(model, np.zeros((2, 18)), problem.measured)] == [count] * 3
     if not axis:
         devices = combined(model, options, 256)
         assert devices.shape == (64, 18)

@@ -20,9 +20,10 @@ from exo_pin.control import Experiment, Turn, options_for
 from exo_pin.control.experiments.foresight import default_controller
 from exo_pin.load_case import ADL_BOX
 
+#: Presets whose drives are known.
 DESIGNS = (
     "four-linear-actuators-worn", "four-linear-actuators", "four-cables-worn", "four-cables", "six-cables",
-    "three-linear-actuators", "four-muscle-cables", "prototype", "optimised-table-5-3", "optimised-table-c-2",
+    "three-linear-actuators", "four-muscle-cables", "prototype",
 )  # fmt: skip
 #: Error at the end, degrees, up to which the arm counts as settled.
 _SETTLED = 1.0

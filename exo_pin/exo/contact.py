@@ -33,9 +33,6 @@ if TYPE_CHECKING:
     from ..person.contact.assumption_range import ContactQuestion
     from .shoulder_exo import ShoulderExo
 
-#: Samples a second of a run whose contact force is computed; each takes some milliseconds.
-_CONTACT_RATE = 5.0
-
 
 def joint_contact(
     self: ShoulderExo,
@@ -184,7 +181,7 @@ def joint_contact(
 
 @checked
 def joint_contact_of_run(
-    self: ShoulderExo, tracking: Tracking | Run, person: Person, progress: bool = False
+    self: ShoulderExo, tracking: Tracking | Run, person: Person, progress: bool = False, *, rate: float = 25.0
 ) -> JointContact:
     """Contact force of the wearer's shoulder joint along a simulated motion, with the efforts of the run.
 
@@ -193,11 +190,13 @@ def joint_contact_of_run(
     Parameters
     ----------
     tracking : Tracking or Run
-        Of this design; about five of its samples a second are answered.
+        Of this design.
     person : Person
         The wearer.
     progress : bool
         Whether to show a progress bar.
+    rate : float
+        About how many samples a second are answered, beside that of the largest |F_s|; each takes some milliseconds.
 
     Returns
     -------
@@ -208,12 +207,14 @@ def joint_contact_of_run(
     --------
     >>> exo, man = ep.load("four-cables-worn"), ep.Person(1.75, 75, "male")
     >>> run = exo.track("flexion", "model", duration=0.4)
-    >>> exo.joint_contact_of_run(run, man).magnitude.round()
-    array([ 8.,  8., 12.])
+    >>> exo.joint_contact_of_run(run, man, rate=5.0).magnitude.round()
+    array([ 8., 34.,  8., 12.])
     """
     run: Any = getattr(tracking, "run", tracking)
     count = len(run.times)
-    rows = slice(None, None, max(round((count - 1) / max(run.times[-1] * _CONTACT_RATE, 1.0)), 1))
+    step = max(round((count - 1) / max(run.times[-1] * as_positive("rate", rate), 1.0)), 1)
+    # A drive that fails may press the joint for some milliseconds only.
+    rows = np.union1d(np.arange(0, count, step), [int((run.shoulder_force**2).sum(axis=1).argmax())])
     forces: Any = run.tensions[rows]
     if not self.device.limbs_are_massless:
         own = run.question(rows)

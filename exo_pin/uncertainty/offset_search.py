@@ -158,7 +158,7 @@ class _Search:
             lambda x: x @ x, start, bounds=_CUBE, constraints=on_surface, options={"ftol": 1e-12}
         ).x
         near = abs(self._relative(x)) < 1e-8 and x @ x <= start @ start
-        return x if near and np.linalg.norm(x) <= 1.0 else start
+        return x if near else start
 
     def _relative(self, x: FloatArray) -> float:
         """The determinant at one point, relative to that of the centre."""

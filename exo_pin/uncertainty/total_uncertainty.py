@@ -131,7 +131,8 @@ class TotalUncertainty(Result, ReadOnly):
 
     def __str__(self) -> str:
         words = {"F_s_N": ("|F_s|", self.magnitude), "joint_N": ("Force in the joint", self.joint_N)}
-        count, lost = len(self.held), int((~self.held.astype(bool)).sum())
+        count = len(self.held)
+        lost = count - int(self.held.sum())
         lines = [f"{count} draws of all that is uncertain; nine of ten lie between"]
         for name, (low, middle, high) in self.quantiles.items():
             title, asked = words[name]

@@ -42,6 +42,9 @@ def test_the_table_has_nominal_and_found_values_with_their_deviations():
     assert f"25 x 3, {75 - found.information.rank} degrees of freedom" in text
     assert f"{np.sqrt((left**2).mean()):.3g} mm (root of the mean square), largest {np.abs(left).max():.3g} mm" in text
     assert f"{found.probability:.2g} (chi-square" in text
+    assert "Taken as known, and what an error of it would do" in text
+    assert all(f"\n  {each}" in text for each in found.known)
+    assert ("would show in the residuals" in text) == any(each.shows for each in found.known)
 
 
 def test_other_devices_undetermined_directions_and_outliers_are_listed_and_counted():

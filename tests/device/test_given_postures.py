@@ -93,6 +93,20 @@ def test_a_posture_beyond_reach_is_out_of_reach(motors):
     assert not answer.held
 
 
+def test_a_posture_is_said_with_the_values_that_all_poses_share(motors):
+    """In the caption of an answer: joints with their values, those that differ by their names, or a configuration."""
+    q = motors.exo.reaction(POSES, limits="none").source.poses.placed.q
+    for posture, words in (
+        ({"hinge_2": 0.25}, "hinge_2 at 0.25 as asked for (rad, m), reached from the straight turn with the arm held"),
+        ({"hinge_2_deg": 10.0}, "hinge_2 at 0.1745 as asked for"),
+        ({"hinge_2": [0.2, *[0.25] * (len(POSES) - 1)]}, "hinge_2 as asked for"),
+        (q, "the configuration that was asked for"),
+    ):
+        answer = motors.exo.reaction(POSES, limits="none", posture=posture)
+        assert any(words in text for text in answer.cautions), (words, answer.cautions)
+    assert not any("asked for" in text for text in motors.exo.reaction(POSES, limits="none").cautions)
+
+
 def test_what_is_no_posture(motors):
     for posture, error, words in (
         ({"knee": 0.1}, UnknownName, "hinge_1"),

@@ -109,3 +109,23 @@ def test_what_else_a_device_has_comes_back(device, tmp_path):
     assert "arm" in tables
     assert again.arm.wearer.height == pytest.approx(1.8)
     assert "arm" not in written(device, tmp_path)[0]
+
+
+def test_a_cable_only_pulls_and_needs_a_direction():
+    """Whatever is left out of it; where two points of its way coincide in a pose, the answer says so."""
+    assert Drive("rope", route=WAY, upper=30.0).lower == 0.0
+    assert Drive("motor", joint=HINGE).lower is None
+    exo = ep.load(URDF / "spring-support.urdf")
+    pose = exo.pose(40.0)
+    here = tuple(pose.apply([0.0, 0.04, -0.2]).tolist())
+    folded = Route.over(("universe", here), ("arm", (0.0, 0.04, -0.2)))
+    answer = exo.replace(springs=[Spring("strut", ConstantForce(5.0), route=folded)]).reaction(pose)
+    assert str(answer.status) == "not_evaluated"
+    assert 'spring "strut" has no direction, because two points of its route coincide' in answer.verdict
+
+
+def test_a_device_is_saved_where_there_is_room_alone(device, tmp_path):
+    exo = ep.ShoulderExo.from_device(device)
+    with pytest.raises(ep.InvalidInput, match="none"):
+        exo.save(tmp_path / "none" / "mine.toml")
+    assert not list(tmp_path.iterdir())

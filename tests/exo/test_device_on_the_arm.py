@@ -7,6 +7,7 @@ from places import URDF
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 import exo_pin as ep
+from exo_pin.exo.pose_report import report_on_pose
 
 MAN = ep.Person(1.75, 75, "male")
 SHIFT = np.array([0.004, -0.006, 0.008])
@@ -108,3 +109,83 @@ def test_drives_put_on_the_arm_what_their_reaction_does(name):
     )
     np.testing.assert_allclose(two - one, one - zero, atol=1e-8)
     assert np.abs(one - zero).max() > 1.0
+    if name == "serial-y-x-z":
+        given = exo.joint_contact(poses, MAN, 0.5 * efforts, limits="none")
+        effort, contact = (
+            exo.joint_contact(poses, MAN, f"least_{what}", limits="none") for what in ("effort", "contact")
+        )
+        assert (effort.effort <= given.effort + 1e-9).all()
+        assert (contact.magnitude <= np.minimum(given.magnitude, effort.magnitude) + 0.1).all()
+        assert "chosen together with the activations" in effort.assumptions["device"]
+
+
+def test_a_run_is_answered_some_five_times_a_second(cables):
+    tracking = cables.track("flexion", "model", duration=0.6)
+    run = tracking.run
+    step = round((len(run.times) - 1) / 3)
+    rows = slice(None, None, step)
+    assert np.diff(run.times[rows]) == pytest.approx(0.2, abs=0.02)
+    found = cables.joint_contact_of_run(tracking, MAN)
+    motion = ep.Motion(run.angular_velocity[rows], run.angular_acceleration[rows])
+    more = {"motion": motion, "load": run.external_load(rows), "outside": "mark"}
+    there = cables.joint_contact(run.rotations[rows], MAN, run.tensions[rows], **more)
+    np.testing.assert_allclose(found.force, there.force, rtol=1e-9)
+    np.testing.assert_array_equal(found.device_forces, run.tensions[rows])
+    np.testing.assert_allclose(cables.joint_contact_of_run(run, MAN).force, found.force, rtol=1e-9)
+
+
+CERTAIN = ("offset_mm", "pose_deg", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm", "load_percent", "tone_percent")
+
+
+def test_draws_of_what_is_certain_are_the_answer_and_tone_loads_the_joint(cables):
+    pose, load = cables.pose(60.0, 20.0), ep.Load([0.0, 0.0, -8.0], at=[0.0, 0.0, -0.25])
+    certain = dict.fromkeys(CERTAIN, 0.0)
+    sure = cables.total_uncertainty(pose, MAN, load=load, draws=8, uncertainties=certain)
+    answer = cables.reaction(pose, load=load)
+    joint = cables.joint_contact(pose, MAN, answer, load=load)
+    np.testing.assert_allclose(sure.shoulder_forces, answer.magnitude, rtol=1e-9)
+    np.testing.assert_allclose(sure.joint_forces, joint.magnitude, rtol=1e-6)
+    assert (sure.magnitude, sure.joint_N) == pytest.approx((float(answer.magnitude), float(joint.magnitude)))
+    assert sure.title.startswith("four-cables, flexion 60°, abduction 20°")
+    tense = cables.total_uncertainty(
+        pose, MAN, load=load, draws=8, seed=1, uncertainties=certain | {"tone_percent": 40.0}
+    )
+    assert (tense.joint_forces >= joint.magnitude - 1e-6).all()
+    assert tense.joint_forces.max() > joint.magnitude + 1.0
+    # Nobody is asked for muscles without a person.
+    alone = cables.total_uncertainty(pose, load=load, draws=8, uncertainties=dict.fromkeys(CERTAIN[:-1], 0.0))
+    assert np.isnan(alone.joint_N)
+    assert np.isnan(alone.joint_forces).all()
+
+
+def test_a_load_on_the_hand_is_carried_by_the_elbow(cables):
+    """What acts beyond the elbow loads it too: of one on the upper arm it does not."""
+    pose, bent = cables.pose(60.0), MAN.with_changes(elbow_flexion=1.0)
+    for at, on in (((0.0, 0.0, -0.5), "forearm"), ((0.0, 0.0, -0.2), "upper arm")):
+        load = ep.Load([0.0, 0.0, -15.0], at=at)
+        answer = cables.reaction(pose, load=load)
+        told = report_on_pose(cables, answer, bent).contact
+        options = ep.ContactOptions(load_on=on)
+        same = cables.joint_contact(pose, bent, answer, load=load, options=options)
+        other = cables.joint_contact(pose, bent, answer, load=load, options=ep.ContactOptions(
+            load_on="forearm" if on == "upper arm" else "upper arm"))  # fmt: skip
+        np.testing.assert_allclose(told.force, same.force, rtol=1e-6)
+        assert np.abs(told.force - other.force).max() > 0.1
+
+
+def test_what_stands_where_the_posture_says_is_in_the_contact():
+    """Given efforts take the configuration that was asked for, and the bodies beside it are those of the reaction."""
+    exo = ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+    pose = exo.pose(80.0, 80.0)
+    answer = exo.reaction(pose, limits="none")
+    there = exo.joint_contact(pose, MAN, answer, outside="mark")
+    same = exo.joint_contact(pose, MAN, answer.actuator_forces, limits="none", outside="mark")
+    words = answer.verdict.partition("As it is worn, ")[2]
+    assert words
+    for contact in (there, same):
+        assert words.split(" (")[0] in contact.caution
+    lift = ep.Movement.from_samples(np.linspace(0.0, 1.0, 21), exo.pose(np.linspace(20.0, 40.0, 21)))
+    moving = exo.joint_contact(lift, MAN)
+    assert moving.status.shape == (21,)
+    with pytest.raises(ep.InvalidInput, match="its own centre_offset"):
+        exo.joint_contact(pose, MAN, answer, posture={"flexion": 0.1})

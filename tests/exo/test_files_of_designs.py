@@ -46,7 +46,15 @@ def test_a_urdf_has_the_device_file_that_is_due(side, tmp_path):
         assert ep.load(path).side == side
     # What simulators need beyond the design's own masses is left out on request.
     bare, heavy = exo.to_urdf(tmp_path / "bare", assumed=None), tmp_path / "whole" / "prototype.urdf"
-    np.testing.assert_allclose(forces(ep.load(bare)), forces(exo), atol=1e-8)
+    again = ep.load(bare)
+    np.testing.assert_allclose(forces(again), forces(exo), atol=1e-8)
+    # What the device file says of limbs and actuators a wrist's record holds; other limits of a drive it does not.
+    assert not again.wrist.beyond_record
+    for one, other in zip(again.limbs, exo.limbs, strict=True):
+        assert (one.actuator, one.stroke) == (other.actuator, other.stroke)
+    text, beside = bare.with_suffix(".device.toml").read_text(), bare.with_suffix(".device.toml")
+    beside.write_text(text.replace("[[drives]]", "[[drives]]\nspeed_m_s = 0.2", 1))
+    assert "device file" in ep.load(bare).wrist.beyond_record
     assert np.abs(forces(ep.load(heavy)) - forces(exo)).max() > 1.0
     other = ep.load(SERIAL, side=side)
     path = other.to_urdf(tmp_path / "serial")
@@ -98,6 +106,7 @@ def test_a_devices_file_has_to_be_of_its_robot(tmp_path):
         ep.ShoulderExo.from_chain(other, None, None, robot.with_suffix(".device.toml"))
     # Limbs with masses of their own are beyond a wrist's record; its closed forms stay.
     heavy = ep.ShoulderExo.from_chain(exo.chain_with_masses())
+    assert heavy.name == heavy.chain.description.name == "prototype"
     assert heavy.wrist.beyond_record
     assert not hasattr(heavy, "mechanism")
     pose = exo.pose(30.0, 20.0)

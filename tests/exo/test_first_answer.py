@@ -84,6 +84,9 @@ MADE = {
     "limits not asked": lambda: report(worn_device(), 60, limits="none"),
     "YES, if estimates are right.": lambda: report(estimated(), 20, 40, person=None),
     "PROBABLY NOT.": lambda: report(estimated(None), 20, 40, person=None),
+    "Assumed massless limbs; ": lambda: report(
+        ep.load("prototype"), 20, person=None, split="minimal", constraint_bounds=20.0, limits="none"
+    ),
     "presses 1.7 kPa": lambda: report(worn_device(), 60),
     "cannot be": lambda: replace(
         there := report(worn_device(), 60),

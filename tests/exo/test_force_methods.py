@@ -10,6 +10,8 @@ from wrists import PERSON, exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import InvalidInput
+from exo_pin.control import Turn
+from exo_pin.control.controllers.model_controller import gains_for
 
 
 @pytest.fixture(scope="module")
@@ -213,3 +215,21 @@ def test_stack_counts_poses_and_reasons(exo):
     pushes = int((answer.limits.force_error < 0).any(axis=-1).sum())
     assert answer.verdict.startswith("The device can hold none of 3 poses: ")
     assert f"a limb would have to push ({pushes})" in answer.verdict
+
+
+@pytest.mark.full
+def test_the_contact_force_of_a_run_has_its_peak_after_a_fault():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    man = ep.Person(1.75, 75, "male")
+    exo = ep.load("four-linear-actuators-worn").worn_by(man)
+    still = Turn(exo.pose(60.0, 30.0), np.array([0.0, 0.0, 1e-9]), 0.2)
+    gains = replace(gains_for(exo.moved_record), lost_beyond=0.01)
+    run = exo.track(still, "model", duration=0.6, faults=(ep.Fault("torn", 0, start=0.2),), feedback=gains)
+    found, every = exo.joint_contact_of_run(run, man), exo.joint_contact_of_run(run, man, rate=1000.0)
+    assert len(found.magnitude) < 0.2 * len(every.magnitude)
+    assert found.magnitude.max() > 1.5 * found.magnitude[0]
+    assert found.magnitude.max() == pytest.approx(every.magnitude.max(), rel=1e-3)
+    k = int(np.linalg.norm(run.run.shoulder_force, axis=1).argmax())
+    motion = ep.Motion(run.run.angular_velocity[k], run.run.angular_acceleration[k])
+    alone = exo.joint_contact(run.run.rotations[k], man, forces=run.run.tensions[k], motion=motion)
+    assert alone.magnitude == pytest.approx(every.magnitude.max(), rel=1e-6)

@@ -149,13 +149,16 @@ def test_a_tracked_design_is_moved_as_asked():
     exo, stiff = ep.load("four-cables"), ep.control.Passive(stiffness=1.0, damping=0.1, source="as said")
     asked = {
         "options": ep.PlantOptions(play=1e-3), "faults": [ep.control.Fault("torn", 0, start=0.05)], "rate": 50.0,
-        "payloads": ep.control.Payload(1.0, (0.0, 0.0, -0.3)), "wearer": stiff, "title": "mine",
+        "payloads": ep.control.Payload(1.0, (0.0, 0.0, -0.3)), "wearer": [stiff], "title": "mine",
         "feedback": ep.control.FeedbackGains(),
     }  # fmt: skip
     experiment = exo.track("flexion", "model", duration=0.06, **asked).experiment
     for name, value in asked.items():
         own = getattr(experiment, name)
         assert own is value or own == (value,) or tuple(own) == tuple(value), name
+    alone = exo.track("flexion", "model", duration=0.02, wearer=stiff, payloads=[asked["payloads"]]).experiment
+    assert (alone.wearer, alone.payloads) == ((stiff,), (asked["payloads"],))
+    assert alone.title not in ("", "mine")
     with pytest.raises(ep.InvalidInput, match='for the controller "model"'):
         exo.track("flexion", "pi", feedback=ep.control.FeedbackGains())
 
@@ -166,6 +169,7 @@ def test_long_work_says_how_far_it_is(worn, capsys):
     asked = {
         "reaction": lambda **more: SERIAL_EXO.reaction(SERIAL_EXO.pose(np.linspace(0.0, 60.0, 8)), **more),
         "joint_contact": lambda **more: worn.joint_contact(poses, MAN, **more),
+        "compare": lambda **more: worn.compare(worn, poses=poses, **more),
         "total_uncertainty": lambda **more: worn.total_uncertainty(poses[3], draws=12, **more),
     }
     for name, ask in asked.items():

@@ -154,6 +154,18 @@ def test_a_ball_has_its_steepest_direction(exo):
         assert found[name].greatest - found[name].least == pytest.approx(2.0 * slope, rel=1e-3), name
 
 
+def test_a_turn_that_ends_in_a_singular_pose_has_no_bound():
+    exo = ep.load("prototype").worn_by(PERSON)
+    certain = dict.fromkeys(("offset_mm", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm"), 0.0)
+    pose = ep.shoulder_rotation(0, 86, 0, **DEGREES)
+    for size, bounded in ((3.9, True), (4.0, False)):
+        found = exo.uncertainty(pose, limits="none", uncertainties=certain | {"pose_deg": size})
+        (turn,) = found.effects
+        assert np.isfinite(turn.greatest) == bounded
+        assert ("unbounded" in str(found)) != bounded
+        assert turn.least <= found.magnitude < turn.greatest
+
+
 def test_the_peak_of_a_movement_is_asked():
     exo = ep.load("four-linear-actuators").worn_by(PERSON)
     poses = ep.shoulder_rotation(np.linspace(0, 90, 10), 30, 0, **DEGREES)
@@ -204,6 +216,32 @@ def test_more_of_a_load_or_a_mass_is_the_answer_to_a_larger_one():
         np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
     assert not ends
     assert not any("may not hold" in text for text in found.cautions)
+
+
+def test_stiffer_parts_are_the_answer_of_a_stiffer_device():
+    exo = ep.load("three-linear-actuators").worn_by(PERSON)
+    cuff, shoulder = (
+        ep.Interface.of(4e4, 120.0, (0, 0, -0.2)),
+        replace(exo.mechanism.shoulder, stiffness=2e4 * np.eye(3)),
+    )
+    soft, pose = exo.replace(interfaces=ep.Interfaces(cuff=cuff), shoulder=shoulder), exo.pose(30, 30)
+    certain = dict.fromkeys(("offset_mm", "pose_deg", "A_mm", "B_mm", "mass_percent", "centre_of_mass_mm"), 0)
+    asked = certain | {"springs_percent": 40, "shoulder_stiffness_percent": 30}
+    found = soft.uncertainty(pose, split="elastic", centre_offset=OFF, uncertainties=asked)
+    others = {
+        "springs_percent": [soft.replace(interfaces=ep.Interfaces(cuff=replace(cuff, stiffness=s * cuff.stiffness)))
+                            for s in (0.6, 1.4, 1.0)],
+        "shoulder_stiffness_percent": [soft.replace(shoulder=replace(shoulder, stiffness=s * shoulder.stiffness))
+                                       for s in (0.7, 1.3, 1.0)],
+    }  # fmt: skip
+    for effect in found.effects:
+        sizes = [float(other.reaction(pose, split="elastic", centre_offset=OFF).magnitude)
+                 for other in others.pop(effect.name)]  # fmt: skip
+        np.testing.assert_allclose([effect.least, effect.greatest], [min(sizes), max(sizes)], rtol=1e-9)
+        assert effect.greatest > 1.0001 * effect.least
+    assert not others
+    rigid = exo.replace(shoulder=shoulder).uncertainty(pose, split="elastic", uncertainties=certain)
+    assert [effect.name for effect in rigid.effects] == ["shoulder_stiffness_percent"]
 
 
 def test_lost_holds_are_named_and_answers_are_data(tmp_path):

@@ -51,7 +51,7 @@ def resolution_of(values: FloatArray) -> float:
         return 0.0
     for power in range(int(np.floor(np.log10(size))), int(np.floor(np.log10(size))) - 9, -1):
         steps = values / 10.0**power
-        if np.abs(steps - np.round(steps)).max() < 1e-12 * max(1.0, float(np.abs(steps).max())) + 1e-9:
+        if np.allclose(steps, steps.round(), rtol=1e-12, atol=1e-9):
             return float(10.0**power)
     return 0.0
 

@@ -169,9 +169,9 @@ def _capsule(ax: Any, capsule: FloatArray, first: int, second: int, colour: str)
     """Fill the outline of a capsule in a view."""
     p, q = 1e3 * capsule[[first, second]], 1e3 * capsule[[3 + first, 3 + second]]
     radius = 1e3 * float(capsule[6])
-    along = float(np.arctan2(q[1] - p[1], q[0] - p[0])) if np.linalg.norm(q - p) > 1e-9 else 0.0
+    along = float(np.arctan2(q[1] - p[1], q[0] - p[0]))
     half = np.linspace(-np.pi / 2, np.pi / 2, 24)
     arc = np.concatenate([half + along, half + along + np.pi])
     centres = np.concatenate([np.tile(q, (24, 1)), np.tile(p, (24, 1))])
-    outline = centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1)
+    outline = centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
     ax.fill(*outline.T, facecolor=colour, edgecolor="0.45", linewidth=0.7, alpha=0.8)

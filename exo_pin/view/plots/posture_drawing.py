@@ -242,8 +242,8 @@ def _apart(numbers: list[tuple[str, FloatArray]]) -> list[tuple[str, FloatArray]
 def _outline(row: FloatArray) -> FloatArray:
     """Outline of a capsule as seen, shape (2, 48)."""
     p, q, radius = row[:2], row[3:5], row[6]
-    along = float(np.arctan2(*(q - p)[::-1])) if np.linalg.norm(q - p) > 1e-6 else 0.0
+    along = float(np.arctan2(*(q - p)[::-1]))
     half = np.linspace(-np.pi / 2, np.pi / 2, 24)
     arc = np.concatenate([half + along, half + along + np.pi])
     centres = np.concatenate([np.tile(q, (24, 1)), np.tile(p, (24, 1))])
-    return np.asarray((centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1)).T)
+    return np.asarray((centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)).T)

@@ -161,3 +161,35 @@ def test_numbers_of_a_record(muscles):
                          "F_s_N": force, "error_deg": error, "time_s": TIMES, "tension_work_J": 3.0,
                          "F_s_z_N": made.shoulder_force[:, 2], "energy_in_J": made.air_energy}.items():  # fmt: skip
         np.testing.assert_allclose(table[name], np.broadcast_to(values, 101), atol=1e-9, err_msg=name)
+
+
+def test_what_device_joint_and_person_bore(motors):
+    more = 1.0 + TIMES[:, None]
+    # Beyond what a shoulder can do from 1 s on.
+    turned = ep.shoulder_rotation(30.0, 10.0, np.where(TIMES < 1.0, 0.0, 170.0), degrees=True)
+    run = recorded(motors, rotations=turned, tensions=more * [10, 20, 30, 40], tension_work=more * [1.0, 2, 3, 4],
+                   electric_energy=more**2 * [1.0, 1, 0, 1], angular_velocity=more * [1.0, -2.0, 0.5]).run  # fmt: skip
+    numbers, cuff, needed = run.summary(), run.cuff_wrench, run.needed_moment
+    force = np.linalg.norm(run.shoulder_force, axis=1)
+    power = np.abs((cuff[:, 3:] * run.angular_velocity).sum(axis=1))
+    expected = {
+        "mean_F_s_N": force.mean(), "peak_F_s_N": force.max(), "device_work_J": 2.0 * 10.0,
+        "electric_energy_J": 3.0 * (9.0 - 1.0), "wearer_work_J": run.wearer_work[-1] - run.wearer_work[0],
+        "peak_cuff_force_N": np.linalg.norm(cuff[:, :3], axis=1).max(),
+        "peak_cuff_moment_N_m": np.linalg.norm(cuff[:, 3:], axis=1).max(),
+        "peak_wearer_moment_N_m": np.linalg.norm(run.wearer_moment, axis=1).max(), "peak_cuff_power_W": power.max(),
+        "assistance": (needed * cuff[:, 3:]).sum() / (needed**2).sum(), "outside_s": 1.01,
+    }  # fmt: skip
+    assert numbers == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("share", "said"), [(1.0009, False), (1.0011, True)])
+def test_pressures_above_the_safe_one_are_named(muscles, share, said):
+    safe = muscles.run.plant.drives[1].supply_pressure
+    run = recorded(muscles, pressures=column(1e5, 1, 40, share * safe)).run
+    text = f"Muscle 2 reaches {share * safe / 1e5:.3g} bar, above its greatest safe pressure of {safe / 1e5:.3g} bar"
+    assert any(each.startswith(text) for each in run.cautions) == said
+    pulling = recorded(muscles, tensions=column(0.0, 0, slice(0, 50), 1.0)).run
+    inside = 100.0 * pulling.in_range[:50, 0].mean()
+    words = [text for text in pulling.cautions if text.startswith("The force laws of the muscles were identified in")]
+    assert words == ([] if inside == 100.0 else [text for text in words if f"(muscle 1: {inside:.0f} %)" in text])

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.control.plant.equations.drive_kernels import (
+    AIR,
     COLUMNS,
     MOTOR_COLUMNS,
     air_volume,
@@ -22,7 +23,16 @@ from exo_pin.control.plant.equations.drive_kernels import (
     static_tensions,
     tension,
 )
-from exo_pin.control.plant.equations.plant_kernels import advance, observe, rates, state_parts, stop_moment, tolerances
+from exo_pin.control.plant.equations.plant_kernels import (
+    SHOULDER,
+    advance,
+    observe,
+    rates,
+    state_parts,
+    stop_moment,
+    tolerances,
+)
+from exo_pin.control.plant.state import still_tables
 from exo_pin.muscle import ConstantFriction
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 
@@ -181,11 +191,16 @@ def exact(plant, y, q):
     return acceleration, (w - sliding * z) / t.shoulder[2], taken + float(rub @ w), np.array(limbs), inertia, R
 
 
-@pytest.fixture(scope="module", params=["prototype", "three-linear-actuators"])
+OPTIONS = {"shoulder_viscous": 0.02, "shoulder_coulomb": 0.1, "muscle_friction": ConstantFriction(1.0)}
+
+
+@pytest.fixture(scope="module", params=["prototype", "a manifold", "three-linear-actuators"])
 def moving(request):
     """A plant with friction, stops and a load, its flows and a lively state."""
-    options = ep.PlantOptions(shoulder_viscous=0.02, shoulder_coulomb=0.1, muscle_friction=ConstantFriction(1.0))
-    plant = ep.Plant(ep.load(request.param), options, load=ep.Load([3.0, -2.0, -9.0], at=[0.0, 0.02, -0.3]))
+    manifold = {"supply": ep.Supply(5e5, ep.Valve(2e-8, 0.3), 1e-3)} if request.param == "a manifold" else {}
+    exo = ep.load("prototype" if manifold else request.param)
+    load = ep.Load([3.0, -2.0, -9.0], at=[0.0, 0.02, -0.3])
+    plant = ep.Plant(exo, ep.PlantOptions(**OPTIONS, **manifold), load=load)
     n, rng = plant.count, np.random.default_rng(11)
     y, q = np.zeros(13 + 7 * n), ep.thesis_rotation(62.0, -20.0, -15.0, degrees=True).as_quat()
     parts = state_parts(y)
@@ -240,10 +255,59 @@ def test_rates_of_a_plant_are_those_of_its_equations(moving):
             assert (found["drive_speeds"][i], found["electric_energy"][i]) == (0.0, 0.0)
             drawn, vented = drawn + taken, vented + left
         assert found["tension_work"][i] == pytest.approx(-pull * speed)
-    held = t.air[4] == 0.0
     assert found["air_vented"][0] == pytest.approx(vented)
-    if held:
+    if t.air[4] == 0.0:
         assert (found["air_used"][0], found["manifold"][0]) == (pytest.approx(drawn), 0.0)
+    else:
+        fresh = mass_flow(5e5 + ATMOSPHERE, parts["manifold"][0], 2e-8, 0.3)
+        assert found["air_used"][0] == pytest.approx(fresh)
+        rate = t.air[0] * GAS_CONSTANT * REFERENCE_TEMPERATURE * (fresh - drawn) / 1e-3
+        assert found["manifold"][0] == pytest.approx(rate)
+
+
+def test_tables_hold_what_design_and_options_state():
+    supply = ep.Supply(5e5, ep.Valve(2e-8, 0.3), 1e-3)
+    stops = {"shoulder_presliding": 3e-3, "stop_stiffness": 70.0, "stop_damping": 2.0, "polytropic_exponent": 1.3}
+    for side in (1.0, -1.0):
+        exo = ep.load("prototype", side="left" if side > 0.0 else "right")
+        plant = ep.Plant(exo, ep.PlantOptions(**OPTIONS, **stops, supply=supply))
+        t, joint = plant.tables, exo.mechanism.shoulder
+        assert dict(zip(SHOULDER, t.shoulder.tolist(), strict=True)) == {
+            "viscous": 0.02, "coulomb": 0.1, "presliding": 3e-3, "stops": 1.0, "stop_centre": joint.abduction_centre,
+            "stop_half": joint.half_diagonal, "side": side, "stop_stiffness": 70.0, "stop_damping": 2.0,
+        }  # fmt: skip
+    values = dict(zip(AIR, t.air.tolist(), strict=True))
+    assert values == {"exponent": 1.3, "supply": 5e5 + ATMOSPHERE, "regulator": 2e-8, "regulator_ratio": 0.3,
+                      "manifold": 1e-3}  # fmt: skip
+    for i, drive in enumerate(plant.drives):
+        length = t.muscles[i, COLUMNS.index("nominal_length")]
+        for x, p in ((0.01, 2e5), (0.05, 3.5e5)):
+            found = static_law(t.law, i, x / length, p / 1e5)[0]
+            assert found == pytest.approx(float(drive.model.unchecked_force(x, p)), abs=1e-7)
+    arm = exo.arm
+    about = arm.inertia + arm.mass * (arm.centre_of_mass @ arm.centre_of_mass * np.eye(3)
+                                      - np.outer(arm.centre_of_mass, arm.centre_of_mass))  # fmt: skip
+    np.testing.assert_allclose(t.inertia, about, atol=1e-12)
+    np.testing.assert_allclose(t.inverse @ about, np.eye(3), atol=1e-10)
+    np.testing.assert_allclose(t.centre, arm.centre_of_mass)
+    free = ep.Plant(ep.load("three-linear-actuators"), ep.PlantOptions(second_flange=True, shoulder_coulomb=0.0)).tables
+    assert (free.shoulder[3], free.shoulder[2], free.air.tolist()) == (0.0, 1.0, [0.0, ATMOSPHERE, 0.0, 0.0, 0.0])
+
+
+def test_a_plant_that_stands_still_has_its_forces_without_friction_and_flow(moving):
+    tables = moving[0].tables
+    still = still_tables(tables, 0.7)
+    for name, columns, kept in (
+        ("air", AIR, {"exponent": 0.0}), ("shoulder", SHOULDER, {"viscous": 0.7, "coulomb": 0.0}),
+        ("muscles", COLUMNS, dict.fromkeys(("friction", "friction_2", "friction_1", "friction_0", "friction_load",
+                                            "pulley_friction"), 0.0)),
+        ("motors", MOTOR_COLUMNS, {"inverse_mass": 0.0}),
+    ):  # fmt: skip
+        expected = getattr(tables, name).copy()
+        for column, value in kept.items():
+            expected[..., columns.index(column)] = value
+        np.testing.assert_array_equal(getattr(still, name), expected)
+    np.testing.assert_array_equal(still.base, tables.base)
 
 
 def test_what_a_run_reports_of_a_state(moving):

@@ -52,6 +52,16 @@ def test_what_is_unusual_is_said_with_its_bounds(name, bounds, words, unit, fact
             assert any(said in text for text in cautions) == (side == outward), (value, cautions)
 
 
+@pytest.mark.parametrize("factor", [0.001, 0.01, 0.1, 10.0, 100.0, 1000.0])
+def test_a_length_in_another_unit_is_named(factor):
+    x, p, f = plane(length=LENGTH)
+    try:
+        text = str(as_measurements(x, p, f, LENGTH / factor, 0.02)[3])
+    except InvalidInput as refused:
+        text = str(refused)
+    assert "the nominal length looks like 300 mm" in text, text
+
+
 @pytest.mark.parametrize(("slender", "unusual"), [(3.9, True), (4.1, False), (98.0, False), (102.0, True)])
 def test_without_a_diameter_the_pull_bounds_the_slenderness(slender, unusual):
     """A cross-section that makes the pull six times the pressure on it."""

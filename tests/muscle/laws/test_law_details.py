@@ -22,19 +22,6 @@ def test_coefficients_of_the_second_order_law_stand_at_their_powers():
     assert model.unchecked_force(np.zeros(2), np.zeros(2)).tolist() == [13.0, 13.0]
 
 
-@pytest.mark.parametrize("name", [name for name in muscle_models() if isinstance(muscle_model(name), PolynomialModel)])
-def test_slopes_are_those_of_the_force(name):
-    model = muscle_model(name)
-    low, high = model.validity.strain
-    x = np.linspace(low, high, 5)[1:-1] * model.reference_length
-    p = np.full(3, np.mean(model.validity.pressure))
-    h, hp = 1e-6, 1.0
-    by_length = (model._force(x + h, p) - model._force(x - h, p)) / (2 * h)
-    by_pressure = (model._force(x, p + hp) - model._force(x, p - hp)) / (2 * hp)
-    np.testing.assert_allclose(model._stiffness(x, p), by_length, rtol=1e-6, atol=1e-3)
-    np.testing.assert_allclose(model._pressure_gain(x, p), by_pressure, rtol=1e-6, atol=1e-9)
-
-
 def test_a_kilogram_shifts_the_pressure_of_friction_by_one_bar_if_nothing_else_is_said():
     law = LoadDependentFriction.from_bar(1.0, 2.0, 3.0)
     shifted, _ = law.factors(0.01, 3.0 * BAR, 2.0)
@@ -55,3 +42,17 @@ def test_one_length_beyond_the_thread_is_refused_among_good_ones():
         with pytest.raises(InvalidInput, match="no longer than its thread"):
             model.diameter([0.0, beyond / model.scale])
     assert braided
+
+
+@pytest.mark.parametrize("name", muscle_models())
+def test_powers_and_slopes_of_a_scaled_law_are_those_of_its_force(name):
+    model = muscle_model(name, 0.2)
+    x, p = np.array([0.012, 0.031]), 3.1 * BAR
+    force = model.unchecked_force(x, p)
+    np.testing.assert_allclose(np.polynomial.polynomial.polyval(x, model.contraction_powers(p)), force, rtol=1e-9)
+    ends = [model.unchecked_force(x + side * 1e-6, p) for side in (1, -1)]
+    np.testing.assert_allclose(model.stiffness(x, p, outside="mark").data, (ends[0] - ends[1]) / 2e-6, rtol=1e-5)
+    ends = [model.unchecked_force(x, p + side) for side in (10.0, -10.0)]
+    np.testing.assert_allclose(model.pressure_gain(x, p, outside="mark").data, (ends[0] - ends[1]) / 20.0, rtol=1e-6)
+    # The same strain, the same force.
+    np.testing.assert_allclose(muscle_model(name, 0.3).unchecked_force(1.5 * x, p), force, rtol=1e-12)

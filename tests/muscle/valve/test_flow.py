@@ -90,6 +90,10 @@ def test_a_valve_alone_or_shut_in_series():
     assert first.in_series(Valve(0.0)).conductance == 0.0
 
 
+def test_absolute_pressure_of_a_supply():
+    assert Supply(4e5).absolute == 501325.0
+
+
 def test_shares_of_a_command():
     valve = Valve(1e-9)
     three_two = ValveUnit(valve, valve)

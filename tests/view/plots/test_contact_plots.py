@@ -74,3 +74,40 @@ def test_the_scale_of_the_relief_spans_its_values_and_red_is_added_force():
         assert colours["vmax"] == (97.0 if cut == "neither" else 100.0)
         assert (bar["extend"], "red" in bar["label"]) == (cut, True)
     assert relief_scale(np.full((2, 2), np.nan))[0]["vmax"] == 100.0
+
+
+@pytest.mark.filterwarnings("ignore:All-NaN slice:RuntimeWarning")
+def test_a_box_with_a_device_has_both_forces_and_the_relief():
+    exo, person = ep.load("prototype"), ep.Person(1.75, 75, "male")
+    grid = np.meshgrid(*BOX, indexing="ij")
+    contact = exo.joint_contact(exo.pose(*grid), person, outside="mark")
+    figure = contact_over_box(BOX, contact)
+    panels = [ax for ax in figure.axes if ax.get_xlabel() == "flexion, °"]
+    assert [ax.get_title() for ax in panels] == ["without the device", "with the device", "relief"]
+    values = (contact.without_device.percent_body_weight, contact.percent_body_weight, contact.relief_percent)
+    layers = []
+    for ax, each in zip(panels, values, strict=True):
+        (mesh,) = ax.collections
+        drawn = np.ma.filled(mesh.get_array(), np.nan).reshape(len(BOX[1]), len(BOX[0]))
+        layers.append(np.nanmedian(each, axis=-1).T)
+        np.testing.assert_allclose(drawn, layers[-1], rtol=1e-12)
+        edges = mesh.get_coordinates()
+        np.testing.assert_allclose((edges[0, 1:, 0] + edges[0, :-1, 0]) / 2.0, BOX[0])
+        assert list(ax.get_xticks()) == [0.0, 30.0, 60.0]
+        assert list(ax.get_yticks()) == [0.0, 30.0]
+    top = np.nanmax(layers[:2])
+    assert [ax.collections[0].get_clim() for ax in panels[:2]] == [(0.0, pytest.approx(top))] * 2
+    look, bar = relief_scale(layers[2].T)
+    assert panels[2].collections[0].get_clim() == (look["vmin"], look["vmax"])
+    assert [ax.get_ylabel() for ax in figure.axes if ax not in panels] == ["% of body weight", bar["label"]]
+    assert panels[0].get_ylabel() == "abduction, °"
+    lost = any(np.isnan(layer).any() for layer in layers[:2])
+    assert ("grey: no result" in str(figure.get_supxlabel())) == lost
+    curve = contact_over_elevation(DEGREES, exo.joint_contact(exo.pose(0.0, DEGREES), person, outside="mark"))
+    curve.figure.canvas.draw()
+    (newton,) = curve.child_axes
+    np.testing.assert_allclose(np.array(newton.get_ylim()), np.array(curve.get_ylim()) * 0.75 * 9.80665, rtol=2e-3)
+    assert (curve.get_ylim()[0], newton.get_ylabel()) == (0.0, "force, N")
+    shear = next(line for line in curve.get_lines() if line.get_label() == "shear with the device")
+    found = exo.joint_contact(exo.pose(0.0, DEGREES), person, outside="mark")
+    np.testing.assert_allclose(shear.get_ydata(), 100.0 * found.shear / found.body_weight)

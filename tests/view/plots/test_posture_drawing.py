@@ -91,12 +91,14 @@ def test_limbs_and_body_are_seen_from_in_front_and_outside(side):
         ].tolist()
         assert ax.get_aspect() == 1.0
         assert not ax.axison
-    corners = np.concatenate([patch.get_xy() for ax in figure.axes for patch in ax.patches])
-    ends = np.concatenate([own for ax in figure.axes for own in segments(ax)[:-2]])
-    every = np.concatenate([corners, ends])
-    assert (low <= every.min(axis=0) + 1e-6).all()
-    assert (high >= every.max(axis=0) - 1e-6).all()
-    assert np.abs(every.min(axis=0) - low).min() < 25.0
+    reach = [segment for ax in figure.axes for segment in segments(ax)[: None if ax is not figure.axes[-1] else -1]]
+    for pose in poses:
+        for rows, turn in ((body.torso, np.eye(3)), (body.arm, pose.as_matrix())):
+            for p, q, radius in (capsule(row, turn, side) for row in rows):
+                reach.append(np.array([end[:2] + sign * radius for end in (p, q) for sign in (-1.0, 1.0)]))
+    every = np.concatenate(reach)
+    np.testing.assert_allclose(low, every.min(axis=0) - 20.0)
+    np.testing.assert_allclose(high, every.max(axis=0) + 20.0)
     bar = segments(figure.axes[-1])[-1]
     np.testing.assert_allclose(np.ptp(bar, axis=0), [200.0, 0.0])
     (scale,) = [text for text in figure.axes[-1].texts if "mm" in text.get_text()]

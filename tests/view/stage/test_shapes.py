@@ -138,6 +138,13 @@ def test_an_arrow_is_as_long_as_its_vector(heads, tail):
     names = ["shaft", *(f"head_{k}" for k in range(heads)), *(["tail"] if tail else [])]
     assert set(stage.placements()) == {f"/meshcat/one/{name}" for name in names}
     assert all(np.linalg.norm(each[:3, :3]) < 1e-5 for each in stage.placements().values())
+    # Drawn after the translucent arm, which would tint them.
+    orders = {
+        item["path"]: item["value"]
+        for item in map(umsgpack.unpackb, runs(stage))
+        if item.get("property") == "renderOrder"
+    }
+    assert orders == {f"/meshcat/one/{name}": 10 for name in names}
     start = np.array([0.1, -0.2, 0.3])
     for vector in np.array([[0.12, 0.16, 0.0], [0.0, 0.0, -0.01]]):
         arrow.show(start, vector)

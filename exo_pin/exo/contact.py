@@ -208,7 +208,7 @@ def joint_contact_of_run(
     >>> exo, man = ep.load("four-cables-worn"), ep.Person(1.75, 75, "male")
     >>> run = exo.track("flexion", "model", duration=0.4)
     >>> exo.joint_contact_of_run(run, man, rate=5.0).magnitude.round()
-    array([ 8.,  8., 12.])
+    array([ 8., 34.,  8., 12.])
     """
     run: Any = getattr(tracking, "run", tracking)
     count = len(run.times)

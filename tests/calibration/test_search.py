@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from exo_pin.calibration.calibrate_device import nominal_model
-from exo_pin.calibration.length_model import CalibrationProblem, MeasurementErrors, whitening
+from exo_pin.calibration.length_model import CalibrationProblem, MeasurementErrors, estimate, whitening
 from exo_pin.calibration.search.solutions import descend, misfits
 from exo_pin.calibration.search.starts import (
     best_combinations,
@@ -211,6 +211,13 @@ def test_descents_end_where_another_optimiser_does(turn, prior):
     other = least_squares(cost, begun[0], x_scale=model.scales, xtol=1e-12, ftol=1e-12)
     best = (cost(other.x) ** 2).sum()
     costs = [(cost(x) ** 2).sum() for x in found]
+    # At the end of least squares nothing pulls any more, with the weights that are those of the answer.
+    answer = estimate(problem, begun[0])
+    pull = answer.jacobian.T @ answer.residuals - answer.values / problem.prior**2
+    assert np.abs(pull * model.scales).max() < 1e-4 * np.linalg.norm(answer.jacobian * model.scales)
+    whiten = whitening(model.evaluate(answer.values, problem.measured), 1e-3, turn)
+    left = lengths - model.lengths(answer.values, problem.measured)
+    np.testing.assert_allclose(answer.residuals.reshape(25, 3), np.einsum("kij,kj->ki", whiten, left), atol=1e-3)
     assert max(costs) < best * (1.01 if turn else 1.001)
     if not turn:
         diagonal = whitening(here, 1e-3, 0.0)

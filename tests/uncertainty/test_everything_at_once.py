@@ -29,6 +29,7 @@ def test_weight_alone_spreads_the_force_as_itself(exo):
     assert only.name == "mass_percent"
     assert only.of_F_s == pytest.approx(1.0, abs=0.25)
     assert np.isnan(only.of_joint)
+    assert [line.split()[-1] for line in str(found).splitlines() if "mass_percent ±5" in line] == ["-"]
     assert np.isnan(found.joint_forces).all()
     assert found.held.all()
 

@@ -76,7 +76,7 @@ def test_what_is_not_known_is_said(serial):
     )
 
 
-@pytest.mark.parametrize("name", ["spherical-3rrr", "3rps-passive-ball"])
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "3rps-passive-ball"])
 def test_gaps_of_links_are_those_of_coal(name):
     """Joints of the second lie away from the shoulder's centre."""
     exo = ep.load(URDF / f"{name}.urdf").worn_by(MAN)

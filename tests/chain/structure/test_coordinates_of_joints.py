@@ -1,14 +1,10 @@
-"""Indices, limits and units of coordinates, of trees with joints of one, two, three and six, and pictures of links."""
-
-import xml.etree.ElementTree as ET
+"""Indices, limits and units of coordinates, of trees with joints of one, two, three and six."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput
-from exo_pin.chain.formats.urdf.urdf_writing import COLOURS, Document, Picture
 from exo_pin.chain.formats.xml_elements import as_numbers
 from exo_pin.chain.structure.motion_axes import (
     Limits,
@@ -126,37 +122,6 @@ def test_names_of_joints_are_one_or_several():
     assert joint_names(["one", "two"]) == ("one", "two")
     with pytest.raises(InvalidInput, match="names of joints"):
         joint_names(3)
-
-
-@pytest.mark.parametrize(
-    ("start", "end"),
-    [((0.1, 0.2, 0.3), (0.4, -0.2, 0.9)), ((0, 0, 0.5), (0, 0, -0.5)), ((1.0, 0, 0), (0, 2, 0))],
-)
-def test_a_cylinder_is_drawn_from_one_end_to_the_other(start, end):
-    document = Document("one")
-    document.link("rod", None, [Picture("base", 0.05, start, end), Picture("arm", 0.07, start)])
-    rod, ball = ET.fromstring(document.text()).findall("link/visual")
-    origin, cylinder = rod.find("origin"), rod.find("geometry/cylinder")
-    place = np.array(origin.get("xyz").split(), dtype=float)
-    turn = Rotation.from_euler("xyz", np.array(origin.get("rpy").split(), dtype=float))
-    half = turn.apply([0.0, 0.0, 0.5 * float(cylinder.get("length"))])
-    np.testing.assert_allclose([place - half, place + half], [start, end], atol=1e-12)
-    assert float(cylinder.get("radius")) == 0.05
-    np.testing.assert_array_equal(np.array(ball.find("origin").get("xyz").split(), dtype=float), start)
-    assert float(ball.find("geometry/sphere").get("radius")) == 0.07
-    assert rod.find("material").get("name") == "base"
-
-
-def test_colours_are_opaque_and_between_black_and_white():
-    document = Document("one")
-    document.link("rod", None, [Picture(colour, 0.05, (0.0, 0.0, 0.0)) for colour in COLOURS])
-    written = ET.fromstring(document.text())
-    named = {each.get("name"): each.find("color").get("rgba") for each in written.findall("material")}
-    assert set(named) == set(COLOURS)
-    for text in named.values():
-        *colour, alpha = (float(word) for word in text.split())
-        assert alpha == 1.0
-        assert 0.0 <= min(colour) <= max(colour) <= 1.0
 
 
 def test_numbers_of_a_file_have_no_negative_zero_and_all_their_digits():

@@ -9,7 +9,7 @@ from exo_pin import wrist
 from exo_pin.design import WristGeometry
 from exo_pin.wrist.kinematics import forward
 from exo_pin.wrist.kinematics import from_lengths as from_directions
-from exo_pin.wrist.kinematics.assembly import CONTINUUM, assemble, margin_of
+from exo_pin.wrist.kinematics.assembly import CONTINUUM, margin_of
 from exo_pin.wrist.kinematics.from_lengths import twist_roots
 from exo_pin.wrist.kinematics.solutions import Solutions, solve
 from exo_pin.wrist.limbs import classify
@@ -122,31 +122,6 @@ def test_roots_of_an_angle_have_no_unit(size):
         found, _ = twist_roots(-np.sqrt(1.0 - cosine * cosine), a, b, roots)
         assert found == count
         np.testing.assert_allclose(roots[:found], np.sqrt(a * a - b * b), rtol=1e-4)
-
-
-def test_no_more_starts_are_polished_than_there_are_real_roots(monkeypatch):
-    """And extrema of D near zero, which there are only where modes nearly meet."""
-    used, starts = assemble.plain.__globals__, []
-    polish = used["polish"]
-
-    def noted(R, *arguments):
-        starts.append(R.copy())
-        return polish(R, *arguments)
-
-    monkeypatch.setitem(used, "polish", noted)
-    rng, total = np.random.default_rng(264), 0
-    for _ in range(12):
-        u, v = rng.normal(size=(2, 3, 3))
-        u, v = (part / np.linalg.norm(part, axis=1, keepdims=True) for part in (u, v))
-        c = np.einsum("ij,ij->i", u, Rotation.random(rng=rng).apply(v))
-        out, margins = np.empty((8, 3, 3)), np.empty(8)
-        count = assemble(u, v, c, out, margins)
-        total += count
-        # Each solution has a start of its own that is nearly there.
-        for one in out[:count]:
-            away = [np.abs(start - one).max() for start in starts]
-            assert min(away) < 1e-5
-    assert len(starts) <= 1.1 * total + 2
 
 
 @pytest.mark.parametrize("n", [3, 4])

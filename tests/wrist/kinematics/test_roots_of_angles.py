@@ -1,4 +1,4 @@
-"""Modes of measured angles: which there are, and the sign that two that meet do not share."""
+"""Modes of measured angles: which there are, and which limbs may be folded."""
 
 import numpy as np
 import pytest
@@ -6,62 +6,10 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 from exo_pin import wrist
-from exo_pin.wrist.kinematics.assembly import _spins, margin_of
-from exo_pin.wrist.kinematics.from_lengths import twist_roots
+from exo_pin.wrist.kinematics.assembly import _spins
 from exo_pin.wrist.limbs import STATUS, classify
 
 pytestmark = pytest.mark.usefixtures("plain")
-
-
-def short_armed(rng, n=3):
-    """|B_i| < |A_i|: an angle belongs to two lengths, or to none."""
-    geometry = random_mechanism(rng, n).geometry
-    size = np.linalg.norm(geometry.base_points, axis=1) / np.linalg.norm(geometry.platform_points, axis=1)
-    return geometry.replace(platform_points=geometry.platform_points * (0.8 * size)[:, None])
-
-
-def raw_modes(geometry, theta_x, monkeypatch):
-    """Solutions of one set of θ_xA as the kernel writes them: rotations, signed margins."""
-    from exo_pin.wrist.kinematics import forward
-
-    kept = []
-    kernel = forward.twist_stack
-
-    def noted(theta, joints, modes):
-        kernel(theta, joints, modes)
-        kept.append(modes)
-
-    monkeypatch.setattr(forward, "twist_stack", noted)
-    wrist.forward_kinematics_from_base_angles(geometry, theta_x=theta_x)
-    (modes,) = kept
-    count = int(modes.number[0])
-    return Rotation.from_quat(modes.q[0, :count]), modes.margin[0, :count]
-
-
-def test_a_second_root_turns_the_sign_of_a_mode(monkeypatch):
-    """The sign is that of det[R v_i × u_i], once more turned for each limb that takes the shorter of two lengths."""
-    rng, shorter = np.random.default_rng(220), 0
-    for _ in range(4):
-        geometry = short_armed(rng)
-        state = wrist.inverse_kinematics(geometry, Rotation.random(rng=rng))
-        found, margins = raw_modes(geometry, state.base_theta_x, monkeypatch)
-        a, b = (np.linalg.norm(p, axis=1) for p in (geometry.base_points, geometry.platform_points))
-        for pose, margin in zip(found, margins, strict=True):
-            lengths = wrist.inverse_kinematics(geometry, pose).lengths
-            seconds, widths = 0, []
-            for i in range(3):
-                roots = np.empty(2)
-                count, width = twist_roots(np.sin(state.base_theta_x[i]), a[i], b[i], roots)
-                nearest = np.abs(roots[:count] - lengths[i]).argmin()
-                assert lengths[i] == pytest.approx(roots[nearest], rel=1e-9)
-                seconds += int(nearest)
-                widths.append(width)
-            u = geometry.base_points / a[:, None]
-            own = margin_of(np.cross(pose.apply(geometry.platform_points / b[:, None]), u))
-            expected = np.copysign(min(abs(own), *widths), own) * (-1) ** seconds
-            assert margin == pytest.approx(expected, rel=1e-6)
-            shorter += seconds % 2
-    assert shorter > 3
 
 
 @pytest.mark.parametrize("n", [3, 4])

@@ -23,7 +23,7 @@ from exo_pin.reaction.assumptions import as_split
 from exo_pin.study import evaluate
 from exo_pin.view import Scene
 from exo_pin.view.picture.mechanism_picture import offsets
-from exo_pin.view.plots import workspace_slices
+from exo_pin.view.plots import rotation_ball, workspace_slices
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
 from exo_pin.workspace.criterion import forces
 from exo_pin.workspace.optimisation.merit import Merit
@@ -233,6 +233,7 @@ def test_an_added_criterion_in_every_table_picture_and_command(exo, capsys, tmp_
         for text, handle in zip(legend.get_texts(), legend.legend_handles, strict=True)
     }
     assert {"inside", f"not met: {item.words}"} == set(words)
+    rotation_ball(alone)
     pyplot.close("all")
     assert task_reach(exo.mechanism, criteria=["reach"], step=40.0)["limited_by"].tolist().count("reach") > 0
     status, out, _ = run(capsys, "workspace", "prototype", "--step", "30", "--criteria", "reach,stroke", "--json")

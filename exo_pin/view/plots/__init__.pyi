@@ -1,6 +1,7 @@
 from .angle_maps import determinant_map as determinant_map
 from .angle_maps import overview as overview
 from .angle_maps import rate_slices as rate_slices
+from .angle_maps import rotation_ball as rotation_ball
 from .angle_maps import shoulder_force_map as shoulder_force_map
 from .angle_maps import workspace_slices as workspace_slices
 from .answer_plots import movement_figure as movement_figure

@@ -1,6 +1,6 @@
 """Maps over flexion and abduction: shoulder force, and det X with the singular poses.
 
-Pictures of a workspace: slices with the reasons, and with the weakest rate of the drives.
+Pictures of a workspace: the ball of rotations, and slices with the reasons.
 """
 
 from __future__ import annotations
@@ -281,6 +281,49 @@ def front_figure(found: Optimised) -> Figure:
     ax.locator_params(axis="x", nbins=4)
     legend_below(ax, 3)
     tidy(ax)
+    return figure
+
+
+def rotation_ball(found: Workspace) -> Figure:
+    """The poses inside as points of the ball of radius π: the rotation vector of each, as in Figures C-2 and C-3.
+
+    Parameters
+    ----------
+    found : Workspace
+        Any stack.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        In space, and seen from above, from the left and from the front; grey is what is not reached.
+
+    Notes
+    -----
+    Source: thesis Figure C-2, Figure C-3.
+    """
+    plt = pyplot()
+    figure = plt.figure(figsize=(WIDEST, 7.8), layout="constrained")
+    require_type("found", found, Workspace)
+    vectors = found.poses.as_rotvec().reshape(-1, 3)
+    inside = found.inside.reshape(-1)
+    space = figure.add_subplot(2, 2, 1, projection="3d")
+    space.scatter(*vectors[~inside].T, s=1.0, color="0.8", alpha=0.15, rasterized=True)
+    space.scatter(*vectors[inside].T, s=2.0, color=BLUE, alpha=0.5, rasterized=True)
+    ball = (-np.pi, np.pi)
+    space.set(xlabel="x", ylabel="y", zlabel="z", xlim=ball, ylim=ball, zlim=ball, box_aspect=(1, 1, 1))
+    space.set_title("rotation vector ω, |ω| in rad")
+    for place, (first, second, title) in enumerate(
+        ((0, 1, "from above"), (0, 2, "from the right"), (1, 2, "from the front")), start=2
+    ):
+        ax = figure.add_subplot(2, 2, place)
+        ax.add_patch(plt.Circle((0.0, 0.0), np.pi, fill=False, color="0.4", linewidth=1.0))
+        ax.scatter(vectors[~inside, first], vectors[~inside, second], s=2.0, color="0.85", rasterized=True)
+        ax.scatter(vectors[inside, first], vectors[inside, second], s=3.0, color=BLUE, alpha=0.4, rasterized=True)
+        names = ("x forward", "y left", "z up")
+        ax.set(xlabel=f"ω_{names[first]}, rad", ylabel=f"ω_{names[second]}, rad", title=title, aspect="equal")
+        ax.set(xlim=(-3.4, 3.4), ylim=(-3.4, 3.4))
+        tidy(ax)
+    figure_title(figure, f"{found.name}: {100 * found.index:.1f} % of {inside.size} poses inside (blue; grey: outside)")
     return figure
 
 

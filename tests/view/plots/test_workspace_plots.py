@@ -11,6 +11,7 @@ from exo_pin import InvalidInput, MissingData
 from exo_pin.view.plots import (
     design_drawing,
     rate_slices,
+    rotation_ball,
     workspace_slices,
 )
 
@@ -50,6 +51,15 @@ def test_axes_of_the_slices_are_the_grid(side):
     assert "internal rotation" in ax.get_title()
 
 
+def test_ball(found):
+    figure = rotation_ball(found)
+    assert "% of" in figure.get_suptitle()
+    # Inside is drawn over what is not, and the three views show the same rotation vectors.
+    vectors = found.poses.as_rotvec().reshape(-1, 3)[found.inside.reshape(-1)]
+    for ax, axes in zip(figure.axes[1:], ([0, 1], [0, 2], [1, 2]), strict=True):
+        np.testing.assert_allclose(ax.collections[1].get_offsets(), vectors[:, axes])
+
+
 def test_drawing_has_a_row_a_posture_of_the_wearer():
     exo = ep.load("four-cables")
     figure = design_drawing(exo, exo.pose([0, 60, 60], 0), np.radians([0.0, 0.0, 120.0]))
@@ -84,9 +94,10 @@ def test_slices_need_a_grid():
         workspace_slices(found)
 
 
-def test_what_is_no_workspace_is_refused():
+@pytest.mark.parametrize("draw", [workspace_slices, rotation_ball])
+def test_what_is_no_workspace_is_refused(draw):
     with pytest.raises(InvalidInput, match="found to be a Workspace"):
-        workspace_slices(3)
+        draw(3)
 
 
 def test_slices_of_rates_are_those_of_the_poses_and_hatch_what_is_outside():

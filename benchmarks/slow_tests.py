@@ -20,7 +20,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 LIST = ROOT / "tests" / "slow_tests.toml"
 #: From which on a test is full, and long, s: of the processor, or of waiting where that is more.
-FULL, LONG = 0.15, 1.5
+FULL, LONG = 0.15, 1.2
 #: Never long: the only tests that look at the page of the app.
 KEPT = "tests/app/test_page.py"
 HEAD = """# Tests that take longer than others: 'python benchmarks/slow_tests.py' measures them and writes this file.

@@ -219,6 +219,8 @@ def _errors(length_noise: float | None, orientation_noise: float) -> Measurement
 
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.
 _LOOSE = 0.05
+#: A pose is exchanged if the criterion gains this part of itself: rounding, or a mirror image, changes no choice.
+_GAIN = 1e-9
 _MOST_PASSES = 20
 
 
@@ -372,7 +374,7 @@ class _Search:
                 now = gains[chosen[place]]
                 gains[others] = -np.inf
                 best = int(gains.argmax())
-                if gains[best] > now:
+                if gains[best] > now * (1.0 + _GAIN):
                     chosen[place], improved = best, True
             if not improved:
                 break

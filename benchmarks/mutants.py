@@ -2,18 +2,20 @@
 
     python benchmarks/mutants.py numerics wrist --count 40    a seeded sample of each room
     python benchmarks/mutants.py --sample 40                  a seeded sample over all rooms together
+    python benchmarks/mutants.py --everywhere --full          a sample of each room, and all tests: hours
     python benchmarks/mutants.py --all                        every mutant of every room: days
 
 A mutant is one small change of one module: another comparison, sign, operator, number, truth value or function; a
 statement, keyword or call that is lost; a condition that always holds or never. It is never written to a file.
-A room is judged by its own tests alone, or first by these and then by those of the folders ``--beside``; those of the
-full run are among them with ``--full``. Mutants of files with kernels are judged in a process that compiles none. The
-tests are collected once; a process forked from there runs them all and notes
-which statement each runs, and one for each mutant gives the loaded functions its code and runs the tests that come by
-the changed statement, the quickest files first. What runs when a module is loaded is changed in a process of its own. A
-mutant that takes ten times as long as the tests without it, and at least a minute, counts as killed; so does one that
-ends the process. Tests that take more than ``--slowest`` seconds of the processor are left out, and those that come
-after ``--budget`` seconds of the processor of others.
+A room is judged by its own tests alone, or first by these and then by those of the folders ``--beside``, or by all
+tests with ``--everywhere``; those of the full run are among them with ``--full``. Mutants of files with kernels are
+judged in a process that compiles none, by the room's own tests and those beside. The tests are collected once;
+processes forked from there run them all and note which statement each runs, and one for each mutant gives the loaded
+functions its code and runs the tests that come by the changed statement, the quickest files first; ``--jobs`` of them
+run at once. What runs when a module is loaded is changed in a process of its own. A mutant that takes ten times as long
+as the tests without it, and at least a minute, counts as killed; so does one that ends the process. Tests that take
+more than ``--slowest`` seconds of the processor are left out, and those that come after ``--budget`` seconds of the
+processor of others; so are those that fail without a mutant, as some do that want a process of their own, by name.
 
 ``equivalent_mutants.toml`` beside this file lists changes that no test can notice, each with its proof.
 """
@@ -29,6 +31,7 @@ import functools
 import gc
 import importlib
 import json
+import math
 import os
 import random
 import re
@@ -39,7 +42,7 @@ import tempfile
 import time
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -107,9 +110,11 @@ def tests_of(room: str) -> Path:
 class Judge:
     """A plugin of pytest: runs the collected tests once for each mutant in place of once."""
 
-    def __init__(self, room: str, chosen: list[Mutant], options: argparse.Namespace) -> None:
-        self.tally, self._chosen = Tally(room, 0, [], []), chosen
+    def __init__(self, chosen: dict[str, list[Mutant]], options: argparse.Namespace) -> None:
+        self.tallies = {room: Tally(room, 0, [], []) for room in chosen}
+        self._chosen = [(room, mutant) for room, ours in chosen.items() for mutant in ours]
         self._known, self._slowest, self._budget = known_equivalents(), options.slowest, options.budget
+        self._jobs = options.jobs
         self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
         self._sources = Unchanged()
         self._noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
@@ -124,39 +129,39 @@ class Judge:
         self._hits.clear()
 
     def pytest_runtestloop(self, session: Any) -> bool:
-        self.items = session.items
         # One that is loaded later, when it is needed, would be traced and changed nowhere.
-        for module in sorted({mutant.module for mutant in self._chosen}):
+        for module in sorted({mutant.module for _, mutant in self._chosen}):
             importlib.import_module(module)
         importlib.import_module("numba")  # once, and not in each process
-        with tempfile.NamedTemporaryFile() as file:
-            ok = self._forked(lambda: self._trace(Path(file.name)), None)
-            if not ok:
-                raise RuntimeError(f"a test fails without a mutant: {Path(file.name).read_text()}")
-            told = json.loads(Path(file.name).read_text())
-        self._took: dict[str, float] = told["took"]
-        self.items = [item for item in self.items if item.nodeid in self._took]
+        told = self._traced(session.items)
+        for test in (test for part in told for test in part["failed"]):
+            print(f"left out, for it fails without a mutant: {test}", flush=True)
+        self._took: dict[str, float] = {test: took for part in told for test, took in part["took"].items()}
+        self.items = [item for item in session.items if item.nodeid in self._took]
         self._by_place: dict[tuple[str, int], list[Any]] = defaultdict(list)
+        noted = {owner: places for part in told for owner, places in part["noted"].items()}
         for item in self.items:
             for owner in (item.nodeid, item.nodeid.partition("::")[0]):
-                for place in told["noted"].get(owner, ()):
+                for place in noted.get(owner, ()):
                     if item not in self._by_place[tuple(place)][-1:]:
                         self._by_place[tuple(place)].append(item)
-        for mutant in self._chosen:
-            self._judge(mutant)
+        passed = at_once((self._job(room, mutant) for room, mutant in self._chosen), self._jobs)
+        for (room, mutant), alive in zip(self._chosen, passed, strict=True):
+            self._tell(room, mutant, alive)
         return True
 
-    def _judge(self, mutant: Mutant) -> None:
-        alive = self._is_alive(mutant, tests_of(self.tally.room))
+    def _tell(self, room: str, mutant: Mutant, alive: bool) -> None:
         self._sources.check()
-        tally = self.tally = self.tally._replace(count=self.tally.count + 1)
+        tally = self.tallies[room]
+        self.tallies[room] = tally = tally._replace(count=tally.count + 1)
         listed = (str(mutant.path.relative_to(ROOT / "exo_pin")), mutant.place) in self._known
         if alive:
             (tally.equivalent if listed else tally.alive).append(str(mutant))
         if alive is not listed:
             print(f"{'alive' if alive else 'listed as equivalent, but killed'}: {mutant}", flush=True)
 
-    def _is_alive(self, mutant: Mutant, own: Path) -> bool:
+    def _job(self, room: str, mutant: Mutant) -> tuple[Callable[[], bool], float]:
+        """What asks whether a mutant is alive, and how long that may take, s."""
         name = str(mutant.path.relative_to(ROOT))
         if mutant.statement:
             items = self._by_place.get((name, mutant.statement), [])
@@ -166,41 +171,56 @@ class Judge:
         total: dict[str, float] = defaultdict(float)
         for item in items:
             total[item.path] += self._took[item.nodeid]
+        own = tests_of(room)
         order = {item: (not item.path.is_relative_to(own), total[item.path], item.path) for item in items}
         items = sorted(items, key=lambda item: (order[item], self._took[item.nodeid]))
         passed = list(accumulate((self._took[item.nodeid] for item in items), initial=0.0))
         items = [item for item, before in zip(items, passed, strict=False) if before <= self._budget]
         limit = max(_LEAST_LIMIT, 10.0 * min(passed[-1], self._budget))
         if not mutant.statement:
-            return passes_reloaded(mutant, items, limit)
-        return self._forked(lambda: self._run_changed(mutant, items), limit)
+            return lambda: passes_reloaded(mutant, items, limit), limit
+        return lambda: self._run_changed(mutant, items), limit
 
     def _run_changed(self, mutant: Mutant, items: list[Any]) -> bool:
         replace_code(mutant.path, Places(mutant.number).visit(parsed(mutant.path)))
         return self._passes(items)
 
-    def _trace(self, file: Path) -> bool:
+    def _traced(self, items: list[Any]) -> list[dict[str, Any]]:
+        """What each test takes and by which statements it comes, in parts."""
+        files = sorted({item.path for item in items})
+        parts = [[item for item in items if files.index(item.path) % self._jobs == k] for k in range(self._jobs)]
+        with tempfile.TemporaryDirectory() as folder:
+            told = [Path(folder) / str(k) for k in range(self._jobs)]
+            jobs = (
+                (lambda part=part, file=file: self._trace(part, file), None)
+                for part, file in zip(parts, told, strict=True)
+            )
+            if not all(at_once(jobs, self._jobs)):
+                raise RuntimeError("the tests could not be run without a mutant")
+            return [json.loads(file.read_text()) for file in told]
+
+    def _trace(self, items: list[Any], file: Path) -> bool:
         def stop(*_: object) -> None:
             raise TimeoutError(_TOO_SLOW)
 
         setattr(builtins, NOTE, self._hits.add)
         signal.signal(signal.SIGPROF, stop)
-        for path in sorted({mutant.path for mutant in self._chosen}):
+        for path in sorted({mutant.path for _, mutant in self._chosen}):
             replace_code(path, Noting(path).visit(parsed(path)))
-        took, were_stopped = {}, False
-        for number, item in enumerate(self.items):
+        took, failed, were_stopped = {}, [], False
+        for number, item in enumerate(items):
             begun = time.process_time()  # other work on the machine does not count
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
-            if self._passes([item], *self.items[number + 1 : number + 2]):
+            if self._passes([item], *items[number + 1 : number + 2]):
                 took[item.nodeid] = time.process_time() - begun
-            elif signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped and not were_stopped:
-                file.write_text(item.nodeid)
-                return False
             else:
+                if signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped and not were_stopped:
+                    failed.append(item.nodeid)
                 were_stopped = True  # what a stopped test leaves behind may fail others, which are left out, too
             self._failed = self._stopped = False
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-        file.write_text(json.dumps({"took": took, "noted": {k: list(v) for k, v in self._noted.items()}}))
+        noted = {owner: list(places) for owner, places in self._noted.items()}
+        file.write_text(json.dumps({"took": took, "noted": noted, "failed": failed}))
         return True
 
     def _passes(self, items: list[Any], after: Any = None) -> bool:
@@ -211,33 +231,50 @@ class Judge:
                 return False
         return True
 
-    def _forked(self, job: Callable[[], bool], limit: float | None) -> bool:
-        """Whether a job returns True, in a process that may end in any way."""
-        child = os.fork()
-        if child == 0:
-            code = 1
-            try:
-                os.setpgid(0, 0)
-                resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
-                nowhere = os.open(os.devnull, os.O_RDWR)
-                for stream in (0, 1, 2):
-                    os.dup2(nowhere, stream)
-                _forget_results()
-                code = 0 if job() else 1
-            finally:
-                os._exit(code)
-        end = None if limit is None else time.monotonic() + limit
-        pause = 0.002
-        while not (done := os.waitpid(child, os.WNOHANG))[0]:
-            if end is not None and time.monotonic() > end:
-                os.killpg(child, signal.SIGKILL)
-                return os.waitpid(child, 0) is None
-            time.sleep(pause)
-            pause = min(0.2, 1.5 * pause)
-        # Servers and children that the tests had no time to end.
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(child, signal.SIGKILL)
-        return done[1] == 0
+
+def at_once(jobs: Iterable[tuple[Callable[[], bool], float | None]], count: int) -> Iterator[bool]:
+    """Whether each job returns True within its time, s, in a process that may end in any way; in the jobs' order."""
+    running: dict[int, tuple[int, float]] = {}
+    done: dict[int, bool] = {}
+    left, told = enumerate(jobs), 0
+    while True:
+        while len(running) < count and (following := next(left, None)) is not None:
+            number, (job, limit) = following
+            running[_started(job)] = number, time.monotonic() + (math.inf if limit is None else limit)
+        if not running:
+            return
+        time.sleep(0.01)
+        for child, (number, end) in list(running.items()):
+            ended, status = os.waitpid(child, os.WNOHANG)
+            if ended or time.monotonic() > end:
+                # Servers and children that the tests had no time to end, too.
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(child, signal.SIGKILL)
+                if not ended:
+                    os.waitpid(child, 0)
+                del running[child]
+                done[number] = bool(ended) and status == 0
+        while told in done:
+            yield done.pop(told)
+            told += 1
+
+
+def _started(job: Callable[[], bool]) -> int:
+    """The process of a job, whose code is 0 if the job returns True."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            os.setpgid(0, 0)
+            resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            for stream in (0, 1, 2):
+                os.dup2(nowhere, stream)
+            _forget_results()
+            code = 0 if job() else 1
+        finally:
+            os._exit(code)
+    return child
 
 
 def _forget_results() -> None:
@@ -247,7 +284,7 @@ def _forget_results() -> None:
     for thing in gc.get_objects():
         if isinstance(thing, functools._lru_cache_wrapper) and (thing.__module__ or "").startswith("exo_pin"):
             thing.cache_clear()
-    if os.environ["NUMBA_DISABLE_JIT"] == "1":
+    if os.environ.get("NUMBA_DISABLE_JIT") == "1":
         for kernel in kernels():
             kernel.forget()
 
@@ -270,26 +307,27 @@ def chosen_mutants(room: str, options: argparse.Namespace) -> list[Mutant]:
     return random.Random(f"{room} {options.seed}").sample(chosen, min(options.count, len(chosen)))
 
 
-def judged(room: str, chosen: list[Mutant], options: argparse.Namespace) -> Tally:
-    """Judge mutants of a room; to be called once in a process."""
-    judge = Judge(room, chosen, options)
+def judged(chosen: dict[str, list[Mutant]], folders: list[Path], options: argparse.Namespace) -> list[Tally]:
+    """Judge mutants of rooms by the tests in folders; to be called once in a process."""
+    judge = Judge(chosen, options)
     # pytest reads the line of each frame, and a test that the timer stops may be at none.
     arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--tb=native", "--rootdir", str(ROOT)]
-    folders = [str(tests_of(room)), *(str(ROOT / "tests" / name) for name in options.beside)]
-    code = pytest.main([*arguments, *(["-m", "not long"] if options.full else []), *folders], plugins=[judge])
+    code = pytest.main([*arguments, *(["-m", "not long"] if options.full else []), *map(str, folders)], plugins=[judge])
     if code != pytest.ExitCode.OK:
-        raise RuntimeError(f"the mutants of {room} could not be judged: {code}")
-    return judge.tally
+        raise RuntimeError(f"the mutants of {', '.join(chosen)} could not be judged: {code}")
+    return list(judge.tallies.values())
 
 
-def _in_own_process(room: str, chosen: list[Mutant], options: argparse.Namespace, compiles: bool) -> Tally:
+def _in_own_process(
+    chosen: dict[str, list[Mutant]], folders: list[Path], options: argparse.Namespace, compiles: bool
+) -> list[Tally]:
     ours, theirs = os.pipe()
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
         try:
             os.environ |= {"NUMBA_DISABLE_JIT": str(int(not compiles)), "OMP_NUM_THREADS": "1"}
-            os.write(theirs, json.dumps(judged(room, chosen, options)).encode())
+            os.write(theirs, json.dumps(judged(chosen, folders, options)).encode())
         finally:
             sys.stdout.flush()
             os._exit(0)
@@ -299,7 +337,23 @@ def _in_own_process(room: str, chosen: list[Mutant], options: argparse.Namespace
     os.waitpid(child, 0)
     if not text:
         raise SystemExit(1)
-    return Tally(*json.loads(text))
+    return [Tally(*part) for part in json.loads(text)]
+
+
+def _told(chosen: dict[str, list[Mutant]], options: argparse.Namespace) -> Iterator[Tally]:
+    """The tally of each room, as it is known."""
+    plain = {room: [one for one in ours if not _has_kernels(one)] for room, ours in chosen.items()}
+    parts: dict[str, list[Tally]] = {room: [] for room in chosen}
+    if options.everywhere:
+        for tally in _in_own_process(plain, [ROOT / "tests"], options, compiles=True):
+            parts[tally.room].append(tally)
+    for room, ours in chosen.items():
+        folders = [tests_of(room), *(ROOT / "tests" / name for name in options.beside)]
+        kernels = [one for one in ours if _has_kernels(one)]
+        for own, compiles in (([] if options.everywhere else plain[room], True), (kernels, False)):
+            if own:
+                parts[room] += _in_own_process({room: own}, folders, options, compiles)
+        yield joined(room, parts[room])
 
 
 def _has_kernels(mutant: Mutant) -> bool:
@@ -318,6 +372,8 @@ def main() -> None:
     parser.add_argument("--match", default="", help="only mutants whose line in the list matches this expression")
     parser.add_argument("--slowest", type=float, default=20.0, help="longest test, s of the processor (default 20)")
     parser.add_argument("--beside", nargs="*", default=[], help="folders of tests beside the room's own, such as study")
+    parser.add_argument("--everywhere", action="store_true", help="judge by all tests, but for kernels")
+    parser.add_argument("--jobs", type=int, default=2, help="processes at once (default 2)")
     parser.add_argument(
         "--budget", type=float, default=120.0, help="of the tests of one mutant, s of the processor (default 120)"
     )
@@ -329,16 +385,13 @@ def main() -> None:
     if options.sample is not None:
         places = [room for room in options.rooms for _ in mutants(room)]
         counts = Counter(random.Random(options.seed).sample(places, options.sample))
-    tallies = []
+    chosen = {}
     for room, options.count in sorted(counts.items()):
-        chosen = chosen_mutants(room, options)
-        parts = [
-            _in_own_process(room, own, options, compiles)
-            for compiles in (True, False)
-            if (own := [mutant for mutant in chosen if _has_kernels(mutant) is not compiles])
-        ]
-        tallies.append(joined(room, parts))
-        print(tallies[-1], flush=True)
+        chosen[room] = chosen_mutants(room, options)
+    tallies = []
+    for tally in _told(chosen, options):
+        tallies.append(tally)
+        print(tally, flush=True)
     lax = [tally.room for tally in tallies if tally.share < options.least]
     print(
         "\n| room | killed | share | at least, 95 % | equivalent |\n| --- | --- | --- | --- | --- |", *tallies, sep="\n"

@@ -1,8 +1,11 @@
 """The tool that asks whether tests notice a change: it finds places, changes one, and tells dead from alive."""
 
 import ast
+import os
+import signal
 import subprocess
 import sys
+import time
 import types
 from pathlib import Path
 
@@ -116,9 +119,21 @@ def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
     judge = object.__new__(Judge)
     judge._by_place, judge._failed, judge._budget = {}, False, 1.0
     unseen = next(each for each in places.mutants("muscle/laws") if each.statement)
-    judge._forked = lambda job, limit: job()
     monkeypatch.setattr("mutants.replace_code", lambda *_: None)
-    assert judge._is_alive(unseen, FOLDER)
+    assert judge._job("muscle", unseen)[0]()
+
+
+def test_jobs_run_at_once_and_answer_in_order(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from mutants import at_once
+
+    def late():
+        time.sleep(0.1)
+        return True
+
+    jobs = [(late, None), (lambda: False, 60.0), (lambda: True, 60.0), (lambda: time.sleep(60.0), 0.2)]
+    jobs += [(lambda: os.kill(os.getpid(), signal.SIGKILL) is None, 60.0)]
+    assert list(at_once(iter(jobs), 2)) == [True, False, True, False, False]
 
 
 def test_share_and_its_lower_bound(places, monkeypatch):
@@ -135,14 +150,14 @@ def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
     from mutants import Judge
 
     judge = object.__new__(Judge)
-    judge._chosen = places.mutants("muscle/laws")
+    judge._chosen, judge._jobs = [("muscle", each) for each in places.mutants("muscle/laws")], 1
     loaded = []
-    judge._forked = lambda job, limit: not loaded
+    judge._trace = lambda items, file: bool(loaded) and False
     monkeypatch.setattr("mutants.importlib.import_module", loaded.append)
-    with pytest.raises(RuntimeError, match="fails without a mutant"):
+    with pytest.raises(RuntimeError, match="could not be run"):
         judge.pytest_runtestloop(types.SimpleNamespace(items=[]))
     monkeypatch.undo()
-    assert sorted(loaded) == sorted({mutant.module for mutant in judge._chosen} | {"numba"})
+    assert sorted(loaded) == sorted({mutant.module for _, mutant in judge._chosen} | {"numba"})
 
 
 @pytest.mark.parametrize("change", ["edit", "add", "remove"])

@@ -31,12 +31,16 @@ def heavy():
 
 
 def guided():
-    """Limbs that carry side forces, a soft cuff."""
+    """Limbs that carry side forces."""
     exo = prototype()
     tube = LimbGuide.tube(outer_radius=0.012, inner_radius=0.010, youngs_modulus=70e9, shear_modulus=26e9)
-    soft = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.2), cuff_area=0.01)
     limbs = [replace(limb, guide=tube) for limb in exo.limbs]
-    return exo.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=2e4), interfaces=soft)
+    return exo.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=2e4))
+
+
+def cuffed():
+    """A soft cuff."""
+    return prototype().replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.2), cuff_area=0.01))
 
 
 def mixed():
@@ -125,7 +129,8 @@ SCENES = {
     "wrist": lambda: shown(prototype(), 60, 30, 10),
     "wrist_rest": lambda: Scene(prototype(), human=False),
     "wrist_singular": lambda: shown(prototype(), 0, 90),
-    "wrist_near_singular": lambda: shown(prototype(), 31.0, 30.0, limits="none"),
+    "wrist_near_singular": lambda: shown(prototype(), 6.3, 30.0, limits="none"),
+    "wrist_cuff": lambda: shown(cuffed(), 60, 30),
     "wrist_muscles": lambda: shown(prototype(), 60, 30, view={"limbs": "muscles"}),
     "wrist_muscles_linear": lambda: shown(worn(), 20, 10, view={"limbs": "muscles"}),
     "wrist_minimal": lambda: shown(prototype(), 30, 40, split="minimal", constraint_bounds=(-80, 80), limits="none"),

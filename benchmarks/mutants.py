@@ -134,12 +134,12 @@ class Judge:
         self._took: dict[str, float] = {test: took for part in told for test, took in part["took"].items()}
         self.items = [item for item in session.items if item.nodeid in self._took]
         self._by_place: dict[tuple[str, int], list[Any]] = defaultdict(list)
-        noted = {owner: places for part in told for owner, places in part["noted"].items()}
+        noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
+        for owner, places in (both for part in told for both in part["noted"].items()):
+            noted[owner] |= set(map(tuple, places))
         for item in self.items:
-            for owner in (item.nodeid, item.nodeid.partition("::")[0]):
-                for place in noted.get(owner, ()):
-                    if item not in self._by_place[tuple(place)][-1:]:
-                        self._by_place[tuple(place)].append(item)
+            for place in noted[item.nodeid] | noted[item.nodeid.partition("::")[0]]:
+                self._by_place[place].append(item)
         passed = at_once((self._job(room, mutant) for room, mutant in self._chosen), self._jobs)
         for (room, mutant), alive in zip(self._chosen, passed, strict=True):
             self._tell(room, mutant, alive)

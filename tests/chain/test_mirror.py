@@ -231,10 +231,7 @@ def test_mujoco_sees_the_mirror_image(seed, tmp_path):
     image, signs = chain.mirrored(), chain.mirror_signs()
     q = mujoco_exact.ExactMujoco(mujoco.MjModel.from_xml_string(robot.text), chain).q_of(robot.qpos)
     v, found = np.random.default_rng(seed).normal(size=chain.model.nv), []
-    for each, folder, q_, v_ in (
-        (chain, "left", q, v),
-        (image, "right", signs.configuration * q, signs.motion * v),
-    ):
+    for each, folder, q_, v_ in ((chain, "left", q, v), (image, "right", signs.configuration * q, signs.motion * v)):
         model = mujoco.MjModel.from_xml_path(str(each.to_mjcf(tmp_path / folder, q_)))
         exact = mujoco_exact.ExactMujoco(model, each)
         qpos = exact.qpos_of(q_)

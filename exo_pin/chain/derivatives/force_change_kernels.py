@@ -9,14 +9,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.small_linear import copy_numbers, solve_factored, solve_transposed
 from ..dynamics.equations.equation_kernels import split_terms
-from ..dynamics.equations.motion_kernels import (
-    NUMBERS,
-    ORDINARY,
-    fill_forces,
-    forces_size,
-    is_certain,
-    new_room,
-)
+from ..dynamics.equations.motion_kernels import NUMBERS, ORDINARY, fill_forces, forces_size, is_certain, new_room
 from ..dynamics.equations.solution_kernels import factored
 from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
 from ..kinematics.rank import rank_tolerance

@@ -165,12 +165,7 @@ def kinetic_energy(state: ChainState, q: FloatArray, v: FloatArray) -> float:
 
 
 def refuse_jump(
-    state: ChainState,
-    before: Instant,
-    after: Instant,
-    time: float,
-    shift: FloatArray,
-    tolerances: tuple[float, float],
+    state: ChainState, before: Instant, after: Instant, time: float, shift: FloatArray, tolerances: tuple[float, float]
 ) -> None:
     """Raise if a step changed the energy by more than its work, its tolerances and rounding explain."""
     (old, kinetic), (new, moving) = energies_of(state, before), energies_of(state, after)

@@ -27,13 +27,7 @@ from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, spl
 from .equations.solution_kernels import efforts_and_residual, least, solutions
 from .force_distribution import METRICS, Bound, Objective, Range, bounds_and_multipliers, effort_ranges
 from .force_stacks import projected, stack_of_forces
-from .nonsmooth.joint_friction import (
-    RestingFriction,
-    Rubbing,
-    bearing_drive,
-    friction_of,
-    resting_friction,
-)
+from .nonsmooth.joint_friction import RestingFriction, Rubbing, bearing_drive, friction_of, resting_friction
 from .reactions import ClosedForces, JointReaction
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]

@@ -190,9 +190,7 @@ def _inertia(physical: Element, centre: FloatArray) -> pin.Inertia:
     return pin.Inertia(mass, centre, moments)
 
 
-def _joints(
-    joint: Element,
-) -> Iterator[tuple[str, pin.JointModel, FloatArray, FloatArray, list[float]]]:
+def _joints(joint: Element) -> Iterator[tuple[str, pin.JointModel, FloatArray, FloatArray, list[float]]]:
     """Pinocchio's joints of a joint: ends of their names, limits of q, and q at the start."""
     kind = joint.attributes.get("type", "")
     if kind in ("R_AXIS", "P_AXIS"):

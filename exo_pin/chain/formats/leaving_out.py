@@ -107,12 +107,7 @@ class LeftOut(OneProcess):
         self._error, self._found = error, dict[str, list[str]]()
 
     def named(
-        self,
-        name: str,
-        what: str,
-        advice: str,
-        error: Callable[[str], FileFormatError] | None = None,
-        more: str = "",
+        self, name: str, what: str, advice: str, error: Callable[[str], FileFormatError] | None = None, more: str = ""
     ) -> None:
         """Leave out what changes the motion.
 

@@ -8,11 +8,7 @@ from rubbing_chains import with_friction
 
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import at_rest
-from exo_pin.chain.dynamics.nonsmooth.joint_friction import (
-    REST,
-    friction_of,
-    refuse_rest,
-)
+from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of, refuse_rest
 from exo_pin.core.errors import UnsupportedDynamics
 
 pytestmark = pytest.mark.usefixtures("plain")

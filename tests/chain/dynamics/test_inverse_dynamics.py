@@ -67,12 +67,7 @@ def test_four_bars_torque_and_pin_forces_are_those_of_its_free_links(seed, still
         rod_link(far, np.zeros(2), rocker, ROCKER),
     ]
     joint = far + ROCKER * e(rocker.angle)
-    pins = {
-        "A": (0, GROUND, np.zeros(2)),
-        "B": (1, 0, tip),
-        "C": (1, 2, joint),
-        "D": (2, GROUND, far),
-    }
+    pins = {"A": (0, GROUND, np.zeros(2)), "B": (1, 0, tip), "C": (1, 2, joint), "D": (2, GROUND, far)}
     by_hand = newton_euler(links, pins, {"motor": (0, GROUND)}, [(1, tip, force, moment)], gravity)
     angles = {"crank_hinge": crank, "coupler_hinge": minus(coupler, crank), "rocker_hinge": rocker}
     chain = four_bar().chain()

@@ -101,8 +101,7 @@ def test_springs_dampers_and_friction_count_in_stacks():
     )
     description = sprung.closures
     chain = ClosedChain(
-        model,
-        Closures(description.name, closures=description.closures, roles=description.roles, joints=joints),
+        model, Closures(description.name, closures=description.closures, roles=description.roles, joints=joints)
     )
     chain.model.damping[:] = 0.2
     rng = np.random.default_rng(0)

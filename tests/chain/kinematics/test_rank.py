@@ -7,12 +7,7 @@ import pytest
 from closed_chains import CHAINS, off
 
 from exo_pin.chain.kinematics.kernels.dependent_kernels import dependent_on, nearest_motion
-from exo_pin.chain.kinematics.rank import (
-    RESOLVED,
-    configuration_error,
-    least_motion,
-    rank_tolerance,
-)
+from exo_pin.chain.kinematics.rank import RESOLVED, configuration_error, least_motion, rank_tolerance
 from exo_pin.chain.structure.topology import blocks_of
 
 

@@ -12,14 +12,7 @@ from exo_pin.chain import ClosedChain
 from exo_pin.chain.kinematics.closing import neighbours
 from exo_pin.chain.kinematics.loops import scaled_jacobian
 from exo_pin.chain.kinematics.rank import rank_tolerance, self_consistent_error
-from exo_pin.chain.kinematics.structural_rank import (
-    _opening,
-    _rank,
-    _settled,
-    _zero,
-    agreeing_rows,
-    structural_rank,
-)
+from exo_pin.chain.kinematics.structural_rank import _opening, _rank, _settled, _zero, agreeing_rows, structural_rank
 
 pytestmark = pytest.mark.usefixtures("plain")
 

@@ -7,12 +7,7 @@ from mechanisms import five_bar, random_loop
 
 from exo_pin import ExoPinError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.structure.memory.chain_buffers import (
-    Forest,
-    _window,
-    packed_constants,
-    unpacked_constants,
-)
+from exo_pin.chain.structure.memory.chain_buffers import Forest, _window, packed_constants, unpacked_constants
 from exo_pin.chain.structure.motion_axes import symmetric
 
 pytestmark = pytest.mark.usefixtures("plain")

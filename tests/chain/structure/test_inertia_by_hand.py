@@ -6,10 +6,7 @@ import pytest
 
 from exo_pin import MasslessMotion
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.dynamics.equations.equations_of_motion import (
-    inertia_matrix,
-    massless_motion,
-)
+from exo_pin.chain.dynamics.equations.equations_of_motion import inertia_matrix, massless_motion
 from exo_pin.chain.formats.bodies import lawful_moments
 
 pytestmark = pytest.mark.usefixtures("plain")

@@ -201,10 +201,7 @@ def only_sliding(a: FloatArray, sliding: FloatArray) -> tuple[FloatArray, Contac
 
 
 def impact(
-    motion: ProjectedMotion,
-    v: FloatArray,
-    stops: tuple[NDArray[np.int64], NDArray[np.int64]],
-    restitution: float,
+    motion: ProjectedMotion, v: FloatArray, stops: tuple[NDArray[np.int64], NDArray[np.int64]], restitution: float
 ) -> FloatArray:
     """Velocity after impacts, shape (nv,), for the coordinates at their stops and their sides.
 

@@ -73,11 +73,7 @@ def _colour(material: Element, left: LeftOut) -> tuple[float, ...] | None:
 
 
 def _shape(
-    link: str,
-    picture: Element,
-    colours: dict[str | None, tuple[float, ...] | None],
-    folder: Path | None,
-    left: LeftOut,
+    link: str, picture: Element, colours: dict[str | None, tuple[float, ...] | None], folder: Path | None, left: LeftOut
 ) -> Shape:
     geometry, origin, material = picture.first("geometry"), picture.first("origin"), picture.first("material")
     shapes = [child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag]

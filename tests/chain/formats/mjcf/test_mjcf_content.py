@@ -61,11 +61,7 @@ def test_joint_properties():
     springs = [(item.joint, item.stiffness, item.spring_reference) for item in chain.description.joints]
     assert springs == [("ja", 6, (0.4,)), ("jc", 2, (0, 0, 0, 1))]
     known = {item.key(): item.data().tolist() for item in model.referenceConfigurations}
-    assert known == {
-        "qpos0": [0.7, 0, 0, 0, 0, 1],
-        "up": [0.1, 0.2, 0, 1, 0, 0],
-        "key_1": [0, 0, 0, 0, 0, 1],
-    }
+    assert known == {"qpos0": [0.7, 0, 0, 0, 0, 1], "up": [0.1, 0.2, 0, 1, 0, 0], "key_1": [0, 0, 0, 0, 0, 1]}
 
 
 @pytest.mark.parametrize(

@@ -1,141 +1,29 @@
-"""What of MJCF is refused or left out, and that nothing of MuJoCo's model is forgotten."""
-
-import fnmatch
+"""What of MJCF is refused or left out."""
 
 import mujoco
 import numpy as np
 import pytest
 from joint_arrays import ARRAYS
-from mjcf_arm import arm, fixed_tendon, flag, motor, read
-from mujoco_fields import IRRELEVANT, REFUSED
+from mjcf_arm import arm, read
+from said_of_files import SAID
 
 from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.leaving_out import LEAVE_OUT
-from exo_pin.chain.formats.mjcf.mjcf_settling import READ
 
-
-def fields():
-    model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    names = [name for name in dir(model) if not name.startswith("_") and not callable(getattr(model, name))]
-    return [name for name in names if name != "opt"] + [f"opt.{x}" for x in dir(model.opt) if not x.startswith("_")]
-
-
-def test_every_field_of_mujocos_model_is_read_irrelevant_or_refused():
-    there = fields()
-    assert len(there) > 500
-    assert set(READ) <= set(there)
-    for name in there:
-        groups = [any(fnmatch.fnmatchcase(name, item) for item in group) for group in (READ, REFUSED, IRRELEVANT)]
-        assert any(groups), f"{name} is in no group"
-    for item in (*REFUSED, *IRRELEVANT):
-        # Plastic springs came with MuJoCo 4.
-        known = item in ("buffer", "jnt_springyield", "jnt_plasticadr") or fnmatch.filter(there, item)
-        assert known, f"{item} is no field"
-
-
-REFUSALS = [
-    ({"option": '<option density="nan"/>'}, "opt.density number 0 is not finite"),
-    (
-        {"world": '<flexcomp name="x" type="grid" count="3 3 1" spacing="1 1 1" mass="1" dim="2"/>'},
-        "1 flexes",
-    ),
-    (
-        {
-            "more": '<extension><plugin plugin="mujoco.pid"><instance name="p"/></plugin></extension>'
-            '<actuator><plugin joint="ja" plugin="mujoco.pid" instance="p"/></actuator>'
-        },
-        "it has 1 plugins",
-    ),
-    ({"option": '<option gravity="nan 0 0"/>'}, "gravity number 0 is not finite"),
-    ({"jb": 'ref="1e200"'}, "qpos0 has 1e.200"),
-    ({"world": '<site name="far" pos="0 -1e11 0"/>'}, "site_pos has 1e.11"),
-    ({"option": '<option gravity="1e200 0 0"/>'}, "gravity"),
-    ({"jb": 'ref="nan"'}, "qpos0 number 1 is not finite"),
-    ({"ina": '<inertial pos="0 inf 0" mass="1" diaginertia="1 1 1"/>'}, "not finite"),
-    ({"jb": 'armature="-1"'}, "armature of zero or more for joint 'jb', got -1"),
-    ({"ja": 'frictionloss="-2"'}, "frictionloss of zero or more for joint 'ja', got -2"),
-    ({"ja": 'range="0 1" margin="0.6"'}, "margin of the limits of joint 'ja' leaves it no range"),
+#: Springs that yield came with MuJoCo 4.
+NAMED = [
+    row for row in SAID["mjcf_named"] if "springyield" not in str(row) or hasattr(mujoco.MjModel, "jnt_springyield")
 ]
+NAMES = sorted({name for name, *_ in SAID["mjcf_named"]})
 
 
-@pytest.mark.parametrize(("parts", "said"), REFUSALS, ids=[said[:40] for _, said in REFUSALS])
+@pytest.mark.parametrize(("parts", "said"), SAID["mjcf_refused"])
 def test_what_a_chain_cannot_hold_is_refused_by_name(parts, said, tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(arm(**parts))
     with pytest.raises(FileFormatError, match=said) as caught:
-        ClosedChain.from_mjcf(path, leave_out=LEAVE_OUT)
+        ClosedChain.from_mjcf(path, leave_out=NAMES)
     assert "arm.xml" in str(caught.value)
-
-
-#: What changes the motion: under its name, what is said, and the robot without it.
-NAMED = [
-    ("fluid", {"option": '<option density="1.2"/>'}, "density = 1.2", {}),
-    ("fluid", {"option": '<option viscosity="0.1" wind="1 0 0"/>'}, "viscosity = 0.1", {}),
-    (
-        "gravcomp",
-        {"world": '<body name="light" gravcomp="0.5"><joint/><geom size="0.1"/></body>'},
-        "'light' has gravcomp = 0.5",
-        {"world": '<body name="light"><joint/><geom size="0.1"/></body>'},
-    ),
-    ("idle_forces", {"jb": 'actuatorfrcrange="1 2"'}, "joint 'jb' exert a force without control, .* is 1 to 2", {}),
-    ("idle_forces", {"more": motor('forcerange="1 2"')}, "its forcerange is 1 to 2", {"more": motor("")}),
-    ("idle_forces", {"more": motor('ctrlrange="-2 -1"')}, "its ctrlrange is -2 to -1", {"more": motor("")}),
-    ("nonlinear_springs", {"ja": 'stiffness="3 1"'}, "spring of joint 'ja' is not linear", {"ja": 'stiffness="3"'}),
-    *(
-        [
-            (
-                "nonlinear_springs",
-                {"ja": 'stiffness="3" springyield="1"'},
-                "spring of joint 'ja' is not linear",
-                {"ja": 'stiffness="3"'},
-            )
-        ]
-        if hasattr(mujoco.MjModel, "jnt_springyield")
-        else []
-    ),
-    ("nonlinear_springs", {"jb": 'damping="1 0.5"'}, "damping of joint 'jb' is not linear", {"jb": 'damping="1"'}),
-    (
-        "nonlinear_springs",
-        {"more": motor('damping="1 2"')},
-        "damping of actuator 'm' is not linear",
-        {"more": motor('damping="1"')},
-    ),
-    ("ball_limits", {"jc": 'range="0 1"'}, "'jc' is a ball", {}),
-    *(
-        (
-            "free_joint_rotors",
-            {"world": f'<body><joint name="f" type="free" {key}="1"/><geom size="0.1"/></body>'},
-            f"{key} of free joint 'f'",
-            {"world": '<body><joint name="f" type="free"/><geom size="0.1"/></body>'},
-        )
-        for key in ("armature", "frictionloss")
-    ),
-    (
-        "tendons",
-        {"more": fixed_tendon() + '<equality><tendon tendon1="t"/></equality>'},
-        "number 0 .unnamed. is a tendon coupling",
-        {},
-    ),
-    *(
-        (
-            "tendons",
-            {"more": f'<tendon><fixed name="t" {given}><joint joint="ja" coef="2"/></fixed></tendon>'},
-            f"tendon 't' has {key}",
-            {},
-        )
-        for key, given in {
-            "stiffness": 'stiffness="2"',
-            "damping": 'damping="2"',
-            "frictionloss": 'frictionloss="2"',
-            "armature": 'armature="2"',
-            "limited": 'range="0 1" limited="true"',
-            "stiffnesspoly": 'stiffness="0 1"',
-            "dampingpoly": 'damping="0 1"',
-        }.items()
-    ),
-    ("actuator_rotors", {"more": motor('armature="1"', "jc")}, "'m' acts on no hinge or slide", {}),
-]
 
 
 def _accelerations(chain):
@@ -144,12 +32,12 @@ def _accelerations(chain):
     return chain.forward_dynamics(q, rng.normal(size=chain.model.nv), rng.normal(size=chain.model.nv)).a
 
 
-@pytest.mark.parametrize(("name", "parts", "said", "without"), NAMED, ids=[said[:40] for _, _, said, _ in NAMED])
+@pytest.mark.parametrize(("name", "parts", "said", "without"), NAMED)
 def test_what_changes_the_motion_is_left_out_by_name_alone(name, parts, said, without):
     with pytest.raises(FileFormatError, match=said) as caught:
         read(**parts)
     assert f'leave_out=["{name}"]' in str(caught.value)
-    others = [other for other in LEAVE_OUT if other != name]
+    others = [other for other in NAMES if other != name]
     with pytest.raises(FileFormatError, match=said):
         ClosedChain.from_mjcf(arm(**parts), others)
     chain, plain = ClosedChain.from_mjcf(arm(**parts), [name]), read(**without)
@@ -162,42 +50,14 @@ def test_what_changes_the_motion_is_left_out_by_name_alone(name, parts, said, wi
         np.testing.assert_array_equal(getattr(chain.model, array), getattr(plain.model, array), array)
 
 
-def test_every_name_of_what_can_be_left_out_of_mjcf_is_tried():
-    assert {name for name, *_ in NAMED} <= set(LEAVE_OUT)
+def test_other_names_to_leave_out_are_refused():
     with pytest.raises(UnknownName, match=r"unknown thing to leave out 'tendon' \(did you mean 'tendons'"):
         ClosedChain.from_mjcf(arm(), ["tendon"])
     with pytest.raises(InvalidInput, match="leave_out"):
         ClosedChain.from_mjcf(arm(), "tendons")
 
 
-#: What is no part of a chain, or has no effect: it is said.
-SAID = [
-    ({}, "contact: 3 geoms collide"),
-    ({"world": '<body name="hand" mocap="true"/>'}, "mocap: body 'hand', which is moved from outside, stands still"),
-    (
-        {"more": '<equality><weld name="w" body1="a" body2="c"/></equality>', "option": flag("equality")},
-        "inactive: equality 'w'",
-    ),
-    ({"more": '<equality><weld name="w" body1="a"/></equality>', "option": flag("constraint")}, "inactive: equality"),
-    (
-        {
-            "inb": '<body name="fixed" pos="0 0 1"/>',
-            "more": '<equality><weld name="w" body1="b" body2="fixed"/></equality>',
-        },
-        "rigid: equality 'w' joins two frames of one rigid body",
-    ),
-    ({"more": '<actuator><motor site="s"/></actuator>'}, "actuators: actuator number 0 (unnamed) acts on a site"),
-    ({"more": '<actuator><adhesion body="a" ctrlrange="0 1"/></actuator>'}, "acts on a body"),
-    ({"more": fixed_tendon() + '<actuator><motor name="m" tendon="t"/></actuator>'}, "'m' acts on a tendon"),
-    ({"more": motor("", "jc")}, "'m' acts along one direction of joint 'jc'"),
-    ({"more": motor('gear="0"')}, "gear of 0"),
-    ({"more": '<actuator><general name="m" joint="ja" gainprm="0"/></actuator>'}, "gain of 0"),
-    ({"more": motor(""), "option": flag("actuation")}, "flag actuation"),
-    ({"more": motor('group="2"'), "option": '<option actuatorgroupdisable="2"/>'}, "group 2, which is disabled"),
-]
-
-
-@pytest.mark.parametrize(("parts", "said"), SAID, ids=[said[:40] for _, said in SAID])
+@pytest.mark.parametrize(("parts", "said"), SAID["mjcf_left_out"])
 def test_what_has_no_effect_or_is_no_part_of_a_chain_is_said(parts, said):
     chain = read(**parts)
     assert any(said in text for text in chain.description.left_out), chain.description.left_out
@@ -246,17 +106,7 @@ def test_many_things_are_said_in_a_few_words():
     assert "; and 4 more (may change forces" in text
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (None, "no such file"),
-        ("", "not an MJCF: its XML is not well-formed"),
-        ("hinge", "not an MJCF: its XML is not well-formed"),
-        ("<mujoco>", "not an MJCF: its XML is not well-formed"),
-        ("<sdf/>", "MuJoCo cannot read it"),
-        ("<?xml version='1.0'?><!-- a --><robot name='r'><link name='l'/></robot>", "from_urdf"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), SAID["not_mjcf"])
 def test_text_that_is_not_mjcf_is_refused(text, said, tmp_path):
     path = tmp_path / "some.xml"
     if text is not None:

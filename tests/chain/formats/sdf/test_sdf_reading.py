@@ -76,10 +76,7 @@ def assert_moves(chain, motors, size):
 @needs_human
 @pytest.mark.parametrize(
     "variant",
-    [
-        "cassie_v2",
-        *(pytest.param(f"cassie_{name}", marks=pytest.mark.full) for name in ("reduced", "simple")),
-    ],
+    ["cassie_v2", *(pytest.param(f"cassie_{name}", marks=pytest.mark.full) for name in ("reduced", "simple"))],
 )
 def test_cassie_moves(variant):
     chain = ClosedChain.from_sdf(cassie(variant))

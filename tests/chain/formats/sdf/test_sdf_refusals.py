@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
+from said_of_files import SAID
 from sdf_mutations import mutated_sdf
 from sdf_oracle import DrakeSdf
 
@@ -83,38 +84,7 @@ def test_what_is_left_out_is_listed():
         read("</joint>", '<drake:rotor_inertia xmlns:drake="d">1</drake:rotor_inertia></joint>')
 
 
-#: What does not affect the motion, and what is said of it.
-TOLERATED = [
-    ('name="base"', 'name="base" colour="2"', "unread: attribute 'colour' in <link>"),
-    ('<link name="base"/>', '<link name="base">3<sphere><radius>1</radius></sphere></link>', "unread: text in <link>"),
-    ('<link name="base"/>', '<link name="base"><pose/><inertial><mass/></inertial></link>', None),
-    (SHOULDER, "<axis><xyz>0 1 0</xyz><limit><lower/><effort/></limit><dynamics><damping/></dynamics></axis>", None),
-    (SHOULDER, "<axis><xyz><![CDATA[0 1 0]]></xyz></axis>", None),
-    (SHOULDER, "<axis><xyz>0 1 0</xyz><initial_position>1</initial_position></axis>", "initial_position"),
-    (SHOULDER, f"{SHOULDER}<thread_pitch>2</thread_pitch>", "thread_pitch"),
-    (
-        "<child>base</child>",
-        "<child>base</child><axis><xyz>1 0 0</xyz></axis>",
-        "axes: model 'arm': joint 'weld', which",
-    ),
-    ("</model>", '<actor name="a"/><!-- --option --></model>', "<actor> in <model>"),
-    (
-        "</model>",
-        '<joint name="again" type="fixed"><parent>world</parent><child>base</child></joint></model>',
-        "rigid: model 'arm': joint 'again' fixes links that other joints fix already",
-    ),
-    (
-        "</model>",
-        '<link name="f"><inertial><mass>0</mass><inertia><ixx>0</ixx><iyy>0</iyy><izz>0</izz></inertia></inertial>'
-        "</link>"
-        '<joint name="g" type="fixed"><parent>base</parent><child>f</child></joint>'
-        '<joint name="j" type="ball"><parent>world</parent><child>f</child></joint></model>',
-        "rigid: model 'arm': joint 'j' joins two links that are one body",
-    ),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "said"), TOLERATED, ids=[f"{k}" for k in range(len(TOLERATED))])
+@pytest.mark.parametrize(("old", "new", "said"), SAID["sdf_tolerated"])
 def test_what_does_not_affect_the_motion_is_tolerated(old, new, said):
     chain, plain = read(old, new), read()
     q, v = np.array([0.3, 0.4]), np.array([1.0, -2.0])
@@ -204,66 +174,6 @@ def test_a_static_model_stands_and_a_fixed_joint_across_another_holds_it(tmp_pat
     assert [(loop.name, loop.type) for loop in again.closures] == [("hold", "rigid")]
 
 
-REFUSALS = [
-    ('version="1.9"', 'version="1.2"', "expected one of 1.3, .* got '1.2'"),
-    ('version="1.9"', "", "expected one of 1.3, .* got None"),
-    ("<frame name", "<fraem name", "did you mean 'frame'"),
-    ('name="base"', 'nam="base"', "'name' is missing"),
-    ('<link name="base"/>', '<link name="base"><gravity>false</gravity></link>', r"base': gravity \(false\).*gravcomp"),
-    ('<link name="base"/>', '<link name="base"><kinematic>1</kinematic></link>', "kinematic.* changes the mechanism"),
-    (
-        '<link name="base"/>',
-        '<link name="base"><velocity_decay><linear>0.1</linear></velocity_decay></link>',
-        "velocity_decay: it is not read.*fluid",
-    ),
-    ('<link name="base"/>', '<link name="base"/><link name="base"/>', "a link of this name, too"),
-    ('<link name="base"/>', '<link name="world"/>', "reserved name"),
-    ('<link name="base"/>', '<link name="a::b"/>', "reserved name"),
-    ('<link name="base"/>', '<link name="base"/><include><uri>x</uri></include>', "include: it is not read.*includes"),
-    ("<mass>2</mass>", "<mass>2</mass><mass>3</mass>", "this is a second one"),
-    ("<mass>2</mass>", "<mass>-2</mass>", "mass of zero or more"),
-    ("<mass>2</mass>", "<mass>two</mass>", "expected a decimal number, got 'two'"),
-    ("<mass>2</mass>", "<mass>2</mass><inertia><ixx>9</ixx></inertia>", "larger than the sum of the other two"),
-    ("<inertial>", '<inertial auto="true">', "no collision shape of which to compute the inertia"),
-    (
-        "<inertial>",
-        '<collision name="c"><geometry><mesh><uri>a</uri></mesh></geometry></collision><inertial auto="true">',
-        "no inertia is computed of this shape",
-    ),
-    ("<inertial>", '<inertial><pose relative_to="base">0 0 0 0 0 0</pose>', "relative to its link"),
-    ('relative_to="upper"', 'relative_to="uper"', "there is no link, joint, frame or model 'uper'; there are: base"),
-    ('relative_to="upper"', 'relative_to="fore"', "the pose of 'fore' is relative to itself"),
-    ('relative_to="upper"', 'relative_to="world"', "not to the world"),
-    ('relative_to="upper"', 'frame="upper"', "is of version 1.6 and before"),
-    ("0.5 0 0 0 0 0", "0.5 0 0 0 0", "expected 6 numbers"),
-    ('<pose relative_to="upper">', '<pose rotation_format="quat_xyzw" relative_to="upper">', "expected 7 numbers"),
-    ('<pose relative_to="upper">', '<pose rotation_format="matrix" relative_to="upper">', "euler_rpy or quat_xyzw"),
-    ('attached_to="fore"', 'attached_to="tip"', "attached to itself|relative to itself"),
-    ('"shoulder" type="revolute"', '"shoulder" type="gearbox"', "joints of this type are not read.*joint_types"),
-    ('"shoulder" type="revolute"', '"shoulder" type="hinge"', "there is no such type"),
-    (
-        f'"revolute"><parent>base</parent><child>upper</child>{SHOULDER}',
-        '"universal"><parent>base</parent><child>upper</child><axis/>',
-        "two axes of different directions",
-    ),
-    (SHOULDER, "<axis><xyz>0 0 0</xyz></axis>", "expected a direction"),
-    (SHOULDER, '<axis><xyz expressed_in="nothing">0 1 0</xyz></axis>', "'nothing'"),
-    (SHOULDER, "<axis><xyz>0 1 0</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>", "lower <= upper"),
-    (SHOULDER, "<axis><dynamics><damping>-1</damping></dynamics></axis>", "damping of zero or more"),
-    (SHOULDER, "<axis><use_parent_model_frame>1</use_parent_model_frame></axis>", "version 1.6 and before"),
-    (SHOULDER, '<axis><mimic joint="nobody"/></axis>', "nobody"),
-    (SHOULDER, '<axis><mimic joint="shoulder"/></axis>', "cannot mimic itself"),
-    (SHOULDER, '<axis><mimic joint="elbow" axis="axis2"/></axis>', "no such axis"),
-    ("<parent>base</parent>", "<parent>bse</parent>", "'bse'"),
-    ("<parent>base</parent>", "", "<parent> is missing"),
-    ("<child>upper</child>", "<child>world</child>", "the world cannot be a joint's child"),
-    ("<child>upper</child>", "<child>base</child>", "joins link 'base' with itself"),
-    ("</model>", '<joint name="again" type="fixed"><parent>base</parent><child>world</child></joint></model>', "world"),
-    ("</model>", "</model><model name='two'><link name='x'/></model>", "second one|one <world> or one <model>"),
-    ("</sdf>", "", "not an SDF: its XML is not well-formed"),
-]
-
-
 @pytest.mark.parametrize("name", ["elbow_axis2", "root_joint"])
 def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
     # The spring of the one would act in the other.
@@ -277,17 +187,7 @@ def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
     assert ClosedChain.from_sdf(free.replace(f'"{name}"', '"other"')).description.joints[0].joint == "other"
 
 
-@pytest.mark.parametrize(
-    ("inner", "said"),
-    [
-        ("<limit><lower>-1</lower></limit>", "a ball joint has no limits"),
-        ("<limit><effort>5</effort></limit>", "a ball joint has no limits"),
-        ("<dynamics><friction>1</friction></dynamics>", "a ball joint has no limits, friction"),
-        ('<mimic joint="elbow"/>', "a ball joint has no limits, friction, spring or mimic"),
-        ("<dynamics><damping>-1</damping></dynamics>", "damping of zero or more"),
-        ("<xyz>0 0 0</xyz><dynamics><damping>2</damping></dynamics><limit><effort>-1</effort></limit>", None),
-    ],
-)
+@pytest.mark.parametrize(("inner", "said"), SAID["sdf_ball"])
 def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
     ball = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"')
     text = ball.replace(SHOULDER, f"<axis>{inner}</axis>")
@@ -298,7 +198,7 @@ def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
         ClosedChain.from_sdf(text)
 
 
-@pytest.mark.parametrize(("old", "new", "said"), REFUSALS, ids=[f"{k}" for k in range(len(REFUSALS))])
+@pytest.mark.parametrize(("old", "new", "said"), SAID["sdf_refused"])
 def test_what_cannot_be_read_is_refused_by_name(old, new, said, tmp_path):
     path = tmp_path / "arm.sdf"
     assert old in ARM

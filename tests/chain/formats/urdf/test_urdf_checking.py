@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from said_of_files import SAID
 from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin import FileFormatError, InvalidInput
@@ -17,61 +18,7 @@ from exo_pin.chain.formats.urdf.urdf_loading import DEEPEST, checked_urdf
 from exo_pin.chain.formats.xml_elements import parse_xml
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "key", "said"),
-    [
-        ('mass value="2"', 'mass value="1,0"', "link 'b': inertial: mass value", "line 5: .*after a point"),
-        ('mass value="2"', 'mass value="nan"', "link 'b': inertial: mass value", "decimal number"),
-        ('mass value="2"', 'mass value="0x2"', "link 'b': inertial: mass value", "decimal number"),
-        ('mass value="2"', 'mass value="1e999"', "link 'b': inertial: mass value", "finite"),
-        ('mass value="2"', 'mass value=""', "link 'b': inertial: mass value", "expected a number"),
-        ('mass value="2"', 'mass value="${m}"', "link 'b': inertial: mass value", "xacro"),
-        ('mass value="2"', 'mass value="-2"', "link 'b': inertial: mass value", "zero or more, got -2 kg"),
-        ('mass value="2"', 'mass valu="2"', "link 'b': inertial: mass", "there is 'valu'"),
-        ('mass value="2"', 'mass value="0"', "link 'b': inertial: inertia", "inertia but no mass"),
-        ('ixx="1"', 'ixx="-1"', "link 'b': inertial: inertia", "negative principal moment"),
-        ('ixx="1"', 'ixx="2.2"', "link 'b': inertial: inertia", "larger than the sum"),
-        ('ixy="0"', 'ixy="1.5"', "link 'b': inertial: inertia", "negative principal moment"),
-        ('ixy="0" ', "", "link 'b': inertial: inertia", "'ixy' is missing"),
-        ('<axis xyz="0 0 1"/>', '<axis xqz="0 0 1"/>', "joint 'knee': axis", "line 13: .*there is 'xqz'"),
-        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint 'knee': axis xyz", "direction"),
-        ('<axis xyz="0 0 1"/>', '<axis xyz="0 1"/>', "joint 'knee': axis xyz", "expected 3 numbers, got '0 1'"),
-        ('<axis xyz="0 0 1"/>', '<axes xyz="0 0 1"/>', "joint 'knee': axes", "did you mean 'axis'"),
-        (
-            '<parent link="a"/>',
-            '<parent link="a"/><origin/>',
-            "joint 'knee': origin",
-            "second one; the first is on line 10",
-        ),
-        ('<parent link="a"/>', '<parent link="c"/>', "joint 'knee': parent link", "no link 'c'"),
-        ('<parent link="a"/>', '<parent link="b"/>', "robot", "links that are no joint's child|in a circle|hang"),
-        ('<parent link="a"/>', "", "joint 'knee'", "<parent> is missing"),
-        ('type="revolute"', 'type="revolut"', "joint 'knee' type", "expected one of revolute"),
-        ('type="revolute"', 'type="planar"', "joint 'knee': dynamics", "planar joint's damping is not read"),
-        ("joint", "jiont", "jiont 'knee'", "did you mean 'joint'"),
-        ('<link name="a"/>', '<lnik name="a"/>', "lnik 'a'", "did you mean 'link'"),
-        ('<link name="a"/>', '<link name=""/>', "link '' name", "empty"),
-        ('<link name="a"/>', '<link name="b"/>', "link 'b'", "a name of its own"),
-        ('<link name="a"/>', '<link name="universe"/>', "link 'universe' name", "the world's"),
-        ('<link name="a"/>', '<link name="a"/><link name="c"/>', "robot", "one root link, got 2 .*'a', 'c'"),
-        ('<link name="a"/>', '<link name="a">1</link>', "link 'a'", "no text"),
-        ('lower="-1"', 'lower="1.5"', "joint 'knee': limit", "lower <= upper, got 1.5 and 1"),
-        ('effort="3"', 'effort="-3"', "joint 'knee': limit effort", "zero or more"),
-        ('effort="3" ', "", "joint 'knee': limit", "'effort' is missing"),
-        ('damping="0.5"', 'damping="-0.5"', "joint 'knee': dynamics damping", "zero or more"),
-        ('<limit lower="-1" upper="1" effort="3" velocity="4"/>', "", "joint 'knee'", "<limit> is missing"),
-        ("</joint>", '<mimic joint="knee"/></joint>', "joint 'knee': mimic joint", "cannot mimic itself"),
-        ("</joint>", '<mimic joint="toe"/></joint>', "joint 'knee': mimic joint", "no joint 'toe'"),
-        ("</joint>", "<xacro:x/></joint>", "joint 'knee': xacro:x", "expand it"),
-        ('<robot name="r"', '<robot nam="r"', "robot", "there is 'nam'"),
-        ('<robot name="r"', '<robot name="r" version="2"', "robot version", "1.0, 1.1 or 1.2"),
-        ('rpy="0 0 0.5"', 'quat_xyzw="0 0 0 1"', "joint 'knee': origin quat_xyzw", "1.1"),
-        ("<robot ", "<!DOCTYPE robot>\n<robot ", None, "DOCTYPE"),
-        ('<?xml version="1.0"?>', '<?xml version="1.0"?><!DOCTYPE r [<!ENTITY a "b">]>', None, "DOCTYPE"),
-        ("</robot>", "", None, "not well-formed"),
-        ("<robot", "<sdf", None, "not well-formed"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "key", "said"), SAID["urdf_refused"])
 def test_a_mistake_is_refused_with_its_place(old, new, key, said, tmp_path):
     assert old in GOOD
     xml = GOOD.replace(old, new, 2 if old == "joint" else 1)
@@ -86,20 +33,7 @@ def test_a_mistake_is_refused_with_its_place(old, new, key, said, tmp_path):
     assert str(caught.value).startswith(str(path))
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("<link", "<!-- <mimic joint='x'/> --><link"),
-        ("\n", "\r\n"),
-        ('xyz="1 2 3"', 'xyz=" 1\t2\r\n3 "'),
-        ('mass value="2"', 'mass value=" +2.0E0 "'),
-        ('<robot name="r">', '<robot name="r" xmlns:x="http://x" x:y="1" version="1.0"><x:any><thing/></x:any>'),
-        ('<robot name="r">', '<robot name="r"><gazebo><a b="c,d"/></gazebo><transmission name="t"/><sensor name="s"/>'),
-        ('effort="3"', 'effort="3" acceleration="5"'),
-        ('damping="0.5"', 'damping="0.5" K="0"'),
-        ('izz="1"', 'izz="2.0"'),
-    ],
-)
+@pytest.mark.parametrize(("old", "new"), SAID["urdf_same"])
 def test_what_means_the_same_is_read_the_same(old, new):
     chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)
     if "izz" not in old:

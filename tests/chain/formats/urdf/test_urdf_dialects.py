@@ -65,8 +65,7 @@ STATED = {
     "closing hinge": (
         "revolute",
         pair(
-            frame("closing_pin_1_z", "coupler", AT_COUPLER + OUT),
-            frame("closing_pin_2_z", "rocker", AT_ROCKER + OUT),
+            frame("closing_pin_1_z", "coupler", AT_COUPLER + OUT), frame("closing_pin_2_z", "rocker", AT_ROCKER + OUT)
         ),
     ),
     "closing frames": (
@@ -77,10 +76,7 @@ STATED = {
     "connect": ("spherical", EQUALITY.format(f'<connect {BOTH} anchor="{text(AT_COUPLER)}"/>')),
     "weld": ("rigid", EQUALITY.format(f"<weld {BOTH}/>")),
     "weld with a pose": ("rigid", EQUALITY.format(f'<weld {BOTH} relpose="{text(R - P)} 1 0 0 0"/>')),
-    "weld of a point": (
-        "spherical",
-        EQUALITY.format(f'<weld {BOTH} torquescale="0" anchor="{text(AT_ROCKER)}"/>'),
-    ),
+    "weld of a point": ("spherical", EQUALITY.format(f'<weld {BOTH} torquescale="0" anchor="{text(AT_ROCKER)}"/>')),
     "isaac": ("spherical", LOOP.format("spherical", text(AT_COUPLER), text(AT_ROCKER))),
 }
 

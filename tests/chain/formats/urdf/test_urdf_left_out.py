@@ -3,25 +3,15 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from said_of_files import SAID
 from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.formats.bodies import lawful_moments
 
-#: No effect on the motion: text, what stands for it, and what is said.
-SAID = [
-    ("<box size", "<bux size", "pictures: line 7: link 'b': visual: geometry: bux: unknown element"),
-    ('size="1 1 1"', 'size="1 1"', "3 numbers"),
-    ('rgba="1 0 0 1"', 'rgba="1 0 0"', "4 numbers"),
-    ('<color rgba="1 0 0 1"/>', '<color rgba="1 0 0 1"/><specular/>', "unknown element <specular>"),
-    ("</robot>", '<gazebo/><gazebo reference="b"/></robot>', None),
-    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><axis xyz="0 0 1"/>', None),
-    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1" rpy="0 0 0"/>', None),
-]
 
-
-@pytest.mark.parametrize(("old", "new", "said"), SAID)
+@pytest.mark.parametrize(("old", "new", "said"), SAID["urdf_left_out"])
 def test_what_has_no_effect_is_left_out_and_said(old, new, said):
     assert old in GOOD
     chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)

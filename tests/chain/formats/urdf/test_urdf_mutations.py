@@ -92,8 +92,7 @@ def check(case, folder):
 
 
 @pytest.mark.parametrize(
-    "part",
-    [0, *(pytest.param(k, marks=pytest.mark.full if k < 12 else pytest.mark.long) for k in range(1, PARTS))],
+    "part", [0, *(pytest.param(k, marks=pytest.mark.full if k < 12 else pytest.mark.long) for k in range(1, PARTS))]
 )
 def test_a_changed_urdf_is_read_as_it_is_or_refused(part, tmp_path):
     were_read = sum(check(case, tmp_path) for case in range(part, CASES, PARTS))

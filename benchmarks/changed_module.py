@@ -43,7 +43,7 @@ def passes_reloaded(mutant: Mutant, items: list[Any], limit: float) -> bool:
     """Whether tests pass with a module that is changed as it is loaded."""
     plugins = ["-p", "no:cacheprovider", "-p", Path(__file__).stem]
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", *plugins, "-m", ""]
-    paths = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
+    paths = os.pathsep.join([str(Path(sys.modules["exo_pin"].__path__[0]).parent), str(Path(__file__).parent)])
     own = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", CHOSEN: f"{mutant.module}:{mutant.number}"}
     command += [item.nodeid for item in items]
     try:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import ast
 import gc
 import hashlib
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -288,6 +289,12 @@ class Noting(ast.NodeTransformer):
         return noted
 
 
+def path_of(module: str) -> Path:
+    """Source file of a module, such as "exo_pin.chain"."""
+    path = ROOT.joinpath(*module.split("."))
+    return path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+
+
 def parsed(path: Path) -> ast.Module:
     """The tree of a module."""
     return ast.parse(path.read_text(encoding="utf-8"))
@@ -306,11 +313,15 @@ def mutants(room: str) -> list[Mutant]:
 def replace_code(path: Path, tree: ast.Module) -> None:
     """Give all functions that were loaded from a module the code of a changed tree of it."""
     loaded: dict[CodeType, list[FunctionType]] = {}
+    # The package may have been loaded from another folder, where it is installed.
+    place = str(path)
+    if path.is_relative_to(ROOT / "exo_pin"):
+        place = str(Path(sys.modules["exo_pin"].__path__[0]) / path.relative_to(ROOT / "exo_pin"))
     for thing in gc.get_objects():
-        if type(thing) is FunctionType and thing.__code__.co_filename == str(path):
+        if type(thing) is FunctionType and thing.__code__.co_filename == place:
             loaded.setdefault(thing.__code__, []).append(thing)
-    old = compile(parsed(path), path, "exec", dont_inherit=True)
-    new = compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
+    old = compile(parsed(path), place, "exec", dont_inherit=True)
+    new = compile(ast.fix_missing_locations(tree), place, "exec", dont_inherit=True)
     # Of a statement that was dropped, or can no more be reached, the functions inside are gone, too.
     changed = dict(_codes(new))
     for key, before in _codes(old):

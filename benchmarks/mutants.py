@@ -25,7 +25,6 @@ processor of others; so are those that fail without a mutant, as some do that wa
 from __future__ import annotations
 
 import argparse
-import builtins
 import contextlib
 import functools
 import gc
@@ -47,9 +46,9 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pytest
 from changed_module import passes_reloaded
-from mutant_places import NOTE, ROOT, Mutant, Noting, Place, Places, Unchanged, mutants, parsed, replace_code
+from mutant_places import ROOT, Mutant, Place, Places, Unchanged, mutants, parsed, replace_code
+from noted_tests import Notes
 
 #: All folders of the package.
 ROOMS = tuple(sorted(path.parent.name for path in (ROOT / "exo_pin").glob("*/__init__.py")))
@@ -115,36 +114,32 @@ class Judge:
         self._chosen = [(room, mutant) for room, ours in chosen.items() for mutant in ours]
         self._known, self._slowest, self._budget = known_equivalents(), options.slowest, options.budget
         self._jobs = options.jobs
-        self._failed, self._stopped, self._hits = False, False, set[tuple[str, int]]()
-        self._sources = Unchanged()
-        self._noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
+        self._failed, self._stopped, self._notes = False, False, Notes()
+        self._sources, self._folder = Unchanged(), options.noted
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         self._failed |= report.failed
         # A fixture that was stopped fails in all tests of its file.
         self._stopped |= report.failed and _TOO_SLOW in str(report.longrepr)
-        # A fixture may serve all tests of its file.
-        owner = report.nodeid.partition("::")[0] if report.when == "setup" else report.nodeid
-        self._noted[owner] |= self._hits
-        self._hits.clear()
+        self._notes.add(report)
 
     def pytest_runtestloop(self, session: Any) -> bool:
         # One that is loaded later, when it is needed, would be traced and changed nowhere.
         for module in sorted({mutant.module for _, mutant in self._chosen}):
             importlib.import_module(module)
         importlib.import_module("numba")  # once, and not in each process
-        told = self._traced(session.items)
+        told = noted_in(self._folder) if self._folder else self._traced(session.items)
         for test in (test for part in told for test in part["failed"]):
             print(f"left out, for it fails without a mutant: {test}", flush=True)
         self._took: dict[str, float] = {test: took for part in told for test, took in part["took"].items()}
         self.items = [item for item in session.items if item.nodeid in self._took]
         self._by_place: dict[tuple[str, int], list[Any]] = defaultdict(list)
-        noted = {owner: places for part in told for owner, places in part["noted"].items()}
+        noted: dict[str, set[tuple[str, int]]] = defaultdict(set)
+        for owner, places in (both for part in told for both in part["noted"].items()):
+            noted[owner] |= set(map(tuple, places))
         for item in self.items:
-            for owner in (item.nodeid, item.nodeid.partition("::")[0]):
-                for place in noted.get(owner, ()):
-                    if item not in self._by_place[tuple(place)][-1:]:
-                        self._by_place[tuple(place)].append(item)
+            for place in noted[item.nodeid] | noted[item.nodeid.partition("::")[0]]:
+                self._by_place[place].append(item)
         passed = at_once((self._job(room, mutant) for room, mutant in self._chosen), self._jobs)
         for (room, mutant), alive in zip(self._chosen, passed, strict=True):
             self._tell(room, mutant, alive)
@@ -190,37 +185,34 @@ class Judge:
         files = sorted({item.path for item in items})
         parts = [[item for item in items if files.index(item.path) % self._jobs == k] for k in range(self._jobs)]
         with tempfile.TemporaryDirectory() as folder:
-            told = [Path(folder) / str(k) for k in range(self._jobs)]
+            told = [Path(folder) / f"{k}.json" for k in range(self._jobs)]
             jobs = (
                 (lambda part=part, file=file: self._trace(part, file), None)
                 for part, file in zip(parts, told, strict=True)
             )
             if not all(at_once(jobs, self._jobs)):
                 raise RuntimeError("the tests could not be run without a mutant")
-            return [json.loads(file.read_text()) for file in told]
+            return noted_in(Path(folder))
 
     def _trace(self, items: list[Any], file: Path) -> bool:
         def stop(*_: object) -> None:
             raise TimeoutError(_TOO_SLOW)
 
-        setattr(builtins, NOTE, self._hits.add)
         signal.signal(signal.SIGPROF, stop)
-        for path in sorted({mutant.path for _, mutant in self._chosen}):
-            replace_code(path, Noting(path).visit(parsed(path)))
-        took, failed, were_stopped = {}, [], False
+        self._notes.begin(sorted({mutant.module for _, mutant in self._chosen}))
+        were_stopped = False
         for number, item in enumerate(items):
             begun = time.process_time()  # other work on the machine does not count
             signal.setitimer(signal.ITIMER_PROF, self._slowest)
             if self._passes([item], *items[number + 1 : number + 2]):
-                took[item.nodeid] = time.process_time() - begun
+                self._notes.took[item.nodeid] = time.process_time() - begun
             else:
                 if signal.getitimer(signal.ITIMER_PROF)[0] > 0.0 and not self._stopped and not were_stopped:
-                    failed.append(item.nodeid)
+                    self._notes.failed.append(item.nodeid)
                 were_stopped = True  # what a stopped test leaves behind may fail others, which are left out, too
             self._failed = self._stopped = False
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-        noted = {owner: list(places) for owner, places in self._noted.items()}
-        file.write_text(json.dumps({"took": took, "noted": noted, "failed": failed}))
+        self._notes.write(file)
         return True
 
     def _passes(self, items: list[Any], after: Any = None) -> bool:
@@ -289,6 +281,11 @@ def _forget_results() -> None:
             kernel.forget()
 
 
+def noted_in(folder: Path) -> list[dict[str, Any]]:
+    """What processes have written of the tests they ran: what each took, and by which statements it came."""
+    return [json.loads(path.read_text()) for path in sorted(folder.glob("*.json"))]
+
+
 def known_equivalents() -> dict[tuple[str, Place], str]:
     """Proof of each change that is listed as equivalent, by file of the package and place."""
     listed = tomllib.loads(Path(__file__).with_name("equivalent_mutants.toml").read_text(encoding="utf-8"))["mutant"]
@@ -299,9 +296,15 @@ def known_equivalents() -> dict[tuple[str, Place], str]:
     }
 
 
+def mutants_of(room: str, options: argparse.Namespace) -> list[Mutant]:
+    """All mutants of a room that are asked for."""
+    found = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
+    return [mutant for mutant in found if not (options.without_kernels and _has_kernels(mutant))]
+
+
 def chosen_mutants(room: str, options: argparse.Namespace) -> list[Mutant]:
     """Mutants of a room, a seeded sample or all."""
-    chosen = [mutant for mutant in mutants(room) if re.search(options.match, str(mutant))]
+    chosen = mutants_of(room, options)
     if options.all:
         return chosen
     return random.Random(f"{room} {options.seed}").sample(chosen, min(options.count, len(chosen)))
@@ -309,6 +312,8 @@ def chosen_mutants(room: str, options: argparse.Namespace) -> list[Mutant]:
 
 def judged(chosen: dict[str, list[Mutant]], folders: list[Path], options: argparse.Namespace) -> list[Tally]:
     """Judge mutants of rooms by the tests in folders; to be called once in a process."""
+    import pytest  # here: the modules of a sample are asked for where only the package is installed
+
     judge = Judge(chosen, options)
     # pytest reads the line of each frame, and a test that the timer stops may be at none.
     arguments = ["-q", "-s", "-n", "0", "-p", "no:cacheprovider", "--tb=native", "--rootdir", str(ROOT)]
@@ -356,8 +361,13 @@ def _told(chosen: dict[str, list[Mutant]], options: argparse.Namespace) -> Itera
         yield joined(room, parts[room])
 
 
+@functools.cache
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
 def _has_kernels(mutant: Mutant) -> bool:
-    return "\n@kernel" in mutant.path.read_text(encoding="utf-8")
+    return "\n@kernel" in _text(mutant.path)
 
 
 def main() -> None:
@@ -368,11 +378,15 @@ def main() -> None:
     parser.add_argument("--sample", type=int, help="mutants of all rooms together, in place of so many of each")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--all", action="store_true", help="every mutant")
+    parser.add_argument("--without-kernels", action="store_true", help="none of files with kernels")
     parser.add_argument("--full", action="store_true", help="with the tests of the full run")
     parser.add_argument("--match", default="", help="only mutants whose line in the list matches this expression")
     parser.add_argument("--slowest", type=float, default=20.0, help="longest test, s of the processor (default 20)")
     parser.add_argument("--beside", nargs="*", default=[], help="folders of tests beside the room's own, such as study")
     parser.add_argument("--everywhere", action="store_true", help="judge by all tests, but for kernels")
+    parser.add_argument("--noted", type=Path, help="folder in which the plugin noted_tests has noted what tests run")
+    parser.add_argument("--installed", action="store_true", help="change the package that is installed, not this one")
+    parser.add_argument("--modules", action="store_true", help="print the modules of the chosen mutants, and no more")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once (default 2)")
     parser.add_argument(
         "--budget", type=float, default=120.0, help="of the tests of one mutant, s of the processor (default 120)"
@@ -380,14 +394,17 @@ def main() -> None:
     parser.add_argument("--least", type=float, default=0.0, help="share, in %%, that is to be killed in each room")
     options = parser.parse_args()
     os.chdir(ROOT)
-    sys.path.insert(0, str(ROOT))
+    sys.path[:0] = [] if options.installed else [str(ROOT)]
     counts = Counter(room for room in options.rooms for _ in range(options.count))
     if options.sample is not None:
-        places = [room for room in options.rooms for _ in mutants(room)]
+        places = [room for room in options.rooms for _ in mutants_of(room, options)]
         counts = Counter(random.Random(options.seed).sample(places, options.sample))
     chosen = {}
     for room, options.count in sorted(counts.items()):
         chosen[room] = chosen_mutants(room, options)
+    if options.modules:
+        print(*sorted({one.module for ours in chosen.values() for one in ours}), sep="\n")
+        return
     tallies = []
     for tally in _told(chosen, options):
         tallies.append(tally)

@@ -2,11 +2,13 @@
 
 import ast
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 import types
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -136,6 +138,21 @@ def test_jobs_run_at_once_and_answer_in_order(monkeypatch):
     assert list(at_once(iter(jobs), 2)) == [True, False, True, False, False]
 
 
+@pytest.mark.full
+def test_a_run_notes_what_its_tests_come_by(tmp_path):
+    """Two processes run the tests of laws of muscles; a sample of changes there is judged by what they have noted."""
+    asked = [sys.executable, str(FOLDER / "mutants.py"), "muscle/laws", "--count", "8", "--without-kernels"]
+    run = partial(subprocess.run, capture_output=True, text=True, cwd=FOLDER.parent)
+    (tmp_path / "modules.txt").write_text(run([*asked, "--modules"], check=True).stdout)
+    own = {"EXO_PIN_NOTED": str(tmp_path), "PYTHONPATH": os.pathsep.join([str(FOLDER.parent), str(FOLDER)])}
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-p", "noted_tests", "tests/muscle/laws"]
+    assert " passed" in run(command, env=os.environ | own, check=True).stdout
+    done = run([*asked, "--noted", str(tmp_path), "--least", "50"])
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert len(list(tmp_path.glob("*.json"))) == 2
+    assert re.search(r"^\| muscle/laws \| [4-8] of 8", done.stdout, re.MULTILINE)
+
+
 def test_share_and_its_lower_bound(places, monkeypatch):
     monkeypatch.syspath_prepend(str(FOLDER))
     from mutants import Tally
@@ -150,7 +167,8 @@ def test_modules_are_loaded_before_tests_are_traced(places, monkeypatch):
     from mutants import Judge
 
     judge = object.__new__(Judge)
-    judge._chosen, judge._jobs = [("muscle", each) for each in places.mutants("muscle/laws")], 1
+    judge._folder, judge._jobs = None, 1
+    judge._chosen = [("muscle", each) for each in places.mutants("muscle/laws")]
     loaded = []
     judge._trace = lambda items, file: bool(loaded) and False
     monkeypatch.setattr("mutants.importlib.import_module", loaded.append)

@@ -2,6 +2,7 @@
 
 import importlib
 import re
+import tomllib
 
 import pytest
 from places import REPOSITORY, SCRIPTS
@@ -56,3 +57,16 @@ def test_the_release_check_finds_what_is_not_ready(monkeypatch):
     page = "<!-- measured: mujoco 3.17.0, pin 4.1.0 -->"
     assert check.stale_tables(page, {"mujoco": "3.9.1", "pin": "4.1.0"}) == []
     assert check.stale_tables(page, {"mujoco": "3.17.1"}) == ["measured with mujoco 3.17.0, now 3.17.1"]
+
+
+def test_the_recipe_for_conda_wants_what_the_package_wants():
+    recipe = yaml.safe_load((REPOSITORY / ".ci" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = {"pinocchio": "pin", "meshcat-python": "meshcat"}
+    wanted = dict(line.split() for line in recipe["requirements"]["run"])
+    assert wanted.pop("python") == project["requires-python"]
+    assert {named.get(name, name) + bounds for name, bounds in wanted.items()} == set(project["dependencies"])
+    commands = [" = ".join(command) for command in project["scripts"].items()]
+    assert recipe["build"]["python"]["entry_points"] == commands
+    assert (recipe["context"]["version"], recipe["package"]["name"]) == (ep.__version__, project["name"])
+    assert [(REPOSITORY / name).exists() for name in recipe["about"]["license_file"]] == [True, True]

@@ -12,7 +12,7 @@ from exo_pin import FileFormatError
 from exo_pin.chain.formats.mjcf import mjcf_compiling
 from exo_pin.chain.formats.mjcf.mjcf_compiling import outline
 from exo_pin.chain.formats.mjcf.mjcf_reading import _evaluate
-from exo_pin.core.errors import MissingExtra
+from exo_pin.core import errors
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -83,7 +83,7 @@ def test_versions_of_mujoco_that_are_read(version, is_read, monkeypatch):
     if is_read:
         assert mjcf_compiling.compile_mjcf(arm()).model.njnt == 3
         return
-    with pytest.raises(MissingExtra, match=f">=3.10,<5 .what is installed has version {version}"):
+    with pytest.raises(errors.MissingExtra, match=f">=3.10,<5 .what is installed has version {version}"):
         mjcf_compiling.compile_mjcf(arm())
 
 

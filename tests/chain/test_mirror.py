@@ -14,7 +14,6 @@ import several_coordinates
 from places import URDF
 
 from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties
-from exo_pin.chain.structure.description import Shape
 
 S = np.diag([1.0, -1.0, 1.0])
 FILES = sorted(path.stem for path in URDF.glob("*.urdf"))
@@ -251,7 +250,10 @@ def test_mujoco_sees_the_mirror_image(seed, tmp_path):
 
 def test_meshes_and_couplings_go_with_the_image():
     chain = ClosedChain.from_urdf(geared_arms.arm(3), Closures("geared", closures=geared_arms.geared(3)[1].closures))
-    mesh = Shape("link_1", "mesh", (0.1, 0.2, 0.3), (0.1, 0.2, 0.3), (0.5, 0.5, -0.5, 0.5), file="wedge.stl")
+    pose = '<pose rotation_format="quat_xyzw">0.1 0.2 0.3 0.5 0.5 -0.5 0.5</pose>'
+    visual = f'<visual name="v">{pose}<geometry><mesh><uri>wedge.stl</uri><scale>0.1 0.2 0.3</scale></mesh></geometry>'
+    drawn = f'<sdf version="1.9"><model name="m"><link name="link_1">{visual}</visual></link></model></sdf>'
+    (mesh,) = ClosedChain.from_sdf(drawn).description.shapes
     chain = ClosedChain(chain.model, replace(chain.description, shapes=(mesh,)))
     image = chain.mirrored()
     assert image.closures == chain.closures

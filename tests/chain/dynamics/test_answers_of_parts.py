@@ -13,7 +13,7 @@ from exo_pin.chain.dynamics.integration import Instant
 from exo_pin.chain.dynamics.nonsmooth import projected_motion as projected
 from exo_pin.chain.dynamics.simulation import _simulation
 from exo_pin.chain.kinematics.loops import residual
-from exo_pin.core.errors import SamplesFailed
+from exo_pin.core import errors
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -123,7 +123,7 @@ def test_a_stack_names_the_samples_that_do_not_close():
     chain = named.chain()
     q = np.array([named.q, named.q + np.array([0.1, 0.0, 0.0]), named.q + np.array([0.0, 0.02, 0.0])])
     held = ["crank_hinge", "rocker_hinge"]
-    with pytest.raises(SamplesFailed) as failed:
+    with pytest.raises(errors.SamplesFailed) as failed:
         chain.close(q, hold=held)
     assert list(failed.value.failures) == [1]
     assert isinstance(failed.value.failures[1], LoopNotClosed)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from published_problems import parallel_windows, windows
 
+from exo_pin import SimulationStopped
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import SimulationStopped
 
 #: Place of the first crank's end at 1, 5 and 10 s from upright with 1 m/s, m.
 A02 = {

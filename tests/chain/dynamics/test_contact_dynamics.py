@@ -8,7 +8,7 @@ from rubbing_chains import slide, with_friction
 
 from exo_pin import InfeasibleForces, InvalidInput, UndrivenMotion
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import UnsupportedDynamics
+from exo_pin.core import errors
 
 
 @pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "prismatic loop", "four-bar cut in a link"])
@@ -139,7 +139,7 @@ def test_derivatives_with_friction_are_those_of_the_motion_and_none_at_rest():
     own = chain.inverse_dynamics(case.q, case.v, case.a)
     np.testing.assert_allclose(found.forces.tau, own.tau, atol=1e-10)
     np.testing.assert_array_equal(found.forces.friction, own.friction)
-    with pytest.raises(UnsupportedDynamics, match="dry friction at rest"):
+    with pytest.raises(errors.UnsupportedDynamics, match="dry friction at rest"):
         chain.inverse_dynamics_derivatives(case.q)
 
 

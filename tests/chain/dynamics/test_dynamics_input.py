@@ -3,13 +3,11 @@
 import dataclasses
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from mechanisms import four_bar
 
 from exo_pin import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
-from exo_pin.chain import ClosedChain, JointProperties
-from exo_pin.chain.structure.passive import PassiveForces
+from exo_pin.chain import ClosedChain
 
 NAMED = four_bar()
 Q = NAMED.q
@@ -127,25 +125,3 @@ def test_a_name_of_a_joint_and_a_closure_is_ambiguous():
     chain = ClosedChain.from_urdf(NAMED.urdf, dataclasses.replace(NAMED.closures, closures=closures))
     with pytest.raises(InvalidInput, match="joint as well as a closure"):
         chain.joint_reaction("crank_hinge", Q)
-
-
-def test_chains_know_whether_springs_dampers_or_friction_act():
-    def passive(**given):
-        model = pin.buildSampleModelManipulator()
-        none = np.zeros(model.nv)
-        for name in ("damping", "lowerDryFrictionLimit", "upperDryFrictionLimit"):
-            setattr(model, name, -none if name == "damping" else none)
-        springs = [JointProperties(model.names[2], given.pop("spring"))] if "spring" in given else []
-        for name, value in given.items():
-            number = none.copy()
-            number[3] = value
-            setattr(model, name, number)
-        found = PassiveForces(model, springs)
-        return found.is_idle, found.act, found.rubs
-
-    assert passive() == (True, False, False)
-    assert passive(spring=0.0) == (True, False, False)
-    assert passive(spring=2.0) == (False, True, False)
-    assert passive(damping=2.0) == (False, True, False)
-    assert passive(lowerDryFrictionLimit=-2.0) == (False, False, True)
-    assert passive(upperDryFrictionLimit=2.0) == (False, False, True)

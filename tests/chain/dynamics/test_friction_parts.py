@@ -9,7 +9,7 @@ from rubbing_chains import with_friction
 from exo_pin.chain import ClosedChain, Closures
 from exo_pin.chain.dynamics.nonsmooth.contact_forces import at_rest
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import REST, friction_of, refuse_rest
-from exo_pin.core.errors import UnsupportedDynamics
+from exo_pin.core import errors
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -81,7 +81,7 @@ def test_slides_of_one_freedom_stop_together_at_any_size(length, joint):
 def test_what_needs_a_motion_refuses_joints_at_rest_by_name():
     state = with_friction(arm(), [2.0, 0.0, 3.0])._state
     refuse_rest(state, friction_of(state, np.ones(3)), "move them")
-    with pytest.raises(UnsupportedDynamics, match=r"(?s)hinge_2.*move them"):
+    with pytest.raises(errors.UnsupportedDynamics, match=r"(?s)hinge_2.*move them"):
         refuse_rest(state, friction_of(state, np.array([1.0, 0.0, 0.0])), "move them")
 
 

@@ -8,7 +8,7 @@ from rubbing_chains import slide, with_friction
 
 from exo_pin import InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import ClosedChain, ClosedForcesStack, Closures
-from exo_pin.core.errors import SamplesFailed
+from exo_pin.core import errors
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -102,13 +102,13 @@ def test_projections_of_stacks_are_those_of_each_and_least(name):
         np.testing.assert_allclose(rates[k], a[k] - np.linalg.pinv(J, rcond=1e-10) @ (J @ a[k] + drift), atol=1e-9)
     wrong = q.copy()
     wrong[1] += 0.1
-    with pytest.raises(SamplesFailed) as failed:
+    with pytest.raises(errors.SamplesFailed) as failed:
         chain.project_velocity(wrong, v)
     assert list(failed.value.failures) == [1]
     assert isinstance(failed.value.failures[1], LoopNotClosed)
     assert np.isnan(failed.value.result[1]).all()
     np.testing.assert_array_equal(failed.value.result[[0, 2]], speeds[[0, 2]])
-    with pytest.raises(SamplesFailed) as failed:
+    with pytest.raises(errors.SamplesFailed) as failed:
         chain.project_acceleration(wrong, speeds, a)
     np.testing.assert_array_equal(failed.value.result[[0, 2]], rates[[0, 2]])
 

@@ -6,8 +6,6 @@ import pytest
 
 from exo_pin import InvalidInput, MotionBlocked, SimulationStopped
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.dynamics.nonsmooth.contact_forces import ContactMode, Contacts
-from exo_pin.chain.dynamics.nonsmooth.projected_motion import Applied
 
 #: A crank of 0.1 m, a rod of 0.3 m and a slider on the crank's line, which is at 0.4 m at the outer dead centre.
 CRANK = """<mujoco model="slider_crank"><option gravity="0 0 0"/><compiler angle="radian"/>
@@ -115,12 +113,6 @@ def test_a_loop_that_drives_a_joint_into_its_stop_is_reported_with_the_joint():
     with pytest.raises(MotionBlocked) as caught:
         two.forward_dynamics(*crank_at(two, 0.0, 2.0), stops=True)
     assert caught.value.joints == ("slider",)
-    # Nor can any force hold the slider there, whatever holds the other.
-    places = two.velocity_indices(["slider", "other"])
-    wide = Contacts(places, np.full(2, -1e9), np.full(2, 1e9), np.zeros(2, dtype=int))
-    held = ContactMode(two._state, np.zeros(4), np.zeros(4, dtype=int), wide)
-    assert not held.holds(*crank_at(two, 0.0, 2.0), Applied(np.zeros(4), None))
-    assert held.holds(*crank_at(two, 0.0, 0.0), Applied(np.zeros(4), None))
     # At rest nothing moves into it, and an upper stop there is left.
     assert np.abs(chain.forward_dynamics(q, 0.0 * v, stops=True).a).max() <= 1e-12
     passes = ClosedChain.from_mjcf(CRANK.format(range="-1 0"))

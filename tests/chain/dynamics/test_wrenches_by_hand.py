@@ -4,29 +4,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import five_bar, four_bar
-from scipy.spatial.transform import Rotation
 
 from exo_pin import InvalidInput, UnknownName
-from exo_pin.chain.dynamics.wrenches import shifted, turned
-
-pytestmark = pytest.mark.usefixtures("plain")
-
-
-@pytest.mark.parametrize("stack", [(), (3,)])
-def test_a_wrench_about_another_point_and_in_other_axes(stack):
-    rng = np.random.default_rng(0)
-    wrenches, by = rng.normal(size=(*stack, 6, 2)), rng.normal(size=(*stack, 3))
-    axes = Rotation.random(*stack, rng=rng).as_matrix()
-    force, moment = wrenches[..., :3, :], wrenches[..., 3:, :]
-    moved = shifted(wrenches, by)
-    np.testing.assert_array_equal(moved[..., :3, :], force)
-    for s in range(2):
-        np.testing.assert_allclose(moved[..., 3:, s], moment[..., s] - np.cross(by, force[..., s]), atol=1e-14)
-    round_trip = shifted(moved, -by)
-    np.testing.assert_allclose(round_trip, wrenches, atol=1e-14)
-    found = turned(wrenches, axes)
-    np.testing.assert_allclose(found[..., :3, :], axes @ force)
-    np.testing.assert_allclose(found[..., 3:, :], axes @ moment)
 
 
 def moving(named, seed=0):

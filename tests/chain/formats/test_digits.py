@@ -7,33 +7,7 @@ from rounded_mechanisms import MECHANISMS, mechanism
 from scipy.spatial.transform import Rotation
 
 from exo_pin import LoopNotClosed
-from exo_pin.chain import ClosedChain, read_closures
-from exo_pin.chain.formats.closures_file import closures_text
-from exo_pin.chain.formats.digits import Redrawn, decimals, rounding_of
-
-
-@pytest.mark.parametrize(
-    ("word", "count"),
-    [("1", 0), ("0.5", 1), ("0.50000", 1), ("-1.2345", 4), ("1.5e-3", 4), ("12e2", 0), ("3.25e1", 1), ("5e-7", 7)],
-)
-def test_decimals_as_written(word, count):
-    assert decimals(word) == count
-
-
-@pytest.mark.parametrize(
-    ("words", "tolerance"),
-    [
-        (["0.1", "0.25"], 0.0),
-        (["0.1", "0.123456"], 5e-7),
-        # Right angles of doubles are exact, and rounded ones are known to their own digits.
-        (["1.5707963267948966", "0.123456"], 5e-7),
-        (["1.5708", "0.123456"], 5e-5),
-        (["0.12345678901234567", "0.1234"], 0.0),
-        (["nan", "x", "0.1234"], 5e-5),
-    ],
-)
-def test_the_tolerance_of_words(words, tolerance):
-    assert rounding_of(words) == pytest.approx(tolerance)
+from exo_pin.chain import ClosedChain, read_closures, write_closures
 
 
 def _assert_moves_as_the_exact_one(name, seed, digits, written, folder):
@@ -56,7 +30,7 @@ def test_a_rounded_file_moves_as_the_exact_mechanism(name, written, tmp_path):
     assert again(getattr(exact, f"to_{written}")(tmp_path / "exact")).description.tolerance == 0.0
     chain = _assert_moves_as_the_exact_one(name, 3, 6, written, tmp_path / "rounded")
     # A closures file keeps the tolerance.
-    (tmp_path / "again.closures.toml").write_text(closures_text(chain.description))
+    write_closures(chain.description, tmp_path / "again.closures.toml")
     assert read_closures(tmp_path / "again.closures.toml").tolerance == chain.description.tolerance
 
 
@@ -97,22 +71,6 @@ def test_a_singular_pose_of_a_file_stays_singular(digits, written, tmp_path):
     found = chain.mobility(chain.close(chain.reference_configuration()), actuated=())
     assert found.degrees_of_freedom == 2
     assert "constraint" in found.kinds
-
-
-def test_numbers_that_are_written_alike_are_moved_alike():
-    draw = Redrawn(0)
-    one, other, same = (float(draw.number(word)) for word in ("1.5708", "-1.5708", "1.57080"))
-    assert one == -other == same != 1.5708
-    assert abs(one - 1.5708) <= 5e-5
-    assert [draw.number(word) for word in ("0.5", "1.5707963267948966", "two")] == ["0.5", "1.5707963267948966", "two"]
-    assert np.linalg.norm([float(word) for word in draw.text("0.70711 0 0 0.70711").split()]) == pytest.approx(1.0)
-
-
-def test_a_number_that_lost_its_last_zero_is_moved_where_the_file_has_four_decimals():
-    """One of ten numbers of four decimals is written with three, and its error is that of the others."""
-    draw, finer = Redrawn(0, rounding_of(["0.123", "0.1234"])), Redrawn(0, rounding_of(["0.123", "0.12345"]))
-    assert 0.0 < abs(float(draw.number("0.123")) - 0.123) <= 5e-5
-    assert [draw.number("0.12"), finer.number("0.123")] == ["0.12", "0.123"]
 
 
 def test_a_linkage_whose_digits_fall_badly_moves(monkeypatch, tmp_path):

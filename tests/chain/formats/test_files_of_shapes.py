@@ -1,32 +1,37 @@
 """Shapes of URDF and SDF one by one: where their meshes are, their colours, sizes and places, and what has none."""
 
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 
+import mujoco
 import numpy as np
-import pinocchio as pin
 import pytest
-from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
+from urdf_knee import BARE, GOOD
+from written_robots import text_of, urdf_of
 
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.bodies import world_link
-from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
-from exo_pin.chain.formats.sdf.sdf_model import sdf_shapes, write_sdf_shape
-from exo_pin.chain.formats.urdf.urdf_shapes import found_file, urdf_shapes, write_urdf_shape
-from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
-from exo_pin.chain.formats.xml_elements import parse_xml
-from exo_pin.chain.structure.description import Shape
 
-pytestmark = pytest.mark.usefixtures("plain")
+#: Size here, elements of SDF, and size in MuJoCo.
+KINDS = {
+    "box": ((0.1, 0.2, 0.3), "<size>0.1 0.2 0.3</size>", (0.05, 0.1, 0.15)),
+    "sphere": ((0.4,), "<radius>0.4</radius>", (0.4,)),
+    "cylinder": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "capsule": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "ellipsoid": ((0.1, 0.2, 0.3), "<radii>0.1 0.2 0.3</radii>", (0.1, 0.2, 0.3)),
+    "mesh": ((1.0, 2.0, 3.0), "<uri>none.stl</uri><scale>1 2 3</scale>", ()),
+}
+SPHERE = "<geometry><sphere><radius>1</radius></sphere></geometry>"
 
-PLACE = pin.SE3(Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix(), np.array([0.1, -0.2, 0.3]))
-SIZES = {
-    "box": (0.1, 0.2, 0.3), "sphere": (0.4,), "cylinder": (0.1, 0.5), "capsule": (0.1, 0.5),
-    "ellipsoid": (0.1, 0.2, 0.3), "mesh": (1.0, 2.0, 3.0),
-}  # fmt: skip
-COLOURS = [None, (0.1, 0.2, 0.3, 0.4)]
+
+def sdf_of(inside):
+    body = "<inertial><mass>1</mass></inertial>"
+    text = f'<sdf version="1.11"><model name="m"><link name="arm">{body}{inside}</link></model></sdf>'
+    return ClosedChain.from_sdf(text)
+
+
+def urdf_with(inside, head=""):
+    old = GOOD[GOOD.index("<visual>") : GOOD.index("</visual>") + 9]
+    return GOOD.replace(old, inside).replace('<link name="a"/>', f'{head}<link name="a"/>')
 
 
 @pytest.mark.parametrize(
@@ -36,56 +41,64 @@ COLOURS = [None, (0.1, 0.2, 0.3, 0.4)]
         # Of a package an ancestor of the file's folder is the package, or holds it.
         ("package://robot/meshes/arm.stl", "robot/meshes/arm.stl"), ("package://other/hand.stl", "other/hand.stl"),
         ("package://robot/none.stl", None), ("package://none/arm.stl", None),
-        ("package://meshes/arm.stl", "robot/meshes/arm.stl"),
-        ("package://urdf/arm.stl", "robot/urdf/arm.stl"),
+        ("package://meshes/arm.stl", "robot/meshes/arm.stl"), ("package://urdf/arm.stl", "robot/urdf/arm.stl"),
+        ("file:///any.stl", "/any.stl"),
     ],
 )  # fmt: skip
 def test_where_a_mesh_is(name, there, tmp_path):
     for path in ("robot/urdf/arm.stl", "robot/meshes/arm.stl", "other/hand.stl"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text("solid")
-    expected = name if there is None else str((tmp_path / there).resolve())
-    assert found_file(name, tmp_path / "robot" / "urdf") == expected
+    text = urdf_with(f'<visual><geometry><mesh filename="{name}"/></geometry></visual>')
+    (tmp_path / "robot" / "urdf" / "arm.urdf").write_text(text)
+    (shape,) = ClosedChain.from_urdf(tmp_path / "robot" / "urdf" / "arm.urdf", BARE).description.shapes
+    assert shape.file == (name if there is None else str((tmp_path / there).resolve()))
+    assert shape.size == (1.0, 1.0, 1.0)
     # Without a folder only what is in the working directory is found.
-    assert found_file(name, None) == name
-    assert found_file(f"file://{tmp_path}/any.stl", None) == f"{tmp_path}/any.stl"
+    (shape,) = ClosedChain.from_urdf(text, BARE).description.shapes
+    assert shape.file == name.removeprefix("file://")
 
 
-def urdf_of(shape):
-    root = ET.Element("robot", name="r")
-    link = ET.SubElement(root, "link", name=shape.frame)
-    return write_urdf_shape(link, shape), ET.tostring(root, encoding="unicode")
-
-
-def read(text, left=None, folder=None):
-    return list(urdf_shapes(parse_xml(text), folder, (1, 0), LeftOut() if left is None else left))
-
-
-def assert_same(found, shape, role):
-    assert (found.frame, found.kind, found.role) == (shape.frame, shape.kind, role)
-    np.testing.assert_allclose(found.size, shape.size, rtol=1e-15)
-    np.testing.assert_allclose(found.place.homogeneous, shape.place.homogeneous, atol=1e-15)
-    # A collision shape has no colour in either format.
-    assert found.colour == (shape.colour if role == "visual" else None)
-    assert found.file == shape.file
-
-
-@pytest.mark.parametrize("colour", COLOURS)
-@pytest.mark.parametrize("role", ["visual", "collision", "both"])
-@pytest.mark.parametrize("kind", SIZES)
-def test_shapes_come_back_from_both_formats(kind, role, colour):
-    shape = Shape.at("arm", kind, SIZES[kind], PLACE, "none.stl" if kind == "mesh" else None, colour, role)
-    link = ET.Element("link", name="arm")
-    write_sdf_shape(link, shape, 3)
-    parsed = parse_xml(ET.tostring(link, encoding="unicode"))
-    for found, part in zip(sdf_shapes(parsed, "arm", None), shape.elements, strict=True):
-        assert_same(found, shape, part)
-    assert [child.attributes["name"] for child in parsed.children] == [f"{part}_3" for part in shape.elements]
-    written, text = urdf_of(shape)
-    assert written == (kind != "ellipsoid")
+@pytest.mark.parametrize("colour", [None, (0.1, 0.2, 0.3, 0.4)])
+@pytest.mark.parametrize("role", ["visual", "collision"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_shapes_come_back_from_all_formats(kind, role, colour):
+    size, elements, theirs = KINDS[kind]
+    colour = colour if role == "visual" else None
+    material = f"<material><diffuse>{' '.join(map(str, colour))}</diffuse></material>" if colour else ""
+    geometry = f"<geometry><{kind}>{elements}</{kind}></geometry>"
+    given = sdf_of(f'<{role} name="p"><pose>0.1 -0.2 0.3 0.3 -0.4 0.9</pose>{geometry}{material}</{role}>')
+    written = text_of(given, "sdf", given.neutral())
+    assert f'<{role} name="{role}_0">' in written
+    read = [given, ClosedChain.from_sdf(written)]
     if kind not in ("ellipsoid", "capsule"):
-        for found, part in zip(read(text), shape.elements, strict=True):
-            assert_same(found, shape, part)
+        read.append(ClosedChain.from_urdf(*urdf_of(given)))
+    if kind == "capsule":
+        # URDF 1.0 has a cylinder with a ball at either end.
+        cylinder, *balls = ClosedChain.from_urdf(*urdf_of(given)).description.shapes
+        assert [(part.kind, part.size, part.colour) for part in (cylinder, *balls)] == [
+            (each, end, given.description.shapes[0].colour)
+            for each, end in (("cylinder", size), ("sphere", size[:1]), ("sphere", size[:1]))
+        ]
+        np.testing.assert_allclose(
+            cylinder.place.homogeneous, given.description.shapes[0].place.homogeneous, atol=1e-12
+        )
+        ends = sorted((cylinder.place.inverse() * ball.place).translation[2] for ball in balls)
+        np.testing.assert_allclose(ends, [-0.25, 0.25], atol=1e-12)
+    if theirs:
+        text = text_of(given, "mjcf", given.neutral())
+        model = mujoco.MjModel.from_xml_string(text)
+        assert mujoco.mjtGeom(int(model.geom_type[0])).name == f"mjGEOM_{kind.upper()}"
+        np.testing.assert_allclose(model.geom_size[0][: len(theirs)], theirs)
+    for chain in read:
+        (found,) = chain.description.shapes
+        assert (found.frame, found.kind, found.role) == ("arm", kind, role)
+        np.testing.assert_allclose(found.size, size, rtol=1e-15)
+        np.testing.assert_allclose(found.place.translation, [0.1, -0.2, 0.3], atol=1e-15)
+        turn = Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix()
+        np.testing.assert_allclose(found.place.rotation, turn, atol=1e-15)
+        assert found.colour == colour
+        assert found.file == ("none.stl" if kind == "mesh" else None)
 
 
 @pytest.mark.parametrize(
@@ -98,100 +111,71 @@ def test_shapes_come_back_from_both_formats(kind, role, colour):
     ],
 )  # fmt: skip
 def test_the_colour_of_a_urdfs_visual(material, colour):
-    shape = f'<geometry><sphere radius="1"/></geometry>{material}'
-    text = f"""<robot><material name="blue"><color rgba="0 0 1 1"/></material><material name="bare"/>
-    <link name="a"><visual>{shape}</visual><collision>{shape}</collision></link></robot>"""
-    assert [found.colour for found in read(text)] == [colour, None]
+    shape = '<geometry><sphere radius="1"/></geometry>'
+    head = '<material name="blue"><color rgba="0 0 1 1"/></material><material name="bare"/>'
+    text = urdf_with(f"<visual>{shape}{material}</visual><collision>{shape}</collision>", head)
+    assert [found.colour for found in ClosedChain.from_urdf(text, BARE).description.shapes] == [colour, None]
 
 
 @pytest.mark.parametrize(
     ("diffuse", "colour"),
     [
-        ("", None), ("<diffuse>0.1 0.2 0.3 0.4</diffuse>", (0.1, 0.2, 0.3, 0.4)),
         # Opaque unless it says so.
-        ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3, 1.0)), ("<ambient>1 1 1 1</ambient>", None),
+        ("", None), ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3, 1.0)), ("<ambient>1 1 1 1</ambient>", None),
     ],
 )  # fmt: skip
 def test_the_colour_of_an_sdfs_visual(diffuse, colour):
-    shape = "<geometry><sphere><radius>1</radius></sphere></geometry>"
-    text = f"<link><visual>{shape}<material>{diffuse}</material></visual></link>"
-    (found,) = sdf_shapes(parse_xml(text), "a", None)
+    (found,) = sdf_of(f'<visual name="v">{SPHERE}<material>{diffuse}</material></visual>').description.shapes
     assert (found.colour, found.size) == (colour, (1.0,))
 
 
-FAULTY = [
-    '<geometry><sphere radius="x"/></geometry>', "<geometry/>", "", "<geometry><sphere/></geometry>",
-    '<geometry><torus radius="1"/></geometry>', '<geometry><sphere radius="1"/><sphere radius="1"/></geometry>',
-    '<geometry><mesh scale="1 1 1"/></geometry>', '<geometry><box size="1 1"/></geometry>',
-]  # fmt: skip
-
-
 def test_pictures_with_a_fault_are_left_out_and_the_others_read():
-    good = '<geometry><drake:x/><sphere radius="1"/></geometry>'
-    pictures = "".join(f"<visual>{inside}</visual>" for inside in (*FAULTY, good))
-    left = LeftOut()
-    (found,) = read(f'<robot><link name="a">{pictures}</link></robot>', left)
-    assert (found.kind, found.size) == ("sphere", (1.0,))
-    (said,) = left.report
-    assert "got 0" in said
-    faulty = ["<pose relative_to='b'>0 0 0 0 0 0</pose><geometry><sphere><radius>1</radius></sphere></geometry>"]
-    faulty += ["<geometry><sphere/></geometry>", "<geometry><mesh/></geometry>", "<pose>1</pose>"]
-    good = "<pose>1 0 0 0 0 0</pose><geometry><drake:x/><sphere><radius>1</radius></sphere></geometry>"
-    pictures = "".join(f"<visual>{inside}</visual>" for inside in (*faulty, good))
-    (found,) = sdf_shapes(parse_xml(f"<link>{pictures}</link>"), "a", None)
-    assert (found.kind, found.translation) == ("sphere", (1.0, 0.0, 0.0))
+    faulty = [
+        '<sphere radius="x"/>', "", "<sphere/>", '<torus radius="1"/>', '<sphere radius="1"/><sphere radius="1"/>',
+        '<mesh scale="1 1 1"/>', '<box size="1 1"/>', '<sphere radius="1"/>',
+    ]  # fmt: skip
+    pictures = "<visual/>" + "".join(f"<visual><geometry>{inside}</geometry></visual>" for inside in faulty)
+    found = ClosedChain.from_urdf(urdf_with(pictures), BARE).description
+    assert [(shape.kind, shape.size) for shape in found.shapes] == [("sphere", (1.0,))]
+    assert "got 0" in " ".join(found.left_out)
+    faulty = [f"<pose relative_to='b'>0 0 0 0 0 0</pose>{SPHERE}", "<geometry><sphere/></geometry>"]
+    faulty += ["<geometry><mesh/></geometry>", "<pose>1</pose>", f"<pose>1 0 0 0 0 0</pose>{SPHERE}"]
+    pictures = "".join(f'<visual name="v{k}">{inside}</visual>' for k, inside in enumerate(faulty))
+    (shape,) = sdf_of(pictures).description.shapes
+    assert (shape.kind, shape.translation) == ("sphere", (1.0, 0.0, 0.0))
 
 
-def test_a_mesh_has_its_own_size_unless_it_is_scaled(tmp_path):
-    for text in ('<mesh filename="a.stl"/>', '<mesh filename="a.stl" scale="1 1 1"/>'):
-        robot = f'<robot><link name="a"><visual><geometry>{text}</geometry></visual></link></robot>'
-        assert read(robot, folder=tmp_path)[0].size == (1.0, 1.0, 1.0)
+def test_a_mesh_of_an_sdf_is_found_in_its_model(tmp_path):
     (tmp_path / "robot").mkdir()
     (tmp_path / "robot" / "a.stl").write_text("solid")
     for uri, file in (("model://robot/a.stl", str((tmp_path / "robot" / "a.stl").resolve())), ("b.stl", "b.stl")):
-        text = f"<link><visual><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual></link>"
-        (found,) = sdf_shapes(parse_xml(text), "a", tmp_path / "robot")
+        mesh = f'<visual name="v"><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>'
+        path = tmp_path / "robot" / "model.sdf"
+        path.write_text(f'<sdf version="1.11"><model name="m"><link name="arm">{mesh}</link></model></sdf>')
+        (found,) = ClosedChain.from_sdf(path).description.shapes
         assert (found.size, found.file) == ((1.0, 1.0, 1.0), file)
 
 
-def test_shapes_of_the_world_are_on_its_link_and_what_urdf_has_not_is_said():
-    chain = slide(0.4)
-    link = next(frame.name for frame in chain.model.frames if frame.type == pin.FrameType.BODY and frame.parentJoint)
-    shapes = (
-        Shape("universe", "sphere", (0.1,)), Shape(link, "box", (0.1, 0.2, 0.3)), Shape(link, "ellipsoid", (1, 1, 1)),
-        Shape(link, "ellipsoid", (1, 2, 3)), Shape("nowhere", "sphere", (0.1,)),
-    )  # fmt: skip
-    text, closures = urdf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes))._state)
-    assert "left out: {ellipsoid: 2, sphere: 1}." in text
-    again = ClosedChain.from_urdf(text, closures).description.shapes
-    assert {shape.frame: (shape.kind, shape.size) for shape in again} == {
-        link: ("box", (0.1, 0.2, 0.3)),
-        world_link(chain._state): ("sphere", (0.1,)),
-    }
-    plain, _ = urdf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes[:2]))._state)
-    assert "left out" not in plain
-
-
 @pytest.mark.parametrize(
-    ("name", "there", "written"),
+    ("name", "there", "is_read"),
     [
         ("a.obj", True, True), ("a.OBJ", True, True), ("a.obj", False, False),
         ("a.dae", True, False), ("a.dae", False, False),
     ],
 )  # fmt: skip
-def test_meshes_that_mujoco_reads_are_written_once(name, there, written, tmp_path):
-    chain, path = slide(0.4), tmp_path / name
+def test_meshes_that_mujoco_reads_are_written_once(name, there, is_read, tmp_path):
+    path = tmp_path / name
     if there:
         path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    link = next(frame.name for frame in chain.model.frames if frame.type == pin.FrameType.BODY and frame.parentJoint)
-    meshes = [
-        Shape(link, "mesh", (size,) * 3, (0.1 * k, 0, 0), file=str(path)) for k, size in enumerate((1.0, 1.0, 0.5))
-    ]
-    shapes = (*meshes, Shape(link, "sphere", (0.1,)))
-    text = mjcf_text(ClosedChain(chain.model, replace(chain.description, shapes=shapes))._state, np.zeros(1))
+    meshes = "".join(
+        f'<visual><geometry><mesh filename="{path}" scale="{size} {size} {size}"/></geometry></visual>'
+        for size in (1.0, 1.0, 0.5)
+    )
+    text = urdf_with(f'{meshes}<visual><geometry><sphere radius="0.1"/></geometry></visual>')
+    text = text_of(ClosedChain.from_urdf(text, BARE), "mjcf", np.zeros(1))
     root = ET.fromstring(text)
     geoms = [(geom.get("type"), geom.get("mesh")) for geom in root.iter("geom")]
-    if not written:
+    if not is_read:
         assert geoms == [("sphere", None)]
         assert f"does not read: {path}. -->" in text
         assert root.find("asset") is None

@@ -202,6 +202,17 @@ def hinge_chain(**arrays):
         (hinge_chain(upperEffortLimit=2.0), (), "to_sdf", "one effort limit"),
         (hinge_chain(upperDryFrictionLimit=2.0), (), "to_urdf", "same in both directions"),
         (hinge_chain(rotorInertia=1.0), (), "to_mjcf", "as armature"),
+        # What is about one axis of a ball is there.
+        *(
+            (ball_chain(**{key: value}), (), "to_sdf", f"the {said} of joint 'ball'")
+            for key, value, said in (
+                ("damping", [0, 2, 0], "damping"),
+                ("armature", [0, 2, 0], "armature"),
+                ("upperEffortLimit", [np.inf, 2, np.inf], "effort limits"),
+                ("upperVelocityLimit", [np.inf, 2, np.inf], "velocity limits"),
+            )
+        ),
+        (ball_chain(upperDryFrictionLimit=[0, 1, 0], lowerDryFrictionLimit=[0, -1, 0]), (), "to_sdf", "friction of"),
     ],
 )
 def test_what_a_format_cannot_hold_is_refused_by_name(model, joints, write, said, tmp_path):
@@ -266,6 +277,14 @@ def test_limits_that_are_not_there_stay_so(tmp_path):
     assert theirs.jnt_range[0, 0] == -1.0
     assert theirs.jnt_range[0, 1] > 1e300
     assert not theirs.jnt_actfrclimited[0]
+
+
+@pytest.mark.parametrize("limit", [9.9e299, 1e300, np.finfo(float).max, np.inf])
+def test_limits_of_1e300_are_none(limit, tmp_path):
+    chain = ClosedChain(hinge_chain(upperEffortLimit=limit, lowerEffortLimit=-limit), Closures("one"))
+    again = ClosedChain.from_urdf(chain.to_urdf(tmp_path)).model
+    expected = limit if limit < 1e300 else np.inf
+    assert (again.lowerEffortLimit[0], again.upperEffortLimit[0]) == (-expected, expected)
 
 
 def test_an_actuator_without_strength_gives_no_force_in_mujoco(tmp_path):

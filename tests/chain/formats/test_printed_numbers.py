@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from exo_pin import FileFormatError
-from exo_pin.chain.formats.digits import Redrawn, decimals, rounding_of
-from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.urdf.urdf_shapes import urdf_shapes
-from exo_pin.chain.formats.urdf.urdf_values import check_origin, inertia_of
+from exo_pin.chain.formats.digits import Redrawn, decimals, geometry_words, pose_words, rounding_of
 from exo_pin.chain.formats.xml_elements import half_unit, parse_xml
 
 
@@ -45,7 +41,7 @@ def test_decimals_are_counted_without_zeros_at_the_end(word, count):
     [
         (["0.1234"], 5e-5), (["0.123"], 0.0), (["0.1234", "0.12345"], 5e-6), (["0.1234", "1", "2.5"], 5e-5),
         (["0.123456789012"], 5e-13), (["0.1234567890123"], 0.0), (["0.1234", "0.12345678901234"], 0.0), ([], 0.0),
-        (["name", "0.1234"], 5e-5),
+        (["name", "nan", "0.1234"], 5e-5),
         # A right angle tells by its own digits how far all were rounded, an exact one nothing.
         (["1.5708"], 5e-5), (["1.570796", "0.123456789"], 5e-7), (["1.5707963267948966", "0.1234"], 5e-5),
         (["-3.14159", "0.123456789"], 5e-6), (["3.142", "0.123456789"], 5e-10), (["1.571", "0.12345"], 5e-6),
@@ -90,85 +86,34 @@ def test_four_numbers_at_the_end_stay_a_quaternion():
     assert three.text("0.1234 0.2345 1") == " ".join([three.number("0.1234"), three.number("0.2345"), "1"])
 
 
-def inertial(mass, *moments):
-    ixx, iyy, izz, *products = moments
-    ixy, ixz, iyz = products or ("0", "0", "0")
-    text = f'<inertial><mass value="{mass}"/><inertia ixx="{ixx}" ixy="{ixy}" ixz="{ixz}" iyy="{iyy}" '
-    return parse_xml(f'{text}iyz="{iyz}" izz="{izz}"/></inertial>')
-
-
 @pytest.mark.parametrize(
-    ("moments", "said"),
+    ("text", "words"),
     [
-        (("1", "1", "2"), None), (("1", "1", "2.000001"), None), (("1", "2", "0.9"), None),
-        # 0.05 on each of two sides and on the third: three half units at most.
-        (("1.0", "1.0", "2.1"), "rounded"), (("1.0", "1.0", "2.2"), "larger"), (("0.5", "0.6", "1.1"), None),
-        (("1", "1", "2.2"), "larger"), (("-0.01", "1", "1"), "negative"), (("1", "-0.1", "1"), "negative"),
-        (("1", "1", "1", "1.5", "0", "0"), "negative"), (("1", "1", "1", "0.5", "0", "0"), None),
-        (("0.0", "0.0", "0.0"), None), (("1e-13", "1e-13", "9e-13"), None), (("1e-9", "1e-9", "9e-9"), "larger"),
+        ("<pose>0.1 0 1.5 0 0 1.5708</pose>", "0.1 0 1.5 0 0 1.5708"), ("<pose/>", ""),
+        ("<axis><xyz>0.6 0 0.8</xyz><limit><lower>-1.2345</lower></limit></axis>", "0.6 0 0.8"),
+        ("<axis2><xyz>1 0 0</xyz></axis2>", "1 0 0"), ("<inertial><mass>1.2345</mass></inertial>", ""), ("<axis/>", ""),
     ],
 )  # fmt: skip
-def test_inertias_are_those_of_a_body_or_explained_by_their_digits(moments, said):
-    found = inertial("1", *moments)
-    if said in ("larger", "negative"):
-        with pytest.raises(FileFormatError, match=said):
-            inertia_of(found)
-        return
-    left = LeftOut()
-    mass, matrix = inertia_of(found, left)
-    assert mass == 1.0
-    np.testing.assert_array_equal(np.diag(matrix), [float(text) for text in moments[:3]])
-    np.testing.assert_array_equal(matrix, matrix.T)
+def test_the_numbers_of_the_geometry_of_an_sdf(text, words):
+    assert list(pose_words(parse_xml(text))) == words.split()
 
 
-def test_a_mass_of_zero_has_no_inertia():
-    mass, matrix = inertia_of(inertial("0", "0", "0", "0"))
-    assert mass == 0.0
-    assert not matrix.any()
-    with pytest.raises(FileFormatError, match="inertia but no mass"):
-        inertia_of(inertial("0", "0", "0", "1e-9"))
-    with pytest.raises(FileFormatError, match="zero or more"):
-        inertia_of(inertial("-1e-9", "0", "0", "0"))
-    assert inertia_of(inertial("2", "0", "0", "0"))[0] == 2.0
-    # A thin rod, whatever its size.
-    for size in ("1", "1000", "1e-6"):
-        assert inertia_of(inertial("1", "0", size, size))[1][0, 0] == 0.0
+def test_the_numbers_of_the_geometry_of_a_urdf_are_those_of_its_joints():
+    joints = '<joint><origin xyz="1 2 3" rpy="4 5 6"/><axis xyz="7 8 9"/><limit lower="0.1"/></joint>'
+    link = '<link><inertial><origin xyz="0.1 0 0"/></inertial><visual><origin xyz="0.2 0 0"/></visual></link>'
+    words = list(geometry_words(parse_xml(f"<robot>{joints}{link}</robot>")))
+    assert sorted(words) == sorted("123456789")
 
 
-@pytest.mark.parametrize(
-    ("version", "inside", "said"),
-    [
-        ((1, 0), '<sphere radius="0.1"/>', None), ((1, 1), '<capsule radius="0.1" length="1"/>', None),
-        ((1, 2), '<capsule radius="0.1" length="1"/>', None),
-        ((1, 0), '<sphere radius="0"/>', None), ((1, 0), '<sphere radius="-1e-9"/>', "zero or more"),
-        ((1, 0), '<box size="1 1 -1"/>', "zero or more"), ((1, 0), '<box size="1 1"/>', "3 numbers"),
-        ((1, 0), "", "one shape, got 0"), ((1, 0), '<sphere radius="1"/><sphere radius="1"/>', "one shape, got 2"),
-        ((1, 0), '<mesh filename="a.stl" scale="1 1 1"/>', None),
-        ((1, 0), '<mesh filename="a.stl" scale="1 1"/>', "3 numbers"),
-    ],
-)  # fmt: skip
-def test_pictures_are_one_shape_of_their_version(version, inside, said):
-    visual = f"<visual><geometry>{inside}</geometry></visual>"
-    left = LeftOut()
-    shapes = list(urdf_shapes(parse_xml(f'<robot><link name="a">{visual}</link></robot>'), None, version, left))
-    assert len(shapes) == (said is None)
-    assert (said or "") in "".join(left.report)
-
-
-@pytest.mark.parametrize(
-    ("version", "origin", "said"),
-    [
-        ((1, 1), 'quat_xyzw="0 0 0 1"', None), ((1, 0), 'quat_xyzw="0 0 0 1"', 'version="1.1"'),
-        ((1, 1), 'quat_xyzw="0 0 0 1.0000009"', None), ((1, 1), 'quat_xyzw="0 0 0 1.0000011"', "length 1.0000011"),
-        ((1, 1), 'quat_xyzw="0 0 0 0.9999989"', "length 0.9999989"), ((1, 1), 'quat_xyzw="0 0 1"', "4 numbers"),
-        ((1, 1), 'quat_xyzw="0 0 0 1" rpy="0 0 0"', "got both"), ((1, 0), 'xyz="1 2"', "3 numbers"),
-        ((1, 0), 'rpy="1 2 3 4"', "3 numbers"), ((1, 0), 'xyz="1 2 3" rpy="0 0 1"', None),
-    ],
-)  # fmt: skip
-def test_origins_are_three_numbers_each_or_a_quaternion(version, origin, said):
-    element = parse_xml(f"<origin {origin}/>")
-    if said is None:
-        check_origin(element, version)
-        return
-    with pytest.raises(FileFormatError, match=said):
-        check_origin(element, version)
+def test_what_is_redrawn_of_an_element_is_its_geometry():
+    text = (
+        '<a xyz="0.1234 1 -0.1234" mass="0.1234"><pose>0.1234 0 0</pose><mass>0.1234</mass><inertial xyz="0.1234"/></a>'
+    )
+    root = parse_xml(text)
+    moved = Redrawn(5).element(root)
+    first = float(moved.attributes["xyz"].split()[0])
+    assert 0.0 < abs(first - 0.1234) <= 5e-5
+    assert moved.attributes == {"xyz": f"{first!r} 1 {-first!r}", "mass": "0.1234"}
+    assert [child.text for child in moved.children] == [f"{first!r} 0 0", "0.1234", ""]
+    assert moved.children[2].attributes == {"xyz": "0.1234"}
+    assert root.says_as(parse_xml(text))

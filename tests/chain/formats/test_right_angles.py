@@ -59,7 +59,14 @@ def test_of_a_urdf():
     [
         ("<pose>0 0 1.5708 1.5708 3.14159 -4.7124</pose>", (1.5708, np.pi / 2, np.pi, -1.5 * np.pi)),
         ("<pose>0 0 0 1.5709 1.57 0.00001</pose>", (0.0, 1.5709, 1.57, 0.0)),
-        ('<pose degrees="true">0 0 0 1.5708 0 0</pose>', (0.0, np.radians(1.5708), 0.0, 0.0)),
+        *(
+            (f"<pose {given}>0 0 0 1.5708 0 0</pose>", (0.0, np.pi / 2, 0.0, 0.0))
+            for given in ('degrees="false"', 'degrees="0"', 'rotation_format="euler_rpy"')
+        ),
+        *(
+            (f'<pose degrees="{given}">0 0 0 1.5708 0 0</pose>', (0.0, np.radians(1.5708), 0.0, 0.0))
+            for given in ("true", "1", "True")
+        ),
     ],
 )
 def test_only_angles_within_the_tolerance_change(pose, changed):
@@ -69,6 +76,16 @@ def test_only_angles_within_the_tolerance_change(pose, changed):
     height, roll, pitch, yaw = changed
     np.testing.assert_array_equal(place.rotation, pin.rpy.rpyToMatrix(roll, pitch, yaw))
     assert place.translation[2] == height
+
+
+@pytest.mark.parametrize(("tolerance", "changed"), [(0.0, False), (3.6e-6, False), (3.7e-6, True), (0.01, True)])
+def test_an_angle_is_right_within_the_tolerance(tolerance, changed):
+    """1.5708 is 3.673e-6 above π/2; a place of 1.5708 m is no angle."""
+    text = URDF.format("-1.5708", "0").replace("0 0 0.5", "1.5708 0 0.5")
+    pose = ClosedChain.from_urdf(text, Closures(), right_angle_tolerance=tolerance).model.jointPlacements[1]
+    angle = -0.5 * np.pi if changed else -1.5708
+    np.testing.assert_allclose(pose.rotation, pin.rpy.rpyToMatrix(angle, 0.3, 0.0), rtol=0, atol=1e-12)
+    assert pose.translation[0] == 1.5708
 
 
 def test_quaternions_stay():

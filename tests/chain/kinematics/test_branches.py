@@ -10,7 +10,7 @@ from mechanisms import five_bar
 from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Placement
 from exo_pin.cli import main
-from exo_pin.core.errors import BranchChanged
+from exo_pin.core import errors
 
 #: Ground, crank, coupler and rocker, m.
 GROUND, CRANK, COUPLER, ROCKER = 1.0, 0.5, 1.2, 0.8
@@ -85,7 +85,7 @@ def test_where_the_branch_ends_another_one_is_named():
     with pytest.raises(LoopNotClosed):
         chain.close(moved, hold=chain.roles.actuated)
     moved[0] += 0.75
-    with pytest.warns(BranchChanged, match="ends before it has left_crank_hinge"):
+    with pytest.warns(errors.BranchChanged, match="ends before it has left_crank_hinge"):
         found = chain.close(moved, hold=chain.roles.actuated)
     assert np.abs(chain.residual(found)).max() < 1e-12
     np.testing.assert_array_equal(found[[0, 2]], moved[[0, 2]])
@@ -100,7 +100,7 @@ def test_a_limit_on_the_branch_is_no_end_of_it():
     chain = ClosedChain(model, free.description)
     moved = chain.close(start)
     moved[0] = wanted[0]
-    with pytest.warns(BranchChanged, match="configuration the limits of rocker are passed: another branch"):
+    with pytest.warns(errors.BranchChanged, match="configuration the limits of rocker are passed: another branch"):
         found = chain.close(moved, hold=["crank"], respect_limits=True, restarts=40)
     assert _near(found, assembled(wanted[0], -1, "tips"))
     assert _near(chain.close(moved, hold=["crank"]), wanted)

@@ -12,7 +12,7 @@ from mechanisms import five_bar
 
 from exo_pin import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import SamplesFailed
+from exo_pin.core import errors
 
 
 @pytest.fixture(params=CHAINS)
@@ -185,7 +185,7 @@ def test_samples_that_do_not_close_are_named_and_spoil_no_other(capsys):
     assert "closing" in capsys.readouterr().err
     # The tips of the cranks are too far from each other.
     starts[np.ix_([7, 280], cranks)] = 3.1, 0.0
-    with pytest.raises(SamplesFailed, match="2 of 300 samples failed: sample 7: the loops stay open") as caught:
+    with pytest.raises(errors.SamplesFailed, match="2 of 300 samples failed: sample 7: the loops stay open") as caught:
         chain.close(starts, hold=chain.roles.actuated)
     assert list(caught.value.failures) == [7, 280]
     assert np.isnan(caught.value.result[[7, 280]]).all()

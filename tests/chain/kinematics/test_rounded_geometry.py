@@ -10,7 +10,7 @@ from singular_poses import POSES, REGULAR
 
 from exo_pin import InvalidInput, LoopNotClosed, NearSingularConfiguration
 from exo_pin.chain import Closures
-from exo_pin.consistency.checks import check_chain
+from exo_pin.consistency import check_chain
 
 #: Errors of accelerations and reactions, as shares of the largest, over the tolerance of the geometry: at most 35
 #: in 420 mechanisms.

@@ -34,6 +34,7 @@ from collections import Counter
 import numpy as np
 import pinocchio as pin
 
+from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...kinematics.loops import residual, scaled_jacobian
 from ...structure.chain_state import ChainState
@@ -227,8 +228,14 @@ class _Writer:
             whole, here = self._chain.model.inertias[other], self._data.oMi[body.index]
             share = pin.Inertia(whole.mass * _HELPER_SHARE, whole.lever, whole.inertia * _HELPER_SHARE)
             inertia = here.actInv(self._data.oMi[other]).act(share)
-        if np.linalg.eigvalsh(inertia.inertia)[0] <= 0.0:
+        least = float(np.linalg.eigvalsh(inertia.inertia)[0])
+        if least <= 0.0:
             more = inertia.mass * _HELPER_SHARE * self._chain.characteristic_length**2
+            if least < -more:
+                raise InvalidInput(
+                    f"no body has a negative principal moment of inertia; {body.name} has {least:.6g} kg m²: "
+                    "mend its inertia"
+                )
             inertia = pin.Inertia(inertia.mass, inertia.lever, inertia.inertia + more * np.eye(3))
         if inertia is not own:
             self.heavier.append(body.name)

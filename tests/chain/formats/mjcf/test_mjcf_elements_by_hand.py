@@ -8,10 +8,10 @@ import pinocchio as pin
 import pytest
 from mechanisms import random_loop
 from scipy.spatial.transform import Rotation
+from written_robots import text_of
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.chain.formats.mjcf.mjcf_writing import mjcf_text
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -26,7 +26,7 @@ def written():
             named = random_loop(kind)
             chain = named.chain()
             q = chain.close(named.q)
-            found[kind] = chain, q, mjcf_text(chain._state, q)
+            found[kind] = chain, q, text_of(chain, "mjcf", q)
         return found[kind]
 
     return of
@@ -120,7 +120,7 @@ def test_links_and_sites_that_are_no_bodies_are_sites_where_they_are(bodies):
     model.addFrame(pin.Frame("table", 0, 0, place, pin.FrameType.BODY))
     model.addFrame(pin.Frame("mark", 0, 0, place * place, pin.FrameType.OP_FRAME))
     chain = ClosedChain(model, Closures("sites"))
-    theirs = mujoco.MjModel.from_xml_string(mjcf_text(chain._state, np.full(bodies, 0.4)))
+    theirs = mujoco.MjModel.from_xml_string(text_of(chain, "mjcf", np.full(bodies, 0.4)))
     assert sorted(theirs.site(k).name for k in range(theirs.nsite)) == ["mark", "table", "tip"]
     # Several bodies on the world are on one that is fixed to it.
     assert theirs.nbody == 2 + (bodies if bodies > 1 else 0)

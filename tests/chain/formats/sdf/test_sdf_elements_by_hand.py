@@ -8,10 +8,10 @@ import pinocchio as pin
 import pytest
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
+from written_robots import text_of
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closures, JointProperties
-from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -80,7 +80,7 @@ def test_springs_and_limits_count_from_where_the_file_stands(reference, here, st
     chain = slide(0.4, limits=(-0.5, np.inf))
     spring = JointProperties("slide", stiffness, reference)
     chain = ClosedChain(chain.model, replace(chain.description, joints=(spring,)))
-    text = sdf_text(chain._state, np.array([here]))
+    text = text_of(chain, "sdf", np.array([here]))
     again = ClosedChain.from_sdf(text)
     slack = 0.0 if reference is None else reference[0]
     for q in (-0.2, 0.5):
@@ -100,7 +100,7 @@ def test_both_axes_of_a_cross_are_told_in_the_frame_of_the_body(q):
     model.addJoint(1, pin.JointModelRY(), pin.SE3.Identity(), "pitch")
     model.appendBodyToJoint(2, pin.Inertia(1.0, np.array([0.0, 0.0, -0.3]), np.eye(3)), pin.SE3.Identity())
     model.addFrame(pin.Frame("rod", 2, 0, pin.SE3.Identity(), pin.FrameType.BODY))
-    text = sdf_text(ClosedChain(model, Closures("rod"))._state, np.array(q))
+    text = text_of(ClosedChain(model, Closures("rod")), "sdf", np.array(q))
     (joint,) = ET.fromstring(text).findall("model/joint")
     assert (joint.get("type"), joint.findtext("parent"), joint.findtext("child")) == ("universal", "world", "rod")
     np.testing.assert_allclose(numbers(joint, "axis/xyz"), [np.cos(q[1]), 0.0, np.sin(q[1])], atol=1e-15)
@@ -154,5 +154,5 @@ def test_hinges_that_meet_at_right_angles_are_a_cross(apart, along, tilt, meet):
     model.addJoint(1, pin.JointModelRevoluteUnaligned(axis), place, "pitch")
     model.appendBodyToJoint(2, pin.Inertia(1.0, np.zeros(3), np.eye(3)), pin.SE3.Identity())
     model.addFrame(pin.Frame("rod", 2, 0, pin.SE3.Identity(), pin.FrameType.BODY))
-    joints = ET.fromstring(sdf_text(ClosedChain(model, Closures("rod"))._state, np.zeros(2))).findall("model/joint")
+    joints = ET.fromstring(text_of(ClosedChain(model, Closures("rod")), "sdf", np.zeros(2))).findall("model/joint")
     assert [joint.get("type") for joint in joints] == (["universal"] if meet else ["revolute", "revolute"])

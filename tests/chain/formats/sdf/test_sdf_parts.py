@@ -5,75 +5,31 @@ import itertools
 import numpy as np
 import pinocchio as pin
 import pytest
+from said_of_files import SAID
 from scipy.spatial.transform import Rotation
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
-from exo_pin.chain.formats.leaving_out import LeftOut
-from exo_pin.chain.formats.sdf.sdf_frames import place_of
-from exo_pin.chain.formats.sdf.sdf_reading import check_grammar, flag
-from exo_pin.chain.formats.sdf.sdf_writing import sdf_text
-from exo_pin.chain.formats.xml_elements import parse_xml
-
-pytestmark = pytest.mark.usefixtures("plain")
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("true", True),
-        ("1", True),
-        ("True", True),
-        ("false", False),
-        ("0", False),
-        ("FALSE", False),
-        ("2", None),
-        ("", None),
-    ],
-)
-def test_truth_values(text, value):
-    element = parse_xml(f"<gravity>{text}</gravity>")
-    if value is not None:
-        assert flag(element) is value
-        return
-    with pytest.raises(FileFormatError, match="expected true or false"):
-        flag(element)
-
-
-@pytest.mark.parametrize(
-    ("inside", "said"),
-    [
-        ("<gravity>true</gravity>", None), ("<gravity>1</gravity>", None), ("<gravity>0</gravity>", "gravcomp"),
-        ("<kinematic>false</kinematic>", None), ("<kinematic>true</kinematic>", "kinematic"),
-        ("<velocity_decay/>", None), ("<velocity_decay>0.0</velocity_decay>", None),
-        ("<velocity_decay>0.1</velocity_decay>", "fluid"),
-        ("<velocity_decay><linear>0</linear><angular>0.00</angular></velocity_decay>", None),
-        ("<velocity_decay><linear>0</linear><angular>0.01</angular></velocity_decay>", "fluid"),
-        ("<velocity_decay><linear>0.01</linear><angular>0</angular></velocity_decay>", "fluid"),
-    ],
-)  # fmt: skip
-def test_what_changes_no_motion_may_stand_in_a_link(inside, said):
-    root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
+@pytest.mark.parametrize(("inside", "named", "said"), SAID["sdf_links"])
+def test_what_changes_no_motion_may_stand_in_a_link(inside, named, said):
+    text = f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>'
     if said is None:
-        left = LeftOut()
-        check_grammar(root, left)
-        assert left.report == ()
+        assert ClosedChain.from_sdf(text).description.left_out == ()
         return
-    with pytest.raises(FileFormatError, match=rf'leave_out=\["{said}"\]'):
-        check_grammar(root, LeftOut())
-    left = LeftOut([said])
-    check_grammar(root, left)
-    (entry,) = left.report
-    assert entry.startswith(f"{said}: model 'm': link 'l': ")
+    with pytest.raises(FileFormatError, match=said):
+        ClosedChain.from_sdf(text)
+    if named is not None:
+        (entry,) = ClosedChain.from_sdf(text, leave_out=[named]).description.left_out
+        assert entry.startswith(f"{named}: model 'm': link 'l': ")
 
 
 def test_what_is_left_out_is_counted_and_pictures_are_not():
     sensor = '<sensor name="{}" type="imu"/>'
     inside = sensor.format("a") + sensor.format("b") + '<visual name="v"/><visual name="w"/><collision name="c"/>'
-    root = parse_xml(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
-    left = LeftOut()
-    check_grammar(root, left)
-    assert [text.partition(" (")[0] for text in left.report] == [
+    chain = ClosedChain.from_sdf(f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>')
+    assert [text.partition(" (")[0] for text in chain.description.left_out][:2] == [
         "programs: <sensor> in <link>, 2 times", "contact: <collision> in <link>",
     ]  # fmt: skip
 
@@ -88,45 +44,19 @@ def test_names_that_are_none_are_refused(name):
         ClosedChain.from_sdf(text.replace(old, name))
 
 
-@pytest.mark.parametrize(
-    ("pose", "said"),
-    [
-        ("0 0 0 0 0 0 1", None), ("0 0 0 0 0.6 0 0.8", None), ("0 0 0 0 0 0 1.0000009", None),
-        ("0 0 0 0 0 0 1.0000011", "length 1, got length 1.0000011"), ("0 0 0 0 0 0 0.9999989", "got length 0.9999989"),
-        ("0 0 0 0 0 0 0", "got length 0"), ("0 0 0 0 0 0", "expected 7 numbers"),
-    ],
-)  # fmt: skip
-def test_quaternions_of_a_pose_have_length_one(pose, said):
-    element = parse_xml(f'<pose rotation_format="quat_xyzw">{pose}</pose>')
+@pytest.mark.parametrize(("given", "words", "said"), SAID["sdf_poses"])
+def test_poses_are_angles_or_quaternions_of_length_one(given, words, said):
+    text = f'<sdf version="1.9"><model name="m"><link name="l"><pose {given}>{words}</pose></link></model></sdf>'
     if said is not None:
         with pytest.raises(FileFormatError, match=said):
-            place_of(element)
+            ClosedChain.from_sdf(text)
         return
-    turn = Rotation.from_quat([float(word) for word in pose.split()[3:]])
-    np.testing.assert_allclose(place_of(element).rotation, turn.as_matrix(), atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("given", "angle"),
-    [
-        ("", 0.5),
-        ('degrees="false"', 0.5),
-        ('degrees="0"', 0.5),
-        ('degrees="true"', np.radians(0.5)),
-        ('degrees="1"', np.radians(0.5)),
-    ],
-)
-def test_angles_of_a_pose_are_roll_pitch_and_yaw(given, angle):
-    for axis, words in (("x", "0.5 0 0"), ("y", "0 0.5 0"), ("z", "0 0 0.5")):
-        place = place_of(parse_xml(f"<pose {given}>1 2 3 {words}</pose>"))
-        np.testing.assert_allclose(place.rotation, Rotation.from_euler(axis, angle).as_matrix(), atol=1e-15)
-        np.testing.assert_array_equal(place.translation, [1.0, 2.0, 3.0])
-    whole = place_of(parse_xml("<pose>0 0 0 0.3 -0.4 0.9</pose>")).rotation
-    np.testing.assert_allclose(whole, Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix(), atol=1e-15)
-    for empty in (None, parse_xml("<pose/>")):
-        np.testing.assert_array_equal(place_of(empty).homogeneous, np.eye(4))
-    with pytest.raises(FileFormatError, match="a quaternion has no degrees"):
-        place_of(parse_xml('<pose degrees="true" rotation_format="quat_xyzw">0 0 0 0 0 0 1</pose>'))
+    place, values = ClosedChain.from_sdf(text).model.jointPlacements[1], [float(word) for word in words.split()]
+    turn = values[3:] or [0.0] * 3
+    in_degrees = "true" in given or 'degrees="1"' in given
+    turned = Rotation.from_quat(turn) if "quat" in given else Rotation.from_euler("xyz", turn, in_degrees)
+    np.testing.assert_allclose(place.rotation, turned.as_matrix(), atol=1e-15)
+    np.testing.assert_array_equal(place.translation, values[:3] or [0.0] * 3)
 
 
 def hinges(pairs):
@@ -171,7 +101,7 @@ def test_of_links_that_are_fixed_to_each_other_the_first_gives_its_name():
 
 @pytest.mark.parametrize("leader", [0.0, 0.4])
 @pytest.mark.parametrize("polynomial", [(0.0, 1.0), (0.3, -2.0)])
-def test_a_coupling_counts_from_where_the_file_stands(polynomial, leader):
+def test_a_coupling_counts_from_where_the_file_stands(polynomial, leader, tmp_path):
     model = pin.Model()
     for k in range(2):
         model.addJoint(k, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0.0, 0.3 * k, 0.0])), f"hinge_{k}")
@@ -180,7 +110,7 @@ def test_a_coupling_counts_from_where_the_file_stands(polynomial, leader):
     gear = Closure("gear", "coupling", "hinge_0", "hinge_1", polynomial=polynomial, references=(0.1, 0.2))
     chain = ClosedChain(model, Closures("geared", closures=(gear,)))
     q = np.array([leader, 0.2 + polynomial[0] + polynomial[1] * (leader - 0.1)])
-    again = ClosedChain.from_sdf(sdf_text(chain._state, q))
+    again = ClosedChain.from_sdf(chain.to_sdf(tmp_path, q))
     for moved in (-0.7, 0.0, 1.1):
         there = np.array([moved, polynomial[1] * moved])
         np.testing.assert_allclose(chain.residual(q + there), 0.0, atol=1e-15)

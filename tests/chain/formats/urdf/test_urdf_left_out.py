@@ -8,7 +8,6 @@ from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.bodies import lawful_moments
 
 
 @pytest.mark.parametrize(("old", "new", "said"), SAID["urdf_left_out"])
@@ -20,12 +19,6 @@ def test_what_has_no_effect_is_left_out_and_said(old, new, said):
         assert chain.description.left_out == ()
     else:
         assert said in " ".join(chain.description.left_out)
-
-
-def test_limits_of_a_continuous_joint_are_said():
-    chain = ClosedChain.from_urdf(GOOD.replace('type="revolute"', 'type="continuous"'), BARE)
-    assert "a continuous joint has no limits, got -1 to 1 rad" in " ".join(chain.description.left_out)
-    assert chain.model.nq == 2
 
 
 def test_an_axis_with_angles_is_refused():
@@ -68,26 +61,46 @@ def test_inertias_that_miss_the_rules_by_their_digits_are_said():
         "rounding: link 'b': inertial: principal moments of 0.0333, 0.0833, 0.1167 kg m², as rounded digits make them "
         "of 0.0333333, 0.0833333, 0.116667; read as they stand (no effect: read as written)"
     )
-    # Those of 1/30, 1/12 and 7/60, a plate's, are the nearest that a body may have.
-    np.testing.assert_allclose(lawful_moments(np.array([0.0333, 0.0833, 0.1167])), [1 / 30, 1 / 12, 7 / 60], atol=1e-5)
-    np.testing.assert_array_equal(lawful_moments(np.array([-0.3, 1.0, 1.0])), [0.0, 1.0, 1.0])
-    np.testing.assert_array_equal(lawful_moments(np.array([1.0, 2.0, 3.0])), [1.0, 2.0, 3.0])
 
 
-@pytest.mark.parametrize(("izz", "mended"), [("0.1167", "0.0333333, 0.0833333, 0.116667"), ("0.5", None)])
-def test_mujoco_reads_them_mended_and_the_file_says_how(izz, mended, tmp_path):
-    old = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
-    text = GOOD.replace(old, f'ixx="0.0333" ixy="0" ixz="0" iyy="0.0833" iyz="0" izz="{izz}"')
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize(
+    ("given", "mended"),
+    [
+        # By a third of the miss each. Those of a plate, 1/30, 1/12 and 7/60, are rounded here.
+        ((1.0, 1.0, 2.003), (1.001, 1.001, 2.002)), ((1.0, 1.0, 2.0 + 3e-9), (1.0 + 1e-9, 1.0 + 1e-9, 2.0 + 2e-9)),
+        ((0.0333, 0.0833, 0.1167), (1 / 30, 1 / 12, 7 / 60)),
+        ((1.0, 1.0, 2.0), None), ((0.3, 1.0, 1.0), None),
+        # A tenth of the largest is the most.
+        ((1.0, 1.0, 2.7), (1.0 + 0.7 / 3, 1.0 + 0.7 / 3, 2.7 - 0.7 / 3)), ((1.0, 1.0, 2.8), "refused"),
+    ],
+)  # fmt: skip
+def test_mujoco_reads_them_mended_and_the_file_says_how(given, mended, size, tmp_path):
+    text = GOOD
+    for key, moment in zip(("ixx", "iyy", "izz"), given, strict=True):
+        text = text.replace(f'{key}="1"', f'{key}="{moment * size!r}"')
     chain = ClosedChain.from_urdf(text, BARE, leave_out=["inertia_rules"])
-    if mended is None:
+    if mended == "refused":
         with pytest.raises(InvalidInput, match="mend its inertia"):
             chain.to_mjcf(tmp_path)
         return
-    with pytest.warns(RuntimeWarning, match=f"mended: 0.0333, 0.0833, {izz} kg m² before, {mended} kg m² after"):
+    if mended is None:
         path = chain.to_mjcf(tmp_path)
-    assert f"before, {mended} kg m² after" in path.read_text(encoding="utf-8")
-    again = ClosedChain.from_mjcf(path)
-    np.testing.assert_allclose(np.linalg.eigvalsh(again.model.inertias[1].inertia), [1 / 30, 1 / 12, 7 / 60], atol=1e-5)
+    else:
+        with pytest.warns(RuntimeWarning, match=r"body b: Principal moments of inertia mended: .* before, ") as told:
+            path = chain.to_mjcf(tmp_path)
+        # At the line that asked for the file.
+        assert told[0].filename == __file__
+    said = path.read_text(encoding="utf-8")
+    assert ("kg m² after" in said) == (mended is not None)
+    moments = np.linalg.eigvalsh(ClosedChain.from_mjcf(path).model.inertias[1].inertia)
+    np.testing.assert_allclose(moments, np.sort(given if mended is None else mended) * size, rtol=0, atol=1e-8 * size)
+
+
+def test_a_negative_moment_is_refused_of_mujoco(tmp_path):
+    chain = ClosedChain.from_urdf(GOOD.replace('ixx="1"', 'ixx="-0.1"'), BARE, leave_out=["inertia_rules"])
+    with pytest.raises(InvalidInput, match=r"b has -0\.1 kg m²: mend its inertia"):
+        chain.to_mjcf(tmp_path)
 
 
 FINGERS = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>

@@ -1,16 +1,17 @@
 """URDF that is written and read again."""
 
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS, off
 from massive_chains import MASSIVE
 from scipy.spatial.transform import Rotation
+from written_robots import urdf_of
 
 from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closure, Closures, read_closures
-from exo_pin.chain.formats.urdf.urdf_values import linear
-from exo_pin.chain.formats.urdf.urdf_writing import urdf_text
 
 
 @pytest.fixture(params=MASSIVE)
@@ -80,14 +81,6 @@ def test_rotors_of_a_root_joint_are_in_the_closures_file(armature, tmp_path):
     np.testing.assert_allclose(M, N, atol=1e-14)
 
 
-def test_a_linear_coupling_is_an_offset_and_a_multiplier():
-    """q_b - r_b = c_0 + c_1 (q_a - r_a), as a URDF's mimic joint counts from zero."""
-    given = Closure("gear", "coupling", "a", "b", polynomial=(0.1, 3.0), references=(0.2, 0.5))
-    offset, multiplier = linear(given)
-    for q_a in (-1.0, 0.7):
-        assert offset + multiplier * q_a == pytest.approx(0.5 + 0.1 + 3.0 * (q_a - 0.2))
-
-
 def hung(joint, place=(0.0, 0.0, 0.0), angle=0.0, bodies=1):
     """Bodies on the world, each on a joint of its own kind."""
     model = pin.Model()
@@ -116,15 +109,15 @@ def test_a_root_joint_stands_in_the_closures_file_if_it_is_alone_at_the_worlds_o
     if place[0] or angle or bodies > 1:
         if root == "free_flyer":
             # URDF has a joint for it, which stands anywhere.
-            again = ClosedChain.from_urdf(*urdf_text(chain._state))
+            again = ClosedChain.from_urdf(*urdf_of(chain))
             for k in range(bodies):
                 one, other = (each.placement(each.neutral(), f"body_{k}") for each in (chain, again))
                 np.testing.assert_allclose(one.homogeneous, other.homogeneous, atol=1e-15)
             return
         with pytest.raises(InvalidInput, match="URDF has no joint for 'joint_0'"):
-            urdf_text(chain._state)
+            urdf_of(chain)
         return
-    text, closures = urdf_text(chain._state)
+    text, closures = urdf_of(chain)
     assert (closures.root.joint, closures.root.name) == (root, "joint_0")
     again = ClosedChain.from_urdf(text, closures)
     assert again.model.joints[1].shortname() == chain.model.joints[1].shortname()
@@ -136,7 +129,7 @@ def test_damping_of_a_free_body_is_not_written_silently(place):
     model = hung(pin.JointModelFreeFlyer, place).model
     model.damping = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.1])
     with pytest.raises(InvalidInput, match="URDF cannot hold the damping of joint 'joint_0'"):
-        urdf_text(ClosedChain(model, Closures("hung"))._state)
+        urdf_of(ClosedChain(model, Closures("hung")))
 
 
 @pytest.mark.parametrize("effort", [np.inf, 5.0, 0.0])
@@ -149,7 +142,7 @@ def test_what_a_joint_has_comes_back_and_nothing_else(effort, velocity, damping,
         setattr(model, f"upper{name}Limit", np.array([value]))
         setattr(model, f"lower{name}Limit", np.array([-value]))
     model.damping = np.array([damping])
-    text, closures = urdf_text(ClosedChain(model, Closures("hung"))._state)
+    text, closures = urdf_of(ClosedChain(model, Closures("hung")))
     endless = joint is pin.JointModelRUBX
     # A joint with an end needs a limit in URDF, an endless one only where there is something to say.
     assert ("<limit" in text) == (not endless or np.isfinite([effort, velocity]).any())
@@ -161,24 +154,6 @@ def test_what_a_joint_has_comes_back_and_nothing_else(effort, velocity, damping,
         np.testing.assert_array_equal(getattr(again, name), getattr(model, name), name)
     if not endless:
         assert (again.lowerPositionLimit[0], again.upperPositionLimit[0]) == (-np.inf, np.inf)
-
-
-@pytest.mark.parametrize(
-    ("polynomial", "references", "expected"),
-    [
-        ((0.1, 3.0), (0.2, 0.5), (0.5 + 0.1 - 0.6, 3.0)), ((0.1,), (0.0, 0.0), (0.1, 0.0)),
-        ((0.1, 0.0), (0.3, 0.2), (0.3, 0.0)), ((0.1, 2.0, 0.0), (0.0, 0.0), (0.1, 2.0)),
-        ((0.1, 2.0, 0.0, 0.0, 0.0), (0.1, 0.0), (-0.1, 2.0)), ((0.1, 2.0, 1e-9), (0.0, 0.0), None),
-        ((0.0, 1.0, 0.0, 0.0, 0.5), (0.0, 0.0), None),
-    ],
-)  # fmt: skip
-def test_a_coupling_is_a_mimic_if_it_is_linear(polynomial, references, expected):
-    found = linear(Closure("gear", "coupling", "a", "b", polynomial=polynomial, references=references))
-    assert found == (None if expected is None else pytest.approx(expected, abs=1e-15))
-
-
-def test_a_joint_that_is_held_is_no_mimic():
-    assert linear(Closure("lock", "coupling", "universe", "b", polynomial=(0.1,))) is None
 
 
 TWO = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
@@ -238,8 +213,24 @@ def test_a_closure_of_other_joints_or_another_kind_is_no_mimic():
     assert [closure.type for closure in chain.closures].count("coupling") == 3
 
 
-def test_a_linear_coupling_is_written_for_other_programs_too():
-    text = TWO.format(kind="continuous", limit="", given='multiplier="2" offset="0.4"')
-    chain = ClosedChain.from_urdf(text, Closures("r"))
-    written, _ = urdf_text(chain._state)
-    assert '<mimic joint="one" multiplier="2.0" offset="0.4" />' in written
+@pytest.mark.parametrize(
+    ("polynomial", "references", "expected"),
+    [
+        # q_b - r_b = c_0 + c_1 (q_a - r_a), as a URDF's mimic joint counts from zero.
+        ((0.1, 3.0), (0.2, 0.5), (0.5 + 0.1 - 0.6, 3.0)), ((0.1, 0.0), (0.3, 0.2), (0.3, 0.0)),
+        ((0.1, 2.0, 0.0), (0.0, 0.0), (0.1, 2.0)), ((0.1, 2.0, 0.0, 0.0, 0.0), (0.1, 0.0), (-0.1, 2.0)),
+        ((0.1,), (0.0, 0.0), (0.1, 0.0)), ((0.1, 2.0, 1e-9), (0.0, 0.0), None),
+        ((0.0, 1.0, 0.0, 0.0, 0.5), (0.0, 0.0), None), ("held", (0.0, 0.0), None),
+    ],
+)  # fmt: skip
+def test_a_coupling_is_written_as_a_mimic_if_it_is_linear(polynomial, references, expected):
+    text = TWO.format(kind="continuous", limit="", given="").replace('<mimic joint="one" />', "")
+    leader, numbers = ("universe", (0.1,)) if polynomial == "held" else ("one", polynomial)
+    gear = Closure("gear", "coupling", leader, "two", polynomial=numbers, references=references)
+    written, _ = urdf_of(ClosedChain.from_urdf(text, Closures("r", closures=(gear,))))
+    found = re.findall(r'<mimic joint="one" multiplier="(.*?)" offset="(.*?)" />', written)
+    if expected is None:
+        assert found == []
+        assert "<mimic" not in written
+        return
+    np.testing.assert_allclose([float(word) for word in found[0][::-1]], expected, atol=1e-15)

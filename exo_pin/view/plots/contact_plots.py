@@ -13,7 +13,7 @@ from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
 from ..colours import BLACK, BLUE, ORANGE
-from .plot_style import axes_or_new, new_figure, right_scale, tidy
+from .plot_style import axes_or_new, legend_below, new_figure, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ def contact_over_elevation(
     ax.set(xlabel=label, ylabel="force, % of body weight", ylim=(0.0, None))
     right_scale(ax, 100.0 / contact.body_weight, "force, N")
     tidy(ax)
-    ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
+    legend_below(ax)
     return ax
 
 

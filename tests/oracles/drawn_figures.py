@@ -46,7 +46,7 @@ def movement(side="left"):
 
 @cache
 def workspace(*criteria):
-    return ep.load("four-cables").workspace(24.0, criteria)
+    return ep.load("four-cables").workspace(15.0, criteria)
 
 
 def sprung():

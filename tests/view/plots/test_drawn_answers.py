@@ -148,7 +148,7 @@ def test_slices_have_the_colour_of_what_is_not_met_and_the_rates_of_their_poses(
     # On the grid, also beyond 90° where angles fold back.
     flexion, abduction = middles(drawn[0])
     np.testing.assert_allclose(np.diff(flexion), flexion[1] - flexion[0])
-    np.testing.assert_allclose(np.diff(abduction), 24.0)
+    np.testing.assert_allclose(np.diff(abduction), 15.0)
 
 
 def test_a_muscles_map_has_its_force_on_every_line():

@@ -16,10 +16,11 @@ _HIDDEN = 1e-5
 
 def commands(scene):
     """Commands that make the whole scene."""
-    return list(_read(scene.attach(lambda _: None)()))
+    return list(read(scene.attach(lambda _: None)()))
 
 
-def _read(data):
+def read(data):
+    """Commands of a run, one by one."""
     at = 0
     while at < len(data):
         (size,) = struct.unpack_from("<I", data, at)
@@ -50,7 +51,7 @@ def film_description(film):
             {path: numbers(values[:, k].mean(axis=0)) for k, path in enumerate(paths)}).items()}  # fmt: skip
     panels = frames["panels"]
     found |= {"first": _plain(panels[0]), "last": _plain(panels[-1])}
-    return found | _described(list(_read(scene)))
+    return found | _described(list(read(scene)))
 
 
 def _described(every):
@@ -105,12 +106,17 @@ def _shape(data):
     return [f"{geometry['type']}, {material['type']} {', '.join(looks)}", *map(rounded, sizes)]
 
 
+def skin(data):
+    """Corners, shape (n, 3), m, and triangles, shape (m, 3), of a mesh."""
+    points = np.frombuffer(data["attributes"]["position"]["array"].data, np.float32).reshape(-1, 3).astype(float)
+    return points, np.frombuffer(data["index"]["array"].data, np.uint32).reshape(-1, 3)
+
+
 def _mesh(data):
     """A skin: how many corners and triangles, its middle and spread, its volume and area."""
     if not isinstance(data, dict):
         return [len(getattr(data, "data", data))]
-    points = np.frombuffer(data["attributes"]["position"]["array"].data, np.float32).reshape(-1, 3).astype(float)
-    corners = np.frombuffer(data["index"]["array"].data, np.uint32).reshape(-1, 3)
+    points, corners = skin(data)
     a, b, c = (points[corners[:, k]] for k in range(3))
     area = np.cross(b - a, c - a)
     whole = [np.einsum("ki,ki->", a, area) / 6.0, np.linalg.norm(area, axis=1).sum() / 2.0]

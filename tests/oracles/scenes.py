@@ -1,10 +1,10 @@
 """What tests of the viewer's scene share."""
 
-import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
-import umsgpack
+from described_scenes import commands
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -31,19 +31,11 @@ def has_human():
 needs_human = pytest.mark.skipif(not has_human(), reason="example-robot-data is not installed")
 
 
-def commands(scene):
-    """The scene's commands as a browser reads them."""
-    data, at, found = scene._stage.snapshot(), 0, []
-    while at < len(data):
-        (size,) = struct.unpack_from("<I", data, at)
-        found.append(umsgpack.unpackb(data[at + 4 : at + 4 + size]))
-        at += 4 + size
-    return found
-
-
 def panel(scene, name):
     return next(item["data"] for item in commands(scene) if item["type"] == "panel" and item["name"] == name)
 
 
 def place(scene, path):
-    return scene._stage.placements()[path]
+    """Where a node is, shape (4, 4)."""
+    matrices = [item["matrix"] for item in commands(scene) if item["type"] == "set_transform" and item["path"] == path]
+    return np.reshape(matrices[-1], (4, 4)).T

@@ -107,39 +107,6 @@ def vertices(scene, path):
     return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
 
 
-def test_a_pose_without_solution_is_reported(exo):
-    scene = Scene(exo, human=False)
-    angles = np.linspace(0, 90, 400)
-    sign = np.sign(exo.singularity(pose(angles, 0, 0)).determinant)
-    first = int(np.flatnonzero(np.diff(sign))[0])
-    low, high = angles[first], angles[first + 1]
-    for _ in range(60):
-        middle = (low + high) / 2
-        if np.sign(exo.singularity(pose(middle, 0, 0)).determinant) == sign[first]:
-            low = middle
-        else:
-            high = middle
-    answer = scene.show(pose(low, 0, 0))
-    assert str(answer.status) == "singular"
-    numbers = panel(scene, "numbers")
-    assert any("cannot resist a moment" in note["text"] for note in numbers["notes"])
-    assert [item["text"] for item in panel(scene, "legend")["items"]] == ["weight of arm and device"]
-    assert numbers["headline"] == "No solution: singular"
-    assert [item["name"] for item in numbers["values"]] == ["margin, det X"]
-    assert not any("shoulder" in label["text"] for label in panel(scene, "labels"))
-
-
-def test_a_design_without_an_arm_is_drawn_without_forces():
-    exo = ep.load("scenario-one")
-    scene = Scene(exo, human=False)
-    assert scene.show(pose(20, 0, 0)) is None
-    margin = float(exo.singularity(pose(20, 0, 0)).determinant)
-    (value,) = panel(scene, "numbers")["values"]
-    assert value == {"name": "margin, det X", "value": f"{margin:+.3f}".replace("-", "−")}
-    assert panel(scene, "labels") == []
-    assert "no forces" in panel(scene, "legend")["scale"]
-
-
 def test_mirrored_scene_is_the_mirror_image(exo):
     left, right = Scene(exo, human=False), Scene(exo.mirrored(), human=False)
     left.show(pose(50, 30, 20))
@@ -190,19 +157,6 @@ def test_cables_run_from_joint_to_joint_and_have_no_rods():
         assert not any(f"limb_{i + 1}_" in path and "body" in path for path in drawn)
     assert "/meshcat/exo/cables/limb_4" not in drawn
     assert "/meshcat/exo/visuals/limb_4_base_body_0" in drawn
-
-
-def test_another_design_takes_its_place(exo):
-    scene = Scene(exo, human=False)
-    scene.show(pose(60, 30, 0))
-    scale = scene.metres_per_newton
-    wider = exo.replace(geometry=exo.geometry.replace(r_A=0.15), arm=exo.arm + ep.Arm(1.0, [0, 0, -0.3], np.eye(3)))
-    scene.replace_exo(wider)
-    assert scene.metres_per_newton == scale
-    expected = wider.reaction(pose(60, 30, 0)).magnitude
-    assert panel(scene, "numbers")["values"][0]["value"] == f"{expected:.1f} N"
-    with pytest.raises(errors.InvalidInput, match="left shoulder"):
-        scene.replace_exo(exo.mirrored())
 
 
 def test_another_design_gets_the_same_query(exo):

@@ -150,19 +150,6 @@ def test_colours_are_the_activations_and_the_arrow_is_the_contact_force(scene, d
     assert f"without the device {contact.without_device.magnitude:.1f} N" in numbers["notes"][0]["text"]
 
 
-def test_legend_lists_bones_forces_and_bar(scene, device):
-    scene.show(device.pose(30, 40, 0))
-    legend = panel(scene, "legend")
-    texts = [item["text"] for item in legend["items"]]
-    assert "joint's contact force" in texts
-    assert any("rim of the socket" in text for text in texts)
-    assert legend["bars"][-1]["label"] == "wearer's activation, %"
-    bare = device.worn_by(WEARER).view(human=False)
-    bare.show(device.pose(30, 40, 0))
-    assert panel(bare, "legend")["bars"] == []
-    assert "joint's contact force" not in [item["text"] for item in panel(bare, "legend")["items"]]
-
-
 def test_pose_outside_the_range_of_motion_is_drawn_grey_with_its_reason(scene, device):
     pose = device.pose(20, 30, 150)
     assert not WEARER.allows(pose)
@@ -217,12 +204,6 @@ def test_bare_arm_is_drawn_without_the_device(device):
         device.view(device=False)
 
 
-def test_mannequin_and_ground_make_room(scene):
-    drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
-    assert not any(path.startswith(("/meshcat/human", "/meshcat/bust", "/meshcat/ground")) for path in drawn)
-    assert not any("visuals/arm" in path for path in drawn)
-
-
 def test_wrong_calls_are_refused(device, monkeypatch):
     with pytest.raises(InvalidInput, match="Person"):
         device.view(person=WEARER.arm)
@@ -247,12 +228,3 @@ def test_another_design_keeps_the_wearer():
     contact = worn.joint_contact(exo.pose(60, 30, 0), WEARER, answer)
     assert contact.has_result
     assert f"contact {contact.magnitude:.0f} N" in [label["text"] for label in panel(scene, "labels")]
-
-
-def test_contact_force_without_a_figure(device):
-    scene = device.view(person=WEARER, human=False)
-    scene.show(device.pose(30, 40, 0))
-    assert any(label["text"].startswith("contact ") for label in panel(scene, "labels"))
-    assert panel(scene, "legend")["bars"] == []
-    drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
-    assert not any(path.startswith("/meshcat/wearer") for path in drawn)

@@ -1,19 +1,19 @@
+"""Derivatives of inverse dynamics against differences along the closed loops."""
+
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from moving_chains import ALL, drivers, moving
 
 from exo_pin import InvalidInput, UnknownName
+from exo_pin.chain import ClosedChain, JointProperties
 
-# Kernels of derivatives compile longest; examples and other tests of chains use some of them by default.
-pytestmark = pytest.mark.full
-
+#: Kernels of derivatives compile longest: by default the smallest chains are asked without, along one direction.
+SMALL = ("five-bar", "rigid loop", "distance loop", "universal loop", "coupling loop", "parallelogram")
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.
 STEP, TOLERANCE = 1e-3, 1e-7
-
-
-def difference(f):
-    return (8 * (f(STEP) - f(-STEP)) - (f(2 * STEP) - f(-2 * STEP))) / (12 * STEP)
 
 
 def loaded(name, seed=3):
@@ -22,45 +22,60 @@ def loaded(name, seed=3):
     return case, {case.chain.closures[0].frame_a: 3 * rng.normal(size=6)}
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_efforts_multipliers_and_motions_against_differences(name):
-    case, external = loaded(name)
-    chain, q, joints = case.chain, case.q, case.independent
-    own = chain.velocity_indices(joints)
-    velocity, acceleration = case.v[own], case.a[own]
+def sprung(chain, rng):
+    springs = tuple(JointProperties(name, float(rng.uniform(1.0, 5.0))) for name in list(chain.model.names)[1:])
+    chain = ClosedChain(chain.model, replace(chain.description, joints=springs))
+    chain.model.damping = rng.uniform(0.1, 1.0, chain.model.nv)
+    return chain
+
+
+def check(case, chain, external, ways):
+    """Changes along some directions of the independent joints, as rows, against differences."""
+    q, joints, own = case.q, case.independent, chain.velocity_indices(case.independent)
     problem = {"external": external, "actuated": drivers(case)}
     found = chain.inverse_dynamics_derivatives(q, case.v, case.a, independent=joints, **problem)
     np.testing.assert_array_equal(found.independent, own)
     G = chain.reduced_jacobian(q, joints)
 
-    def everything(q, velocity, acceleration):
-        v, a = chain.dependent_motion(q, joints, velocity, acceleration)
-        forces = chain.inverse_dynamics(q, v, a, metric="closures", **problem)
-        return [forces.tau, forces.multipliers, v, a]
-
-    def at(kind, k, s):
-        unit = s * np.eye(case.dof)[k]
+    def at(kind, unit):
         there = q
         if kind == "q":
-            there = chain.close(pin.integrate(chain.model, q, s * G[:, k]), hold=joints, tolerance=1e-13)
-        return np.concatenate(everything(there, velocity + (kind == "v") * unit, acceleration + (kind == "a") * unit))
+            there = chain.close(pin.integrate(chain.model, q, G @ unit), hold=joints, tolerance=1e-13)
+        speeds, rates = case.v[own] + (kind == "v") * unit, case.a[own] + (kind == "a") * unit
+        v, a = chain.dependent_motion(there, joints, speeds, rates)
+        forces = chain.inverse_dynamics(there, v, a, metric="closures", **problem)
+        return [forces.tau, forces.multipliers, v, a]
 
-    sizes = [len(part) for part in everything(q, velocity, acceleration)]
     still = np.zeros_like(G)
-    for kind, v_change, a_change in (("q", found.v_q, found.a_q), ("v", G, found.a_v), ("a", still, G)):
-        expressed = np.vstack(
-            [getattr(found, f"tau_{kind}"), getattr(found, f"multipliers_{kind}"), v_change, a_change]
-        )
-        for k in range(case.dof):
-            expected = difference(lambda s, kind=kind, k=k: at(kind, k, s))
-            first = 0
-            for size in sizes:
-                part = slice(first, first + size)
-                largest = np.abs(expected[part]).max()
-                np.testing.assert_allclose(expressed[part, k], expected[part], atol=TOLERANCE * (1e-3 + largest))
-                first += size
+    for kind, v, a in (("q", found.v_q, found.a_q), ("v", G, found.a_v), ("a", still, G)):
+        got = [getattr(found, f"tau_{kind}"), getattr(found, f"multipliers_{kind}"), v, a]
+        for way in ways:
+            ends = [at(kind, s * STEP * way) for s in (1, -1, 2, -2)]
+            for matrix, one, two, three, four in zip(got, *ends, strict=True):
+                expected = (8 * (one - two) - (three - four)) / (12 * STEP)
+                largest = np.abs(expected).max(initial=0.0)
+                np.testing.assert_allclose(matrix @ way, expected, atol=TOLERANCE * (1e-3 + largest))
 
 
+@pytest.mark.parametrize("name", SMALL)
+def test_changes_along_a_direction_against_differences(name, plain):
+    case, external = loaded(name)
+    check(case, case.chain, external, np.random.default_rng(6).normal(size=(1, case.dof)))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ALL)
+def test_efforts_multipliers_and_motions_against_differences(name):
+    case, external = loaded(name)
+    check(case, case.chain, external, np.eye(case.dof))
+
+
+def test_changes_of_springs_and_dampers_against_differences(plain):
+    case, external = loaded("five-bar")
+    check(case, sprung(case.chain, np.random.default_rng(6)), external, np.eye(case.dof))
+
+
+@pytest.mark.full
 def test_derivatives_by_acceleration_are_the_inertia_of_the_chain():
     # For a chain driven in its independent joints: Gᵀ M G.
     case, _ = loaded("five-bar")
@@ -71,6 +86,7 @@ def test_derivatives_by_acceleration_are_the_inertia_of_the_chain():
     np.testing.assert_allclose(found.tau_a[found.independent], G.T @ M @ G, atol=1e-12)
 
 
+@pytest.mark.full
 def test_later_changes_of_the_input_do_not_change_the_result():
     case, external = loaded("five-bar")
     chain = case.chain
@@ -88,6 +104,7 @@ def test_later_changes_of_the_input_do_not_change_the_result():
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.full
 def test_the_independent_joints_are_chosen_if_none_are_named():
     case, _ = loaded("Stewart platform")
     found = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a)
@@ -96,6 +113,7 @@ def test_the_independent_joints_are_chosen_if_none_are_named():
     assert not found.tau_q.flags.writeable
 
 
+@pytest.mark.full
 def test_bad_input_is_refused():
     case, _ = loaded("five-bar")
     with pytest.raises(UnknownName):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mechanisms import five_bar
-from said_of_files import SAID
+from said_of_files import ROWS
 
 from exo_pin import FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain, Closures
@@ -14,7 +14,7 @@ name_mot: ["left_crank_hinge", "right_crank_hinge"]
 """
 
 
-BOMBS = SAID["yaml_refused"] + [
+BOMBS = ROWS["yaml_refused"] + [
     ["closed_loop: " + "9" * 5000, "expected closed_loop to be a list"],
     ["%YAML " + "9" * 5000 + ".1\n---\nx", "not YAML"],
     *(["closed_loop: " * (key == "[") + key * 100_000, "nested deeper than 32"] for key in ("[", "{a: ", "- ", "? ")),

@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from joint_arrays import ARRAYS
 from mjcf_arm import arm, read
-from said_of_files import SAID
+from said_of_files import ROWS, SAID
 
 from exo_pin import FileFormatError, InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain
 
 #: Springs that yield came with MuJoCo 4.
 NAMED = [
-    row for row in SAID["mjcf_named"] if "springyield" not in str(row) or hasattr(mujoco.MjModel, "jnt_springyield")
+    row for row in ROWS["mjcf_named"] if "springyield" not in str(row) or hasattr(mujoco.MjModel, "jnt_springyield")
 ]
-NAMES = sorted({name for name, *_ in SAID["mjcf_named"]})
+NAMES = sorted({name for name, *_ in ROWS["mjcf_named"]})
 
 
 @pytest.mark.parametrize(("parts", "said"), SAID["mjcf_refused"])
@@ -32,7 +32,7 @@ def _accelerations(chain):
     return chain.forward_dynamics(q, rng.normal(size=chain.model.nv), rng.normal(size=chain.model.nv)).a
 
 
-@pytest.mark.parametrize(("name", "parts", "said", "without"), NAMED)
+@pytest.mark.parametrize(("name", "parts", "said", "without"), NAMED, ids=range(len(NAMED)))
 def test_what_changes_the_motion_is_left_out_by_name_alone(name, parts, said, without):
     with pytest.raises(FileFormatError, match=said) as caught:
         read(**parts)

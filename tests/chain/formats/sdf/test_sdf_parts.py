@@ -142,6 +142,7 @@ def test_a_joint_has_two_ends(tag, relative):
         ('<model name="deep"><link name="c"/></model><link name="b"/>', 'canonical_link="deep::c"', "in::deep::c"),
         ('<model name="empty"/>', "", None), ("", "", None),
     ],
+    ids=range(7),
 )  # fmt: skip
 def test_a_joint_to_a_model_is_on_its_canonical_link(inside, given, link):
     """The one that it names, or else the first of its own, or else of the first model in it."""

@@ -9,7 +9,14 @@ from matplotlib.contour import ContourSet
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation
-from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, MaxNLocator, StrMethodFormatter
+from matplotlib.ticker import (
+    FixedFormatter,
+    FixedLocator,
+    FuncFormatter,
+    MaxNLocator,
+    MultipleLocator,
+    StrMethodFormatter,
+)
 
 _LINE = ("label", "color", "linestyle", "linewidth", "drawstyle", "alpha", "zorder", "markevery", "clip_on",
          "solid_joinstyle", "solid_capstyle")  # fmt: skip
@@ -82,6 +89,8 @@ def _ticks(axis):
     found, locator, formatter = {}, axis.get_major_locator(), axis.get_major_formatter()
     if isinstance(locator, FixedLocator):
         found["ticks"] = numbers(locator.locs)
+    elif isinstance(locator, MultipleLocator):
+        found["ticks"] = numbers(axis.get_majorticklocs())
     elif isinstance(locator, MaxNLocator) and locator._nbins != "auto":
         found["most"] = locator._nbins
     if isinstance(formatter, FixedFormatter):

@@ -46,7 +46,7 @@ def movement(side="left"):
 
 @cache
 def workspace(*criteria):
-    return ep.load("four-cables").workspace(24.0, criteria)
+    return ep.load("four-cables").workspace(15.0, criteria)
 
 
 def sprung():
@@ -181,7 +181,7 @@ def day():
 
 
 def contact_box(name, least=0.0):
-    box = (np.array([least, 40.0, 80.0]), np.array([least / 2, 50.0]), np.array([-10.0, 10.0, 20.0]))
+    box = (np.array([least, 40.0, 80.0]), np.array([least / 2, 50.0]), np.array([-10.0, 10.0, 150.0]))
     person, grid = ep.Person(1.75, 75, "male"), np.meshgrid(*box, indexing="ij")
     poses = ep.shoulder_rotation(*grid, degrees=True)
     subject = person if name is None else ep.load(name)
@@ -261,7 +261,7 @@ FIGURES = {
     "drawing_right": lambda: drawing("right"),
     "postures": lambda: postures(worn(), (0, 10), (60, 40)),
     "postures_right": lambda: postures(worn("right"), (30, 20)),
-    "postures_serial": lambda: postures(robot("serial-y-x-z"), (40, 20), (170, 80)),
+    "postures_serial": lambda: postures(robot("serial-y-x-z"), (40, 20), (0, 110)),
     "postures_spring": lambda: postures(robot("spring-support"), (50, 0), (0, 70)),
     "postures_parallel": lambda: postures(robot("3rps-passive-ball"), (40, 20)),
     "postures_nobody": lambda: postures(ep.load(URDF / "nesm.urdf"), (30, 0)),

@@ -1,7 +1,7 @@
 """Every picture is as it was when somebody last looked at it; ``tests/oracles/describe.py`` shows and stores."""
 
 import pytest
-from describe import NAMES, changes, drawn
+from describe import NAMES, changes
 from drawn_figures import FIGURES, OF_PERSON
 from drawn_scenes import PERSONS
 from scenes import has_human
@@ -26,4 +26,4 @@ def test_a_picture_is_as_it_was_looked_at(name):
 @pytest.mark.full
 @pytest.mark.parametrize("name", [name for name in FIGURES if not name.startswith(TURNED)])
 def test_no_word_covers_another(name):
-    assert_words_are_apart(drawn(name)[0])
+    assert_words_are_apart(FIGURES[name]())

@@ -174,8 +174,7 @@ def still_picture(html: str, size: tuple[int, int], program: str | None = None, 
     ratio = as_positive("pixel_ratio", pixel_ratio)
     sides = [width, height, ratio * width, ratio * height]
     if not (min(sides) >= 16 and max(sides) <= 8192):
-        drawn = f"{width} x {height}" + ("" if ratio == 1.0 else f", times {ratio:g}")
-        raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {drawn}")
+        raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {width} x {height}, times {ratio:g}")
     found = find_browser(program)
     # The sandbox needs a user that root is not.
     root = hasattr(os, "geteuid") and os.geteuid() == 0

@@ -111,7 +111,7 @@ class DrawnParts(OneProcess):
             turns = max(round(length / _PITCH), 3)
             shape = coil(turns, max(length, _COIL), _COIL, _WIRE) if coiled else frustum(1.0, 1.0)
             material = flat_material(SPRING if is_spring else BLACK)
-            self._stage.viewer[path.removeprefix("/meshcat/")].set_object(shape, material)
+            self._stage.set_object(path, shape, material)
         radius = 1.0 if coiled else _WIRE if is_spring else _CABLE
         self._stage.set_transform(path, segment(start, end, radius))
 
@@ -119,7 +119,7 @@ class DrawnParts(OneProcess):
         path = f"{self._root}/{name}"
         if path not in self._made:
             self._made.add(path)
-            self._stage.viewer[path.removeprefix("/meshcat/")].set_object(mg.Sphere(_BALL), flat_material(GREY))
+            self._stage.set_object(path, mg.Sphere(_BALL), flat_material(GREY))
         self._stage.set_transform(path, placement(1.0, at))
 
     def forces(self, q: FloatArray, efforts: FloatArray, without: tuple[str, ...] = ()) -> list[DrawnForce]:
@@ -225,18 +225,16 @@ class DrawnParts(OneProcess):
 def _end_of(slide: int, before: int, joined: list[tuple[int, int, FloatArray, FloatArray]], arm: int) -> _SlideEnd:
     """Where the nearer of a slide's two bodies is joined to the next one on the way to the arm."""
     links = [link for link in joined if {link[0], link[1]} != {slide, before} and 0 not in link[:2]]
-    steps, reached = {arm: _SlideEnd(arm, np.zeros(3), 1.0)}, [arm]
+    steps, reached = {arm: (slide, np.zeros(3))}, [arm]
     for body in reached:
         for a, b, at_a, at_b in links:
             for here, there, at in ((a, b, at_b), (b, a, at_a)):
                 if here == body and there not in steps:
-                    steps[there] = _SlideEnd(there, at, 1.0)
+                    steps[there] = there, at
                     reached.append(there)
-    for body in reached:
-        if body in (slide, before):
-            end = steps[body] if body != arm else _SlideEnd(slide, np.zeros(3), 1.0)
-            return end._replace(sign=1.0 if body == slide else -1.0)
-    return _SlideEnd(slide, np.zeros(3), 1.0)
+    # A slide that nothing joins to the arm has its own place.
+    body = next((body for body in reached if body in (slide, before)), slide)
+    return _SlideEnd(*steps.get(body, (slide, np.zeros(3))), 1.0 if body == slide else -1.0)
 
 
 def pulls_or_pushes(

@@ -189,7 +189,7 @@ class MechanismPicture(OneProcess):
         if muscles:
             self._load_muscles()
         for i in self._cables:
-            stage.viewer[self._cable(i).removeprefix("/meshcat/")].set_object(frustum(1.0, 1.0), flat_material(BLACK))
+            stage.set_object(self._cable(i), frustum(1.0, 1.0), flat_material(BLACK))
 
     def show(self, poses: Rotation) -> None:
         """Move it into a pose.
@@ -205,14 +205,16 @@ class MechanismPicture(OneProcess):
             (harness, cuff), matrix = self._worn, poses.as_matrix()
             self._stage.set_transform(f"/meshcat/{self.root}/harness", placement(1.0, harness))
             self._stage.set_transform(f"/meshcat/{self.root}/cuff", placement(matrix, matrix @ cuff))
-        if self._muscles or self._cables:
-            base = self.mechanism.geometry.base_points
-            platform = inverse_kinematics(self.mechanism.geometry, poses).platform_points
-            for i, limb in enumerate(self.mechanism.limbs):
-                if self._muscles:
-                    self._place_muscle(i, limb, base[i], platform[i])
-                elif i in self._cables:
-                    self._stage.set_transform(self._cable(i), segment(base[i], platform[i], _CABLE_RADIUS))
+        base = self.mechanism.geometry.base_points
+        platform = (
+            base
+            if not (self._muscles or self._cables)
+            else inverse_kinematics(self.mechanism.geometry, poses).platform_points
+        )
+        for i in self._cables:
+            self._stage.set_transform(self._cable(i), segment(base[i], platform[i], _CABLE_RADIUS))
+        for i, limb in enumerate(self.mechanism.limbs if self._muscles else ()):
+            self._place_muscle(i, limb, base[i], platform[i])
 
     def colour_muscles(self, colours: FloatArray) -> None:
         """Colour the muscles, shape (n, 3)."""

@@ -91,8 +91,7 @@ def shoulder_force_map(
     turn = f"{round(internal_rotation, 1) + 0.0:g}"
     words = f"{exo.name}, internal rotation {turn}°:\nforce on the shoulder joint{how if exo.wrist is not None else ''}"
     ax.set_title(words, fontsize=10.5)
-    if ax.get_legend_handles_labels()[1]:
-        legend_below(ax, 1)
+    legend_below(ax, 1)
     return ax
 
 
@@ -118,14 +117,8 @@ def _coloured(
         ax.pcolormesh(flexion, abduction, np.where(held, np.nan, force * unit), alpha=0.55, **look)
         hatched = ax.contourf(flexion, abduction, ~held, levels=[0.5, 1.5], colors="none", hatches=["//"])
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
-        ax.fill(
-            [],
-            [],
-            facecolor="white",
-            edgecolor=_HATCH,
-            hatch="////",
-            label="cannot be held; colour: force that would be needed",
-        )
+        label = "cannot be held; colour: force that would be needed"
+        ax.fill([], [], facecolor="white", edgecolor=_HATCH, hatch="////", label=label)
     bar = ax.figure.colorbar(image, ax=ax, extend=extend, label=name)
     bar.ax.yaxis.set_major_formatter("{x:g}")
 
@@ -230,7 +223,7 @@ def determinant_map(
     ax.set(xlabel="flexion, °", ylabel="abduction, °", xlim=flexion[[0, -1]], ylim=abduction[[0, -1]])
     name = wrapped(exo.mechanism.title or exo.name, 5.8, 10.5)
     ax.set_title(f"{name}\nsingular poses, at internal rotation {internal_rotation:g}°", fontsize=10.5)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
+    legend_below(ax)
     return ax
 
 

@@ -300,14 +300,12 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
 
 
 def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> None:
-    label: str | None = "limits of the actuator"
-    for edge in as_limits(limits, (count,)):
-        places = np.flatnonzero(np.isfinite(edge))
-        if places.size:
-            axes.hlines(edge[places], places - 0.42, places + 0.42, color=GREEN, linewidth=2.4, label=label)
-            label = None
-    if label is None:
-        legend_below(axes)
+    edges = np.concatenate(as_limits(limits, (count,)))
+    known = np.flatnonzero(np.isfinite(edges))
+    if known.size:
+        ends = known % count - 0.42, known % count + 0.42
+        axes.hlines(edges[known], *ends, color=GREEN, linewidth=2.4, label="limits of the actuator")
+    legend_below(axes)
 
 
 def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:

@@ -13,7 +13,7 @@ from ...core.errors.checked import checked
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
 from ..colours import BLACK, BLUE, ORANGE
-from .plot_style import axes_or_new, new_figure, right_scale, tidy
+from .plot_style import axes_or_new, legend_below, new_figure, pyplot, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ def contact_over_elevation(
     ax.set(xlabel=label, ylabel="force, % of body weight", ylim=(0.0, None))
     right_scale(ax, 100.0 / contact.body_weight, "force, N")
     tidy(ax)
-    ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
+    legend_below(ax)
     return ax
 
 
@@ -142,7 +142,7 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
     known = np.concatenate([layer[np.isfinite(layer)] for _, layer in layers])
     # Without any result all cells are grey, and the scale is one body weight.
     top = float(known.max()) if known.size else 100.0
-    relief = contact.relief_percent
+    relief = None if contact.relief_percent is None else _median(contact.relief_percent)
     count = len(layers) + (relief is not None)
     figure, axs = new_figure(1.5 + 2.5 * count, 3.5, ncols=count, squeeze=False)
     for ax, (title, layer) in zip(axs[0], layers, strict=False):
@@ -150,8 +150,9 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
         ax.set_title(title, fontsize=10)
     figure.colorbar(shown, ax=list(axs[0, : len(layers)]), label="% of body weight", shrink=0.9)
     if relief is not None:
-        colours, bar = relief_scale(_median(relief))
-        shown = _mesh(axs[0, -1], flexion, abduction, _median(relief), **colours)
+        layers.append(("relief", relief))
+        colours, bar = relief_scale(relief)
+        shown = _mesh(axs[0, -1], flexion, abduction, relief, **colours)
         axs[0, -1].set_title("relief", fontsize=10)
         figure.colorbar(shown, ax=axs[0, -1], shrink=0.9, **bar)
     axs[0, 0].set_ylabel("abduction, °")
@@ -162,8 +163,7 @@ def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: J
 
 def _median(values: FloatArray) -> FloatArray:
     """Median over the last axis of what has a value; NaN where nothing has."""
-    empty = np.asarray(~np.isfinite(values).any(axis=-1))
-    return np.where(empty, np.nan, np.nanmedian(np.where(empty[..., None], 0.0, values), axis=-1))
+    return np.asarray(np.ma.median(np.ma.masked_invalid(values), axis=-1).filled(np.nan))
 
 
 def relief_scale(relief: FloatArray) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -184,6 +184,6 @@ def _mesh(ax: Axes, flexion: FloatArray, abduction: FloatArray, layer: FloatArra
     """A layer of shape (f, a) as cells."""
     shown = ax.pcolormesh(flexion, abduction, layer.T, shading="nearest", **style)
     ax.set(xlabel="flexion, °", facecolor="0.8")
-    ax.set_xticks(np.arange(0.0, flexion.max() + 1.0, 30.0))
-    ax.set_yticks(np.arange(0.0, abduction.max() + 1.0, 30.0))
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(pyplot().MultipleLocator(30.0))
     return shown

@@ -17,7 +17,7 @@ from ...design.holding_frame import holding_bars, sleeve_size
 from ...reaction.holding.verdict import angle_words
 from ...wrist import BodyShape
 from ..colours import BLACK
-from .plot_style import figure_title, legend_mark, line, pyplot, tidy
+from .plot_style import capsule_outline, figure_title, legend_mark, line, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,11 +117,14 @@ def _draw_view(
     plane = [first, second]
     for capsules, colour in zip(body, (_TORSO, _ARM), strict=True):
         for capsule in capsules:
-            _capsule(ax, capsule, first, second, colour)
+            p, q = 1e3 * capsule[plane], 1e3 * capsule[[3 + first, 3 + second]]
+            outline = capsule_outline(p, q, 1e3 * capsule[6])
+            ax.fill(*outline, facecolor=colour, edgecolor="0.45", linewidth=0.7, alpha=0.8)
     harness, cuff = holding_bars(exo.geometry)
     sleeve = 1e3 * (_sleeve(exo.geometry.platform_points) @ R.T)[:, plane]
-    outline = sleeve[ConvexHull(sleeve).vertices]
-    ax.fill(*outline.T, facecolor=_CUFF, edgecolor=_FRAME, linewidth=1.0, alpha=0.85, zorder=2)
+    ax.fill(
+        *sleeve[ConvexHull(sleeve).vertices].T, facecolor=_CUFF, edgecolor=_FRAME, linewidth=1.0, alpha=0.85, zorder=2
+    )
     for bar in (*harness, *(bar @ R.T for bar in cuff)):
         ax.plot(*(1e3 * bar[:, plane]).T, color=_FRAME, linewidth=3.0, solid_capstyle="round", zorder=2)
     ends = exo.geometry.platform_points @ R.T
@@ -163,15 +166,3 @@ def _spans(exo: ShoulderExo, groups: list[FloatArray], R: FloatArray) -> FloatAr
     low = np.minimum((balls - radii).min(axis=0), thin.min(axis=0)) - 0.03
     high = np.maximum((balls + radii).max(axis=0), thin.max(axis=0)) + 0.03
     return 1e3 * np.stack([low, high], axis=1)
-
-
-def _capsule(ax: Any, capsule: FloatArray, first: int, second: int, colour: str) -> None:
-    """Fill the outline of a capsule in a view."""
-    p, q = 1e3 * capsule[[first, second]], 1e3 * capsule[[3 + first, 3 + second]]
-    radius = 1e3 * float(capsule[6])
-    along = float(np.arctan2(q[1] - p[1], q[0] - p[0]))
-    half = np.linspace(-np.pi / 2, np.pi / 2, 24)
-    arc = np.concatenate([half + along, half + along + np.pi])
-    centres = np.concatenate([np.tile(q, (24, 1)), np.tile(p, (24, 1))])
-    outline = centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)
-    ax.fill(*outline.T, facecolor=colour, edgecolor="0.45", linewidth=0.7, alpha=0.8)

@@ -205,15 +205,15 @@ def tracking_figure(tracking: Tracking) -> Figure:
     axes[2, 1].axhline(0.0, color="0.6", linewidth=0.8)
     faults = tracking.experiment.faults
     for ax in axes.flat:
-        _shade(ax, t, ~tracking.reachable)
+        lost = {"where": ~tracking.reachable, "transform": ax.get_xaxis_transform()}
+        ax.fill_between(t, 0.0, 1.0, **lost, color="0.93", linewidth=0, zorder=0)
         for fault in faults:
             ax.axvline(fault.start, color=BLACK, linewidth=1.0, linestyle=":", zorder=0)
         tidy(ax)
     for ax in axes[-1]:
         ax.set_xlabel(_TIME)
     for ax in axes.flat:
-        if curves := len(ax.get_legend_handles_labels()[0]):
-            legend_below(ax, min(curves, 4))
+        legend_below(ax, 4)
     axes[0, 0].set_xlim(t[0], t[-1])
     figure_title(figure, verdict_of(tracking))
     notes = "thin: reference; thick: reached"
@@ -244,12 +244,3 @@ def _pairs(ax: Any, t: FloatArray, reached: FloatArray, wanted: FloatArray, name
     _lines(ax, t, reached, names, label)
     for k, column in enumerate(wanted.T):
         ax.plot(t, column, color=line(k)["color"], linewidth=0.9)
-
-
-def _shade(ax: Any, t: FloatArray, where: Any) -> None:
-    """Grey background over the samples ``where``."""
-    if not where.any():
-        return
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
-    for start, end in edges.reshape(-1, 2):
-        ax.axvspan(t[start], t[min(end, len(t) - 1)], color="0.93", linewidth=0, zorder=0)

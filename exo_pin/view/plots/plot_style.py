@@ -83,22 +83,26 @@ def right_scale(ax: Any, unit: float, label: str) -> None:
 
 
 def legend_below(ax: Any, columns: int = 2) -> None:
-    """A legend under the axes, where it covers neither curves nor numbers."""
+    """A legend of what has a label, under the axes, where it covers neither curves nor numbers."""
     from matplotlib.transforms import ScaledTranslation
 
+    handles, labels = ax.get_legend_handles_labels()
+    if not labels:
+        return
     # Room for the numbers and the label of the axis, if it has them, in points below it.
     shared = ax.get_subplotspec() is not None and not ax.get_subplotspec().is_last_row()
     room = 6.0 if shared and not ax.get_xlabel() else 38.0
     below = ax.transAxes + ScaledTranslation(0.0, -room / 72.0, ax.figure.dpi_scale_trans)
-    ax.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        bbox_transform=below,
-        ncols=columns,
-        fontsize=8.5,
-        columnspacing=1.4,
-        frameon=False,
-    )
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": below}
+    ncols = min(columns, len(labels))
+    ax.legend(handles, labels, **place, ncols=ncols, fontsize=8.5, columnspacing=1.4, frameon=False)
+
+
+def capsule_outline(p: FloatArray, q: FloatArray, radius: float) -> FloatArray:
+    """Outline of a capsule as seen, shape (2, 48): a radius around the line of two points of shape (2,)."""
+    half = float(np.arctan2(*(q - p)[::-1])) + np.linspace(-np.pi / 2, np.pi / 2, 24)
+    arc = np.concatenate([half, half + np.pi])
+    return np.asarray(np.repeat([q, p], 24, axis=0).T + radius * np.stack([np.cos(arc), np.sin(arc)]))
 
 
 def legend_mark(label: str, **look: Any) -> Any:

@@ -17,7 +17,7 @@ from ...device.clearance import link_capsules
 from ...device.parts.routes import PlacedRoute
 from ...wrist.clearance.gaps import own_body
 from ..colours import BLACK, BLUE, SPRING
-from .plot_style import pyplot
+from .plot_style import capsule_outline, pyplot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,8 +68,7 @@ def posture_drawing(exo: ShoulderExo, poses: Rotation, titles: Sequence[str]) ->
     if stack.as_quat().ndim != 2 or len(named) != len(stack):
         raise InvalidInput(f"expected as many titles as poses of a flat stack, got {len(named)} of {stack.shape}")
     out = _FROM / np.linalg.norm(_FROM) * (1.0 if exo.side == "left" else np.array([1.0, -1.0, 1.0]))
-    right = np.cross([0.0, 0.0, 1.0], out)
-    right /= np.linalg.norm(right)
+    right = np.array([-out[1], out[0], 0.0]) / np.hypot(out[0], out[1])
     seen = np.stack([right, np.cross(out, right), out])
     body = own_body(exo.device.arm, exo.side)
     panels, ends = [], []
@@ -101,7 +100,8 @@ def _draw(ax: Any, capsules: list[Any], lines: list[Any], numbers: list[tuple[st
     """One posture: what is farther away first."""
     for rows, colour in capsules:
         for row in rows:
-            ax.fill(*_outline(row), facecolor=colour, edgecolor="0.5", linewidth=0.6, alpha=0.9, zorder=2.0 + _far(row))
+            outline = capsule_outline(row[:2], row[3:5], row[6])
+            ax.fill(*outline, facecolor=colour, edgecolor="0.5", linewidth=0.6, alpha=0.9, zorder=2.0 + _far(row))
     for points, width, colour in lines:
         depth = 2.0 + _far(points.mean(axis=0)) if len(points) > 1 else 2.0
         ax.plot(points[:, 0], points[:, 1], color=colour, linewidth=width, solid_capstyle="round", zorder=depth)
@@ -237,13 +237,3 @@ def _apart(numbers: list[tuple[str, FloatArray]]) -> list[tuple[str, FloatArray]
             at[1] += _APART / 2.0
         found.append((number, at))
     return found
-
-
-def _outline(row: FloatArray) -> FloatArray:
-    """Outline of a capsule as seen, shape (2, 48)."""
-    p, q, radius = row[:2], row[3:5], row[6]
-    along = float(np.arctan2(*(q - p)[::-1]))
-    half = np.linspace(-np.pi / 2, np.pi / 2, 24)
-    arc = np.concatenate([half + along, half + along + np.pi])
-    centres = np.concatenate([np.tile(q, (24, 1)), np.tile(p, (24, 1))])
-    return np.asarray((centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=1)).T)

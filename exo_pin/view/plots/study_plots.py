@@ -111,8 +111,7 @@ def comparison_figure(table: StudyTable) -> Figure:
         tidy(ax)
         ax.grid(False, axis="y")
         ax.set_xlim(left=0.0)
-        if ax.get_legend_handles_labels()[0]:
-            legend_below(ax)
+        legend_below(ax)
     axes[0, 0].set_yticks(at, names)
     axes[0, 0].invert_yaxis()
     figure_title(figure, *table.heading[:1])
@@ -258,7 +257,7 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     axes.set(xlabel=column_words(first), ylabel=column_words(figure))
     _name_gaps(axes, values, np.asarray(table[first], dtype=float), upright=False)
     if second:
-        legend_below(axes, columns=min(len(groups), 3))
+        legend_below(axes, 3)
     return canvas
 
 

@@ -48,22 +48,20 @@ def segment(start: FloatArray, end: FloatArray, radius: float = 1.0) -> FloatArr
     return placement(along(direction) * np.array([radius, radius, max(length, _NOTHING)]), start)
 
 
-def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> Any:
+def flat_material(colour: str, on_top: bool = False) -> Any:
     """A material whose colour hardly depends on the light, so that a legend can name it.
 
     Parameters
     ----------
     colour : str
         ``#RRGGBB``.
-    opacity : float
-        1 is opaque.
     on_top : bool
         Whether it shows through objects in front of it.
     """
     dimmed, base = (hexadecimal(share * channels(colour)) for share in (0.6, 0.4))
     # Drawn among the transparent things, and so after the opaque ones, where it must not be painted over.
     extra: dict[str, Any] = {"depthTest": False, "transparent": True} if on_top else {}
-    return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), opacity=opacity, side=0, **extra)
+    return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), side=0, **extra)
 
 
 def matt_material(rgb: tuple[float, ...], opacity: float = 1.0) -> Any:
@@ -181,11 +179,9 @@ class Arrow(OneProcess):
         self._stage, self._radius = stage, radius
         self._paths = [f"{path}/shaft", *(f"{path}/head_{i}" for i in range(heads)), *([f"{path}/tail"] * tail)]
         self._heads, self._tail = heads, tail
-        material = flat_material(colour, on_top=True)
-        viewer = stage.viewer
         for part in self._paths:
             shape = frustum(1.0, _NOTHING if "/head_" in part else 1.0)
-            viewer[part.removeprefix("/meshcat/")].set_object(shape, material)
+            stage.set_object(part, shape, flat_material(colour, on_top=True))
             # After the human's translucent arm, which would tint it.
             stage.set_property(part, "renderOrder", 10)
         self.hide()
@@ -241,7 +237,7 @@ class TurningArrow(OneProcess):
             for size, at in ((_NOTHING, 0.0), (_HEAD, 0.0), (_NOTHING, 2.2 * _HEAD))
         ]
         shape = mesh_of([tube(arc, _WIRE), skin_of(np.array(cone))])
-        stage.viewer[self._path.removeprefix("/meshcat/")].set_object(shape, flat_material(colour, on_top=True))
+        stage.set_object(self._path, shape, flat_material(colour, on_top=True))
         stage.set_property(self._path, "renderOrder", 10)
 
     def show(self, at: FloatArray, moment: FloatArray) -> None:

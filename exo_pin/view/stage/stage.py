@@ -74,11 +74,6 @@ class Stage(OneProcess):
         self._publishers: list[Publish] = []
         self.viewer = meshcat.Visualizer(window=self)
 
-    @property
-    def web_url(self) -> str:
-        """Address of the live page; starts the server if there is none."""
-        return self.serve()
-
     def serve(self, port: int | None = None) -> str:
         """Start the live page, if it has not been started, and return its address."""
         if self._server is None:
@@ -127,6 +122,10 @@ class Stage(OneProcess):
         made.initViewer(viewer=self.viewer)
         made.loadViewerModel(name)
         return made
+
+    def set_object(self, path: str, shape: Any, material: Any) -> None:
+        """Put a shape at a node."""
+        self.viewer[path.removeprefix("/meshcat/")].set_object(shape, material)
 
     def set_transform(self, path: str, matrix: FloatArray) -> None:
         """Place a node, unless it is there already.
@@ -277,8 +276,7 @@ _ROOM = 1.06
 
 def seen_along(towards: FloatArray) -> tuple[FloatArray, FloatArray]:
     """To the right and up in a picture, shape (3,) each, of a camera that is in a direction, with z upright."""
-    right = np.cross([0.0, 0.0, 1.0], towards)
-    right /= np.linalg.norm(right)
+    right = np.array([-towards[1], towards[0], 0.0]) / np.hypot(towards[0], towards[1])
     up = np.cross(towards, right)
     return right, up / np.linalg.norm(up)
 

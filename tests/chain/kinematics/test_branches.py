@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from mechanisms import five_bar
 
-from exo_pin import LoopNotClosed
+from exo_pin import InvalidInput, LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Placement
 from exo_pin.cli import main
 from exo_pin.core import errors
@@ -127,3 +127,17 @@ def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "crank held: 2 closed configurations from" in said
     assert f"{angle if angle <= 180 else angle - 360:.2f} °" in said
+
+
+def test_given_joints_are_exactly_where_they_were_asked_to_be():
+    named = five_bar()
+    chain, joints = named.chain(), ["left_crank_hinge", "right_crank_hinge"]
+    index = [chain.configuration_slice(name).start for name in joints]
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        asked = named.q[index] + rng.uniform(-0.35, 0.35, 2)
+        found = chain.forward_kinematics(asked, named.q, joints)
+        np.testing.assert_array_equal(found[index], asked)
+        assert np.abs(chain.residual(found)).max() <= 1e-12
+    with pytest.raises(InvalidInput, match="joints="):
+        chain.forward_kinematics([0.0], named.q, joints=[])

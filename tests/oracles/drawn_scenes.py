@@ -51,7 +51,12 @@ def mixed():
 
 def roped(rest):
     """A robot with a strong spring along a route, of a length at rest in m, and one in a hinge."""
-    way = Route.over(("universe", (0.0, 0.1, 0.3)), ("universe", [0.0, 0.15, 0.2]), ("arm", (0.03, 0.04, -0.2)))
+    way = Route.over(
+        ("universe", (0.0, 0.1, 0.3)),
+        ("universe", [0.0, 0.15, 0.2]),
+        ("arm", (0.03, 0.04, -0.2)),
+        ("arm", (0.0, 0.05, -0.25)),
+    )
     springs = [
         Spring("rope", LinearSpring(1000.0, rest), route=way),
         Spring("wound", ConstantForce(3.0), joint="flexion"),

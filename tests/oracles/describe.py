@@ -64,11 +64,11 @@ def main():
     options.to.mkdir(exist_ok=True)
     for name in options.names or NAMES:
         print(name, *changes(name), sep="\n    ", flush=True)
+        pyplot.close("all")
         if options.store:
             (FOLDER / f"{name}.json").write_text(written(description(name)) + "\n", encoding="utf-8")
         elif name in FIGURES:
             drawn(name)[0].savefig(options.to / f"{name}.png", dpi=110)
-            pyplot.close("all")
         elif name in FILMS:
             drawn(name)[0].save(options.to / f"{name}.html")
         else:

@@ -54,8 +54,8 @@ def figure_description(figure):
 def axes_description(ax):
     """Words, scales and everything that is drawn."""
     three = hasattr(ax, "get_zlim")
-    found = {"title": [ax.get_title(loc=place) for place in ("left", "center", "right")]}
-    found["title size"] = ax.title.get_fontsize()
+    titles = (ax._left_title, ax.title, ax._right_title)
+    found = {f"title {k}": _looks(title, _TEXT[:3]) for k, title in enumerate(titles) if title.get_text()}
     if not ax.get_visible():
         return {"visible": False}
     for name in ("x", "y", "z")[: 3 if three else 2]:

@@ -45,8 +45,8 @@ def movement(side="left"):
 
 
 @cache
-def workspace(*criteria):
-    return ep.load("four-cables").workspace(15.0, criteria)
+def workspace(gap):
+    return ep.load("four-cables").workspace(gap, ["forces", "stroke", "singularity"])
 
 
 def sprung():
@@ -92,9 +92,9 @@ def limited():
     return lifted(limits=([-10.0, -20.0, -np.inf], [50.0, np.inf, 70.0]))
 
 
-def uncertainty():
-    exo = ep.load("four-cables")
-    return exo.uncertainty(exo.pose(60, 30)).plot()
+def uncertainty(name, *angles):
+    exo = ep.load(name)
+    return exo.uncertainty(exo.pose(*angles)).plot()
 
 
 def total_uncertainty():
@@ -218,6 +218,7 @@ FIGURES = {
     "pose_serial": lambda: robot("serial-y-x-z").reaction(robot("serial-y-x-z").pose(40, 20)).plot(),
     "stack": lambda: lifted(limits=(0.0, 200.0)),
     "stack_cut": lifted,
+    "stack_near": lambda: prototype().reaction(prototype().pose(np.linspace(5.5, 6.6, 12), 30.0), **FREE).plot(),
     "stack_limits": limited,
     "stack_right_not_held": not_held,
     "stack_no_data": stack_without_answer,
@@ -225,7 +226,8 @@ FIGURES = {
     "movement_right_abduction": lambda: movement("right").plot("abduction", "right", (-50.0, 300.0)),
     "movement_flexion": lambda: movement().plot("flexion"),
     "movement_internal": lambda: movement().plot("internal_rotation"),
-    "uncertainty": uncertainty,
+    "uncertainty": lambda: uncertainty("four-cables", 60, 30),
+    "uncertainty_no_bound": lambda: uncertainty("prototype", 7, 30),
     "total_uncertainty": total_uncertainty,
     "ranking": lambda: ranking(False),
     "ranking_joint": lambda: ranking(True),
@@ -248,9 +250,9 @@ FIGURES = {
     "search": lambda: search(("index", "mean_shoulder_force")),
     "search_one": lambda: search(("index",)),
     "search_single": lambda: search(("index",), False),
-    "ball": lambda: plots.rotation_ball(workspace("forces", "stroke", "singularity")),
-    "slices": lambda: plots.workspace_slices(workspace("forces", "stroke", "singularity")),
-    "rates": lambda: plots.rate_slices(ep.load("four-cables"), workspace("forces", "stroke", "singularity")),
+    "ball": lambda: plots.rotation_ball(workspace(15.0)),
+    "slices": lambda: plots.workspace_slices(workspace(15.0)),
+    "rates": lambda: plots.rate_slices(ep.load("four-cables"), workspace(24.0)),
     "contact_bare_box": lambda: contact_box(None),
     "contact_box": lambda: contact_box("four-cables"),
     "contact_box_better": lambda: contact_box("four-cables", 20.0),

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from drawn_figures import MAN, prototype, robot, sprung, worn
-from mechanisms import four_bar
+from mechanisms import four_bar, random_loop
 from places import URDF
 from spatial_mechanisms import delta
 
@@ -163,6 +163,7 @@ SCENES = {
     "chain": lambda: ChainScene(four_bar().chain(), q=four_bar().q),
     "chain_open": ajar,
     "chain_visuals": with_visual,
+    "chain_hinges": lambda: ChainScene(random_loop("revolute").chain(), q=random_loop("revolute").q),
     "chain_delta": lambda: ChainScene(delta().chain()),
     "chain_looked_at": looked_at,
     "chain_of_wrist": lambda: ChainScene(ep.load("three-linear-actuators").chain),

@@ -403,15 +403,11 @@ def _panels(found: Workspace) -> tuple[Figure, list[tuple[Any, FloatArray, Float
     """A figure with one panel a layer: axes, flexion and abduction of the grid, and the layer's index."""
     if found.inside.ndim != 3:
         raise InvalidInput(f"expected poses on a grid of three angles, got a stack of shape {found.inside.shape}")
-    # At 90° of abduction two angles turn about one axis; a layer away from it names the grid.
-    quaternions = found.poses.as_quat()
-    middle = int(np.abs(found.poses.as_matrix()[0, :, 0, 1, 2]).argmin())
-    flexion = shoulder_angles(Rotation.from_quat(quaternions[:, middle, 0]), found.side, degrees=True)[:, 0]
-    internal = shoulder_angles(Rotation.from_quat(quaternions[0, middle]), found.side, degrees=True)[:, 2]
-    # Beyond 90° the angles of an orientation fold back, so abduction is counted in turns from layer to layer.
-    line = Rotation.from_quat(quaternions[0, :, 0])
-    turns = np.degrees((line[1:] * line[:-1].inv()).magnitude())
-    abduction = shoulder_angles(line[0], found.side, degrees=True)[1] + np.concatenate([[0.0], np.cumsum(turns)])
+    angles = shoulder_angles(found.poses, found.side, degrees=True)
+    flexion, internal = np.median(angles[..., 0], axis=(1, 2)), np.median(angles[..., 2], axis=(0, 1))
+    # Beyond 90° of abduction the angles of an orientation fold back, and in its flexion half a turn is added.
+    folded = np.abs(angles[..., 0] - flexion[:, None, None]) > 90.0
+    abduction = np.median(np.where(folded, 180.0 - angles[..., 1], angles[..., 1]), axis=(0, 2))
     layers = np.unique(np.linspace(0, len(internal) - 1, 6).round().astype(int))
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)

@@ -187,11 +187,8 @@ class Arrow(OneProcess):
         self.hide()
 
     def show(self, start: FloatArray, vector: FloatArray) -> None:
-        """Draw it from ``start`` along ``vector``, both in m, shape (3,)."""
+        """Draw it from ``start`` along ``vector``, both in m, shape (3,); the vector has a length."""
         length = float(np.linalg.norm(vector))
-        if not length > _NOTHING:
-            self.hide()
-            return
         direction = vector / length
         # A head keeps its shape, unless the arrow is shorter than it.
         head = min(4.6 * self._radius, length / self._heads)

@@ -252,3 +252,17 @@ def test_bad_input_is_refused():
     ):
         with pytest.raises(InvalidInput):
             call()
+
+
+def test_a_block_that_falls_on_its_stop_and_is_lifted_from_it_has_both_events():
+    """2 kg fall 5 cm, and from 0.3 s on twice their weight pushes them up with g."""
+    chain = slide(np.pi / 2, limits=(0.0, 1.0))
+    moved = chain.simulate(
+        [0.05], [0.0], [0.0, 0.5], tau=lambda t, q, v: np.array([4.0 * 9.81 if t > 0.3 else 0.0]), stops=True
+    )
+    assert [(event.kind, event.joints) for event in moved.events] == [
+        (kind, ("slide",)) for kind in ("impact", "stop reached", "stop left")
+    ]
+    fall = np.sqrt(2.0 * 0.05 / 9.81)
+    np.testing.assert_allclose([event.time for event in moved.events], [fall, fall, 0.3], atol=1e-6)
+    np.testing.assert_allclose(moved.q[-1], 0.5 * 9.81 * 0.2**2, atol=1e-6)

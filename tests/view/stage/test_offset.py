@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import PERSON, URDF, commands, panel, place, pose
+from scenes import PERSON, URDF, commands, panel, place, placements, pose
 
 import exo_pin as ep
 from exo_pin.design import LimbGuide
@@ -100,7 +100,7 @@ def test_the_drawn_forces_balance_the_arm(exo):
 def drawn_force(scene, path):
     """The vector of an arrow, m: from its shaft's foot to its last head's tip."""
     shaft = place(scene, f"{path}/shaft")
-    last = "head_1" if f"{path}/head_1" in scene._stage.placements() else "head_0"
+    last = "head_1" if f"{path}/head_1" in placements(scene) else "head_0"
     head = place(scene, f"{path}/{last}")
     start = shaft[:3, 3]
     return head[:3, 3] + head[:3, 2] - start

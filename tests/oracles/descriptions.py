@@ -45,7 +45,8 @@ def differences(stored, found, where=""):
             if not _close(one, two, size):
                 yield from differences(one, two, f"{where}[{k}]")
     elif not _close(stored, found, 0.0):
-        yield f"{where}: {json.dumps(stored, ensure_ascii=False)} is now {json.dumps(found, ensure_ascii=False)}"
+        was, now = (json.dumps(each, ensure_ascii=False)[:100] for each in (stored, found))
+        yield f"{where}: {was} is now {now}"
 
 
 def _close(stored, found, size):

@@ -201,6 +201,15 @@ def drawing(side):
     return plots.design_drawing(exo, exo.pose(60.0, 20.0), 1.2 if side == "left" else None)
 
 
+def determinant_map(name, side):
+    return plots.determinant_map(ep.load(name, side=side), None, 30.0, 10.0).figure
+
+
+def overview():
+    exo = prototype()
+    return plots.overview(exo, exo.pose(60, 30), exo.reaction(exo.pose(60, 30), split="standalone"))
+
+
 def force_map(exo, **options):
     return plots.shoulder_force_map(exo, **options).figure
 
@@ -245,8 +254,10 @@ FIGURES = {
     "force_map_newton": lambda: force_map(weightless(), step=4.0, split="minimal", constraint_bounds=20.0, **FREE),
     "force_map_serial": lambda: force_map(robot("serial-y-x-z")),
     "overview": lambda: plots.overview(prototype(), prototype().pose(-0.2, 10, 25)),
+    "overview_standalone": overview,
     "determinant": lambda: plots.determinant_map(prototype(), step=5.0).figure,
-    "determinant_right": lambda: plots.determinant_map(ep.load("prototype", side="right"), None, 30.0, 10.0).figure,
+    "determinant_right": lambda: determinant_map("prototype", "right"),
+    "determinant_of_rest": lambda: determinant_map("scenario-one", "left"),
     "search": lambda: search(("index", "mean_shoulder_force")),
     "search_one": lambda: search(("index",)),
     "search_single": lambda: search(("index",), False),

@@ -49,11 +49,16 @@ def mixed():
     return exo.replace(limbs=[*exo.limbs[:3], ep.load("four-linear-actuators").limbs[3]])
 
 
-def roped():
-    """A robot with a spring and a cable along routes, and a spring in a hinge."""
-    way = Route.over(("universe", (0.0, 0.1, 0.3)), ("universe", [0.0, 0.15, 0.2]), ("arm", (0.03, 0.04, -0.2)))
+def roped(rest):
+    """A robot with a strong spring along a route, of a length at rest in m, and one in a hinge."""
+    way = Route.over(
+        ("universe", (0.0, 0.1, 0.3)),
+        ("universe", [0.0, 0.15, 0.2]),
+        ("arm", (0.03, 0.04, -0.2)),
+        ("arm", (0.0, 0.05, -0.25)),
+    )
     springs = [
-        Spring("rope", LinearSpring(200.0, 0.1), route=way),
+        Spring("rope", LinearSpring(1000.0, rest), route=way),
         Spring("wound", ConstantForce(3.0), joint="flexion"),
     ]
     return ep.load(URDF / "serial-y-x-z.urdf").replace(springs=springs).worn_by(MAN)
@@ -152,7 +157,8 @@ SCENES = {
     "serial_offset": lambda: shown(robot("serial-y-x-z"), 30, 20, 5, centre_offset=APART, limits="none"),
     "serial_right": lambda: shown(ep.load(URDF / "serial-y-x-z.urdf", side="right").worn_by(MAN), 40, 20),
     "serial_alone": lambda: shown(ep.load(URDF / "serial-y-x-z.urdf"), 40, 20),
-    "serial_roped": lambda: shown(roped(), 30, 20),
+    "serial_roped": lambda: shown(roped(0.1), 30, 20),
+    "serial_pushed": lambda: shown(roped(0.9), 30, 20),
     "serial_no_data": lambda: shown(sprung(), 10, 0),
     "spherical": lambda: shown(robot("spherical-3rrr"), 30, 20),
     "parallel": lambda: shown(robot("3rps-passive-ball"), 40, 20, 10),

@@ -243,6 +243,10 @@ class WearerFigure(OneProcess):
 
     PATH = "wearer"
 
+    #: Top of the scale of activations; axes and depth of the socket.
+    top: float
+    _socket: tuple[FloatArray, float]
+
     def __init__(self, stage: Stage, person: Person) -> None:
         self._stage, self._person = stage, person
         other = "right" if person.side == "left" else "left"
@@ -261,8 +265,6 @@ class WearerFigure(OneProcess):
         viewer["socket/force"].set_object(mg.Sphere(1.0), flat_material(BLACK, on_top=True))
         for part in ("rim", "force"):
             stage.set_property(f"/meshcat/{self.PATH}/socket/{part}", "renderOrder", 9)
-        self.top = 1.0
-        self._socket = np.eye(3), 0.0
         self._volume = person.muscle_table.volume / _TENSION
         self._rest = self._other_arm_at_rest()
 

@@ -193,8 +193,7 @@ def determinant_map(
     flexion, abduction, values, curves = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = side_of_rest(exo.geometry)
     determinant = values.T
-    known = np.abs(determinant[np.isfinite(determinant)])
-    full = max(_FULL, float(np.percentile(known, 95.0))) if known.size else _FULL
+    full = max(_FULL, float(np.nanpercentile(np.abs(determinant), 95.0)))
     scale: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -full, "vmax": full}
     image = ax.pcolormesh(flexion, abduction, determinant, **scale, shading="nearest", rasterized=True)
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)

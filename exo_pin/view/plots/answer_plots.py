@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, pyplot, right_scale, tidy
+from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, pyplot, right_scale, tidy, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,7 +126,7 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> No
     finite = [np.abs(edge[np.isfinite(edge)]).max(initial=0.0) for edge in edges]
     if not known.size:
         return
-    usual = max(float(np.percentile(known.max(axis=1), 90.0)), *finite, 0.0)
+    usual = max([float(np.percentile(known.max(axis=1), 90.0)), *finite])
     if known.max() <= _CUT * usual:
         return
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -275,7 +275,8 @@ def pose_bars(
     right.set_title(f"shoulder on the arm{weight}", fontsize=10.5)
     if not (all(determined) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
-    figure.supxlabel(state.removeprefix("; "), fontsize=9, color="0.3")
+    note = wrapped(state.removeprefix("; "), figure.bbox.width / figure.dpi, 9.0)
+    figure.supxlabel(note, fontsize=9, color="0.3")
 
 
 def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str], known: list[Any]) -> None:

@@ -72,7 +72,7 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
     ax.plot(degrees, percent * contact.shear, dashes, color=colour, linewidth=1.0, label=f"shear{which}")
     lost = ~contact.has_result
     if lost.any():
-        ax.plot(degrees[lost], np.zeros(lost.sum()), "x", color=ORANGE, label=f"no result{which}")
+        ax.plot(degrees[lost], np.zeros(lost.sum()), "x", color=ORANGE, clip_on=False, label=f"no result{which}")
 
 
 def elevation_in_plane(

@@ -354,7 +354,6 @@ class Scene(Pages):
         self._drawn = self._drawn_of(exo)
         self._exo, self._without_forces, self._offset = exo, without, None
         self._arrows = ForcePicture(self._stage, self._asked_scale)
-        self._write_legend()
 
     def _drawn_of(self, exo: ShoulderExo) -> DrawnDevice:
         muscles, with_arm = self._style == "muscles", not self._figure.has_arm

@@ -228,12 +228,9 @@ class TurningArrow(OneProcess):
         self._stage, self._path, self._radius = stage, f"{path}/round", radius
         turn = np.linspace(0.0, _ROUND, 40)
         arc = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
-        ahead, out = np.array([-np.sin(_ROUND), np.cos(_ROUND), 0.0]), arc[-1]
-        cone = [
-            arc[-1] + at * ahead + size * (circle(16)[:, :1] * out + circle(16)[:, 1:2] * [0.0, 0.0, 1.0])
-            for size, at in ((_NOTHING, 0.0), (_HEAD, 0.0), (_NOTHING, 2.2 * _HEAD))
-        ]
-        shape = mesh_of([tube(arc, _WIRE), skin_of(np.array(cone))])
+        ahead = np.array([-np.sin(_ROUND), np.cos(_ROUND), 0.0])
+        cone = np.array([(_NOTHING, 0.0), (_HEAD, 0.0), (_NOTHING, 2.2 * _HEAD)])
+        shape = mesh_of([tube(arc, _WIRE), skin_of(rings_about_z(cone, 16) @ along(ahead).T + arc[-1])])
         stage.set_object(self._path, shape, flat_material(colour, on_top=True))
         stage.set_property(self._path, "renderOrder", 10)
 

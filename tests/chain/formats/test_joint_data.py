@@ -165,27 +165,24 @@ def test_drake_has_the_same_springs_damping_and_limits_from_sdf(seed, tmp_path):
             np.testing.assert_allclose(theirs, limits, rtol=1e-12)
 
 
-def ball_chain(**arrays):
-    """A heavy ball on the world."""
+def one_joint(kind, name, arrays):
+    """A heavy body on the world."""
     model = pin.Model()
-    joint = model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
+    joint = model.addJoint(0, kind, pin.SE3.Identity(), name)
     model.addJointFrame(joint, -1)
     model.addBodyFrame("arm", joint, pin.SE3.Identity(), -1)
     model.appendBodyToJoint(joint, pin.Inertia(1.0, np.array([0.1, 0, 0]), np.eye(3)), pin.SE3.Identity())
-    for name, values in arrays.items():
-        getattr(model, name)[:] = values
+    for key, values in arrays.items():
+        getattr(model, key)[:] = values
     return model
+
+
+def ball_chain(**arrays):
+    return one_joint(pin.JointModelSpherical(), "ball", arrays)
 
 
 def hinge_chain(**arrays):
-    model = pin.Model()
-    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "hinge")
-    model.addJointFrame(joint, -1)
-    model.addBodyFrame("arm", joint, pin.SE3.Identity(), -1)
-    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.array([0.1, 0, 0]), np.eye(3)), pin.SE3.Identity())
-    for name, values in arrays.items():
-        getattr(model, name)[:] = values
-    return model
+    return one_joint(pin.JointModelRX(), "hinge", arrays)
 
 
 @pytest.mark.parametrize(

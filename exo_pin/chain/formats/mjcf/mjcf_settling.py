@@ -3,7 +3,7 @@
 :data:`READ` are the fields that the chain is made of. Their numbers have to be finite. Physics that a chain cannot hold
 is refused unless the caller leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can
 be compared. All other fields of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without
-contact; ``tests/oracles/mujoco_fields.py`` lists them, and a test compares them with the installed version.
+contact; ``mujoco_fields.yaml`` beside its tests lists them, and a test compares them with the installed version.
 """
 
 from __future__ import annotations

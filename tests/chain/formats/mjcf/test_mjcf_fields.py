@@ -3,9 +3,16 @@
 import fnmatch
 
 import mujoco
-from mujoco_fields import IRRELEVANT, REFUSED
+import yaml
+from places import REPOSITORY
 
 from exo_pin.chain.formats.mjcf.mjcf_settling import READ
+
+FIELDS = REPOSITORY / "tests" / "chain" / "formats" / "mjcf" / "mujoco_fields.yaml"
+REFUSED, IRRELEVANT = (
+    [name for names in yaml.safe_load(FIELDS.read_text(encoding="utf-8"))[key] for name in names]
+    for key in ("refused", "irrelevant")
+)
 
 
 def fields():

@@ -49,9 +49,11 @@ def workspace(gap):
     return ep.load("four-cables").workspace(gap, ["forces", "stroke", "singularity"])
 
 
-def sprung():
+def sprung(longer=0.0):
+    """A robot with a spring whose table begins at 285 mm, or so many m later."""
     route = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
-    strut = Spring("strut", TableLaw((0.285, 0.4, 0.9), (-30.0, -20.0, -10.0)), route=route)
+    lengths = (0.285 + longer, 0.4 + longer, 0.9 + longer)
+    strut = Spring("strut", TableLaw(lengths, (-30.0, -20.0, -10.0)), route=route)
     return ep.load(URDF / "serial-y-x-z.urdf").replace(springs=[strut], name="helped")
 
 
@@ -252,6 +254,7 @@ FIGURES = {
     "force_map": lambda: force_map(ep.load("four-cables"), internal_rotation=10.0, step=20.0),
     "force_map_default": lambda: force_map(prototype(), **FREE),
     "force_map_newton": lambda: force_map(weightless(), step=4.0, split="minimal", constraint_bounds=20.0, **FREE),
+    "force_map_no_data": lambda: force_map(sprung(5.0), step=40.0),
     "force_map_serial": lambda: force_map(robot("serial-y-x-z")),
     "overview": lambda: plots.overview(prototype(), prototype().pose(-0.2, 10, 25)),
     "overview_standalone": overview,

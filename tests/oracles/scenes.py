@@ -37,5 +37,15 @@ def panel(scene, name):
 
 def place(scene, path):
     """Where a node is, shape (4, 4)."""
-    matrices = [item["matrix"] for item in commands(scene) if item["type"] == "set_transform" and item["path"] == path]
-    return np.reshape(matrices[-1], (4, 4)).T
+    return placements(scene)[path]
+
+
+def placements(scene):
+    """Where each node is, path to matrix of shape (4, 4)."""
+    placed = (item for item in commands(scene) if item["type"] == "set_transform")
+    return {item["path"]: np.reshape(item["matrix"], (4, 4)).T for item in placed}
+
+
+def moved_nodes(old, new):
+    """Paths of nodes that are elsewhere."""
+    return {path for path in new if not np.array_equal(new[path], old[path])}

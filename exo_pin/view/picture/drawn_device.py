@@ -27,7 +27,7 @@ from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.stage import Stage
 from .chain_picture import ChainPicture
 from .drawn_parts import DrawnParts, pulls_or_pushes
-from .mechanism_picture import MechanismPicture, Offset, displaced, same_offset
+from .mechanism_picture import MechanismPicture, Offset, displaced
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -132,7 +132,7 @@ class DrawnLinks(DrawnDevice):
         self.parts = self._own = DrawnParts(self._stage, device, ROOT)
         self._picture = ChainPicture(
             self._stage, device.chain, looks_of(self.exo), self._rest, ROOT, marks=False, with_arm=self._with_arm,
-            moved=np.zeros(3) if offset is None else offset[1],
+            moved=np.array((0.0,) * 3 if offset is None else offset[1]),
         )  # fmt: skip
         self.notes = self._picture.notes
 
@@ -151,7 +151,7 @@ class DrawnLinks(DrawnDevice):
         """See :class:`DrawnDevice`."""
         if np.isnan(placed.q).any():
             return False
-        if not same_offset(placed.drawn, self._offset):
+        if placed.drawn != self._offset:
             self._draw(placed.drawn)
         self._picture.show(placed.q)
         self._own.show(placed.q)
@@ -179,7 +179,7 @@ class DrawnLinks(DrawnDevice):
         cuff = device.chain.roles.cuff
         at = weight.at if cuff is None else np.array(device.chain.placement(placed.q, cuff).translation)
         found.append(DrawnForce("device", "device", at, wrench[:3], f"device {size:.0f} N"))
-        parts = self._own if same_offset(placed.drawn, self._offset) else DrawnParts(self._stage, device, ROOT)
+        parts = self._own if placed.drawn == self._offset else DrawnParts(self._stage, device, ROOT)
         return [weight, *found, *parts.forces(placed.q, forces.tensions)]
 
 
@@ -226,7 +226,7 @@ class DrawnLimbs(DrawnDevice):
 
     def show(self, placed: Placed) -> bool:
         """See :class:`DrawnDevice`."""
-        if not same_offset(placed.offset, self._offset):
+        if placed.offset != self._offset:
             self._offset = placed.offset
             self._draw()
         try:
@@ -306,7 +306,7 @@ def displaced_device(device: Any, offset: Offset | None) -> Any:
     Frames and joints that the torso holds go with the harness, those that the arm carries with the cuff; the arm's own
     joint stays in the shoulder.
     """
-    return device if offset is None else _displaced(device, *(tuple(np.asarray(side).tolist()) for side in offset))
+    return device if offset is None else _displaced(device, *offset)
 
 
 @lru_cache(maxsize=32)

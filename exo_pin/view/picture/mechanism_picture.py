@@ -43,7 +43,7 @@ from ..stage.stage import Stage, mg
 _FITS = 1e-6
 
 #: Where the device's centre lies: of harness and base ring in the base frame, of cuff and arm ring in the arm's, m.
-Offset = tuple[FloatArray, FloatArray]
+Offset = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def offsets(
@@ -53,14 +53,7 @@ def offsets(
     known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)
     base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)
-    return list(zip(base, cuff, strict=True))
-
-
-def same_offset(one: Offset | None, other: Offset | None) -> bool:
-    """Whether two offsets are equal."""
-    if one is None or other is None:
-        return one is other
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+    return [(tuple(at), tuple(on_arm)) for at, on_arm in zip(base.tolist(), cuff.tolist(), strict=True)]
 
 
 def displaced(mechanism: Mechanism, offset: Offset | None) -> Mechanism:
@@ -78,7 +71,7 @@ def offset_notes(offset: Offset | None, matrix: FloatArray) -> list[str]:
     """How far the device's centres are from the shoulder's in a pose of shape (3, 3), in words."""
     if offset is None:
         return []
-    base, cuff = offset[0], matrix @ offset[1]
+    base, cuff = np.array(offset[0]), matrix @ offset[1]
     centres = {"harness": base, "cuff": cuff} if np.linalg.norm(base - cuff) > _FITS else {"device": base}
     sizes = {name: float(np.linalg.norm(centre)) for name, centre in centres.items()}
     return [f"{name}'s centre, {1e3 * size:.0f} mm off" for name, size in sizes.items() if size > _FITS]
@@ -183,7 +176,7 @@ class MechanismPicture(OneProcess):
             visuals.removeGeometryObject(name)
         stage.viewer[root].delete()
         self._picture = stage.picture(model, visuals, root)
-        self._worn = None if framed else (np.zeros(3), np.zeros(3)) if offset is None else offset
+        self._worn = None if framed else ((0.0,) * 3, (0.0,) * 3) if offset is None else offset
         if not framed:
             self._load_worn(worn.geometry, see_through)
         if muscles:

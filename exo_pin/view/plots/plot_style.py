@@ -129,7 +129,7 @@ def force_scale(values: FloatArray) -> tuple[Any, _Cut]:
     from matplotlib.colors import BoundaryNorm
 
     known = values[np.isfinite(values)]
-    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5])) if known.size else (0.0, 1.0)
+    low, high = np.percentile(known, [0.5, 98.5]) if known.size else np.zeros(2)
     if low > 0.0 and high > 5.0 * float(np.median(known)):
         tens = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
         steps = np.outer(tens, [1.0, 2.0, 5.0]).ravel()

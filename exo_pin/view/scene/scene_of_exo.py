@@ -128,7 +128,7 @@ class Scene(Pages):
         """What could not be drawn, and why, and parts that pass through the wearer."""
         own: list[str] = []
         if self._device:
-            offset = None if self._offset is None else (self._offset[0][None], self._offset[1][None])
+            offset = None if self._offset is None else (np.array(self._offset[:1]), np.array(self._offset[1:]))
             touching = self._exo.device.gaps(self._orientation.as_matrix()[None], offset).words
             own = [*self._drawn.notes, *([touching] if touching else [])]
         return (*self._figure.notes, *self._without_forces, *own)

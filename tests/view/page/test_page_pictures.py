@@ -8,6 +8,7 @@ import base64
 import numpy as np
 import pytest
 from page_pictures import EYE, POSES, TARGET, VIEW, check_picture, chroma, make_scene, named_pose, pixel, shot
+from scenes import panel
 from scipy.spatial.transform import Rotation, Slerp
 
 import exo_pin as ep
@@ -63,7 +64,7 @@ def test_sliders_of_the_live_page_move_arm_and_forces_and_its_buttons_the_camera
             text = browser.evaluate("document.getElementById('numbers').innerText")
             assert f"{answer.magnitude:.1f} N" in text
             assert answer.verdict in text
-        sides = {side["name"]: side for side in scene._stage.panel("camera")["sides"]}
+        sides = {side["name"]: side for side in panel(scene, "camera")["sides"]}
         for name, side in sides.items():
             browser.evaluate(
                 f"[...document.querySelectorAll('#views button')].find((b) => b.innerText === '{name}').click()"

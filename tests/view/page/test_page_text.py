@@ -5,7 +5,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from page_pictures import POSES, SIZE, make_scene, named_pose
-from scenes import PERSON
+from scenes import PERSON, panel
 
 import exo_pin as ep
 from exo_pin.view import Scene
@@ -73,7 +73,7 @@ def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, s
             browser.open_html(scene.html())
             boxes = np.array(browser.evaluate(BOXES))
             # Every label has found a place, beside both panels.
-            assert len(boxes) == len(scene._stage.panel("labels")) + 2
+            assert len(boxes) == len(panel(scene, "labels")) + 2
             left, top, right, bottom = boxes.T
             assert left.min() >= 0
             assert top.min() >= 0
@@ -93,7 +93,7 @@ def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, s
                     assert not (x0 < x < x1 and y0 < y < y1)
             if size[0] > 719:
                 # There is room beside all arrows.
-                arrows = np.array([label["arrow"] for label in scene._stage.panel("labels")])
+                arrows = np.array([label["arrow"] for label in panel(scene, "labels")])
                 along = np.linspace(arrows[:, 0], arrows[:, 1], 11).reshape(-1, 3)
                 for x, y in browser.evaluate(f"({PIXELS})({along.tolist()})"):
                     assert not ((left < x) & (x < right) & (top < y) & (y < bottom))[:-2].any()

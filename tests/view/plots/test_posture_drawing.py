@@ -6,7 +6,6 @@ matplotlib.use("agg")
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from places import URDF
 
 import exo_pin as ep
@@ -72,7 +71,6 @@ def test_limbs_and_body_are_seen_from_in_front_and_outside(side):
         depth = [0.5 * (ends[0][2] + ends[1][2]) for ends in wanted]
         order = [patch.get_zorder() for patch in ax.patches]
         assert (np.argsort(depth, kind="stable") == np.argsort(order, kind="stable")).all()
-        assert len({to_hex(patch.get_facecolor()) for patch in ax.patches}) == 2
         numbers = [text for text in ax.texts if text.get_text().isdigit()]
         assert [text.get_text() for text in numbers] == ["1", "2", "3", "4"]
         places = np.array([text.get_position() for text in numbers])
@@ -89,8 +87,6 @@ def test_limbs_and_body_are_seen_from_in_front_and_outside(side):
         assert (low, high)[0].tolist() == np.array([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()])[
             :, 0
         ].tolist()
-        assert ax.get_aspect() == 1.0
-        assert not ax.axison
     reach = [segment for ax in figure.axes for segment in segments(ax)[: None if ax is not figure.axes[-1] else -1]]
     for pose in poses:
         for rows, turn in ((body.torso, np.eye(3)), (body.arm, pose.as_matrix())):
@@ -99,14 +95,6 @@ def test_limbs_and_body_are_seen_from_in_front_and_outside(side):
     every = np.concatenate(reach)
     np.testing.assert_allclose(low, every.min(axis=0) - 20.0)
     np.testing.assert_allclose(high, every.max(axis=0) + 20.0)
-    bar = segments(figure.axes[-1])[-1]
-    np.testing.assert_allclose(np.ptp(bar, axis=0), [200.0, 0.0])
-    (scale,) = [text for text in figure.axes[-1].texts if "mm" in text.get_text()]
-    assert scale.get_text() == "200 mm"
-    assert scale.get_position()[0] == pytest.approx(bar[:, 0].mean())
-    # As wide and high as what it shows.
-    width, height = figure.get_size_inches()
-    assert (high - low)[1] / (high - low)[0] == pytest.approx(2.0 * (height - 0.3) / width)
 
 
 def test_links_routes_and_motors_of_another_device():
@@ -136,17 +124,6 @@ def test_links_routes_and_motors_of_another_device():
     ]
     assert has(ax, seen(ends))
     assert not [text for text in ax.texts if text.get_text().isdigit()]
-    with pytest.raises(ep.InvalidInput, match=r"as many titles as poses of a flat stack, got 2 of \(1,\)"):
-        posture_drawing(support, pose, ["one", "two"])
-    with pytest.raises(ep.InvalidInput, match="flat stack"):
-        posture_drawing(support, pose[0], ["one"])
-
-
-def test_a_device_that_nobody_wears_stands_alone():
-    exo = ep.load(URDF / "nesm.urdf")
-    figure = posture_drawing(exo, exo.pose([30.0]), ["nobody"])
-    assert not figure.axes[0].patches
-    assert segments(figure.axes[0])
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -155,7 +132,6 @@ def test_three_views_of_a_design(side):
     pose = exo.pose([60.0], [20.0])
     figure = design_drawing(exo, pose, np.array([1.2]))
     R, body = pose.as_matrix()[0], ep.BodyShape.of(ep.Wearer(1.75, 75, "male", elbow_flexion=1.2), side)
-    assert [ax.get_title() for ax in figure.axes] == ["from the front", "from the left", "from above"]
     ends = exo.geometry.platform_points @ R.T
     every = []
     for ax, (first, second, leftward) in zip(figure.axes, ((1, 2, False), (0, 2, True), (1, 0, True)), strict=True):
@@ -173,13 +149,10 @@ def test_three_views_of_a_design(side):
         np.testing.assert_array_equal(cross.get_xydata(), [[0.0, 0.0]])
         low, high = ax.get_xlim()
         assert (low > high) == leftward
-        assert ax.get_xlabel() == f"{('x forward', 'y left', 'z up')[first]}, mm"
-        assert ax.get_ylabel() == f"{('x forward', 'y left', 'z up')[second]}, mm"
         every += [patch.get_xy() for patch in outlines]
         reach = np.concatenate([patch.get_xy() for patch in outlines])
         assert sorted(ax.get_xlim())[0] <= reach[:, 0].min() - 29.0
         assert sorted(ax.get_ylim())[1] >= reach[:, 1].max() + 29.0
-        assert ax.get_aspect() == 1.0
     seen_from = figure.subfigs[0].get_suptitle()
     found = exo.accuracy(pose[0])
     assert seen_from.startswith("flexion 60°, abduction 20°")

@@ -1,7 +1,5 @@
 """What is drawn of a chain: visuals of the URDF, meshes, or the joints themselves."""
 
-import xml.etree.ElementTree as ET
-
 import numpy as np
 import pytest
 from mechanisms import four_bar
@@ -9,7 +7,7 @@ from scenes import URDF, commands, panel, place
 from spatial_mechanisms import delta
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain, write_closures
+from exo_pin.chain import write_closures
 from exo_pin.view import ChainScene
 
 
@@ -21,18 +19,6 @@ def written(named, folder):
 
 def drawn(scene):
     return {item["path"] for item in commands(scene) if item["type"] == "set_object"}
-
-
-def test_visuals_of_the_urdf_are_used_and_the_rest_is_drawn_by_joints():
-    named = four_bar()
-    tree = ET.fromstring(named.urdf)
-    visual = ET.SubElement(next(link for link in tree.findall("link") if link.get("name") == "crank"), "visual")
-    ET.SubElement(ET.SubElement(visual, "geometry"), "box", size="0.3 0.02 0.02")
-    xml = ET.tostring(tree, encoding="unicode")
-    scene = ChainScene(ClosedChain.from_urdf(xml, named.closures), xml, q=named.q)
-    assert "/meshcat/chain/visuals/crank_0" in drawn(scene)
-    assert not any("crank_hinge" in path for path in drawn(scene))
-    assert {f"/meshcat/chain/visuals/{name}_hinge_joint" for name in ("coupler", "rocker")} <= drawn(scene)
 
 
 def test_a_missing_mesh_is_told_and_the_joints_are_drawn(tmp_path):

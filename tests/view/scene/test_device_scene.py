@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from places import URDF
-from scenes import commands, panel, place
+from scenes import commands, panel, place, placements
 
 import exo_pin as ep
 from exo_pin.cli import main
@@ -149,7 +149,7 @@ def test_a_spring_in_a_hinge_turns_it_back():
     scene.show(pose)
     x = stiff.configurations(pose)[stiff.chain.configuration_slice("flexion")][0]
     assert f"back {10.0 * abs(x):.1f} N m" in texts(scene)
-    assert "/meshcat/exo/springs/0" in scene._stage.placements()
+    assert "/meshcat/exo/springs/0" in placements(scene)
     # It turns the link against its deflection: the drive has that much more to give.
     drive = [drive.name for drive in exo.device.drives].index("flexion")
     more = stiff.reaction(pose).actuator_forces[drive] - exo.reaction(pose).actuator_forces[drive]
@@ -203,7 +203,7 @@ def test_another_kind_is_drawn_with_the_same_parts_and_forces(name):
     pictures, pose = [each.view(human=False, metres_per_newton=2e-4) for each in (known, other)], known.pose(50, 30)
     one, two = (scene.show(pose) for scene in pictures)
     np.testing.assert_allclose(one.shoulder_force, two.shoulder_force)
-    drawn = [scene._stage.placements() for scene in pictures]
+    drawn = [placements(scene) for scene in pictures]
     shapes = [path for path in drawn[0] if "/visuals/" in path or "/routes/" in path]
     assert len(shapes) > 10
     for path in (*shapes, "/meshcat/forces/shoulder/shaft"):

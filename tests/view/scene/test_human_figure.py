@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import needs_human, panel, place, pose
+from scenes import needs_human, panel, place, placements, pose
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -72,10 +72,10 @@ def test_without_the_human_figure_there_is_a_message(exo, no_human):
     with pytest.raises(errors.MissingExtra, match=r"\.\[human\]"):
         Scene(exo, human=True)
     # Chest and head stand alone, with the mechanism's own arm.
-    drawn = scene._stage.placements()
+    drawn = placements(scene)
     assert "/meshcat/bust/shoulder" in drawn
     assert "/meshcat/exo/visuals/arm_0" in drawn
-    assert not any(path.startswith("/meshcat/bust") for path in Scene(exo, human=False)._stage.placements())
+    assert not any(path.startswith("/meshcat/bust") for path in placements(Scene(exo, human=False)))
 
 
 def test_a_figure_without_its_meshes_is_as_one_that_is_missing(exo, monkeypatch, tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from places import URDF
-from scenes import commands
+from scenes import commands, placements
 
 import exo_pin as ep
 
@@ -25,7 +25,7 @@ def scenes(path):
 
 @pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "spring-support", "six-cables", "prototype"])
 def test_every_part_is_drawn_at_the_mirrored_place(name):
-    left, right = (scene._stage.placements() for scene in scenes(URDF / f"{name}.urdf"))
+    left, right = (placements(scene) for scene in scenes(URDF / f"{name}.urdf"))
     assert left.keys() == right.keys()
     shapes = [path for path in left if "/visuals/" in path]
     assert len(shapes) > 5

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from scenes import panel
 
 import exo_pin as ep
 from exo_pin import InvalidInput
@@ -19,7 +20,7 @@ def ask(scene, *angles):
 
 
 def slid(scene):
-    return [angle["value"] for angle in scene._stage.panel("sliders")["angles"]]
+    return [angle["value"] for angle in panel(scene, "sliders")["angles"]]
 
 
 def test_a_page_moves_the_pose_and_gets_its_forces():
@@ -32,7 +33,7 @@ def test_a_page_moves_the_pose_and_gets_its_forces():
         ask(scene, *angles)
         # Of the last question asked, so that a split stays.
         answer = exo.reaction(exo.pose(*angles), split="minimal")
-        numbers = scene._stage.panel("numbers")
+        numbers = panel(scene, "numbers")
         assert numbers["values"][0]["value"] == f"{answer.magnitude:.1f} N"
         assert answer.verdict in [note["text"] for note in numbers["notes"]]
         assert f"{angles[1]:.0f}°" in numbers["pose"]
@@ -44,27 +45,27 @@ def test_a_device_that_is_no_wrist_is_moved_from_where_it_is_looked_at():
     exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
     scene = Scene(exo)
     scene.camera([2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-    camera = scene._stage.panel("camera")
+    camera = panel(scene, "camera")
     ask(scene, 30.0, 10.0, 0.0)
     answer = exo.reaction(exo.pose(30, 10))
-    assert scene._stage.panel("numbers")["values"][0]["value"] == f"{answer.magnitude:.1f} N"
-    assert scene._stage.panel("camera") == camera
+    assert panel(scene, "numbers")["values"][0]["value"] == f"{answer.magnitude:.1f} N"
+    assert panel(scene, "camera") == camera
 
 
 def test_a_pose_that_cannot_be_drawn_leaves_the_last_one_and_says_why(monkeypatch):
     exo = ep.load("three-linear-actuators")
     scene = Scene(exo, human=False)
     ask(scene, 30.0, 10.0, 0.0)
-    before = scene._stage.panel("numbers")
+    before = panel(scene, "numbers")
 
     def refused(*_, **__):
         raise InvalidInput("no such pose")
 
     monkeypatch.setattr(scene, "show", refused)
     ask(scene, 90.0, 10.0, 0.0)
-    assert scene._stage.panel("sliders")["refusal"] == "no such pose"
+    assert panel(scene, "sliders")["refusal"] == "no such pose"
     assert slid(scene) == [30.0, 10.0, 0.0]
-    assert scene._stage.panel("numbers") == before
+    assert panel(scene, "numbers") == before
 
 
 @pytest.mark.parametrize(
@@ -100,7 +101,7 @@ def test_of_poses_that_wait_the_newest_alone_is_drawn():
 def test_the_page_looks_from_four_sides():
     """Each side sees the whole device, in the picture, with its own right hand on the right."""
     exo = ep.load("four-linear-actuators-worn")
-    camera = Scene(exo, human=False)._stage.panel("camera")
+    camera = panel(Scene(exo, human=False), "camera")
     assert [side["name"] for side in camera["sides"]] == ["front", "left", "back", "right"]
     views = [((1, 0), (0, 1)), ((0, 1), (-1, 0)), ((-1, 0), (0, -1)), ((0, -1), (1, 0))]
     for side, (towards, right) in zip(camera["sides"], views, strict=True):

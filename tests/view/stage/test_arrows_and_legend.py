@@ -7,7 +7,9 @@ from scenes import panel, place, pose
 import exo_pin as ep
 from exo_pin.design.holding_frame import sleeve_size
 from exo_pin.view import Scene
-from exo_pin.view.stage.force_arrows import LONGEST
+
+#: No arrow is longer, m.
+LONGEST = 0.4
 
 
 def test_arrows_are_the_forces_to_the_stated_scale(exo):

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scenes import PERSON, commands, panel, place, pose
+from scenes import PERSON, URDF, commands, panel, place, placements, pose
 
 import exo_pin as ep
 from exo_pin.design import LimbGuide
@@ -100,7 +100,7 @@ def test_the_drawn_forces_balance_the_arm(exo):
 def drawn_force(scene, path):
     """The vector of an arrow, m: from its shaft's foot to its last head's tip."""
     shaft = place(scene, f"{path}/shaft")
-    last = "head_1" if f"{path}/head_1" in scene._stage.placements() else "head_0"
+    last = "head_1" if f"{path}/head_1" in placements(scene) else "head_0"
     head = place(scene, f"{path}/{last}")
     start = shaft[:3, 3]
     return head[:3, 3] + head[:3, 2] - start
@@ -124,3 +124,13 @@ def test_without_a_ball_joint_the_device_has_one_centre(exo):
     R = pose(60, 30, 0)
     scene.show(R, split="standalone", centre_offset=ep.CentreOffset(HARNESS, CUFF))
     assert_limbs_run(scene, *joints(exo, R, R.as_matrix() @ CUFF, CUFF))
+
+
+@pytest.mark.parametrize("name", ["prototype", "3rps-passive-ball"])
+def test_the_same_offset_draws_nothing_anew(name):
+    exo = ep.load(URDF / f"{name}.urdf").worn_by(PERSON)
+    scene = Scene(exo, human=False)
+    for _ in range(2):
+        before = scene.serial
+        scene.show(exo.pose(20, 10), centre_offset=ep.CentreOffset(HARNESS / 4.0, CUFF / 4.0), limits="none")
+    assert scene.serial == before

@@ -98,7 +98,7 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
     """
     model, found = chain.model, []
     slides = {limb.slide for limb in chain.roles.limbs}
-    axes, links, data = motion_axes(model), _link_names(model), joint_data(model, chain.description.joints)
+    axes, links, data = motion_axes(model), link_frames(model), joint_data(model, chain.description.joints)
     for index in range(1, model.njoints):
         joint, limits, axis = model.joints[index], None, None
         kind = _COMPOUND.get(joint.shortname(), "")
@@ -111,9 +111,9 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
                 limits = (low, high) if model.nqs[index] == 1 and np.isfinite([low, high]).any() else None
         if not kind:
             raise InvalidInput(f"joint {model.names[index]!r} ({joint.shortname()}) cannot be written")
-        name, parent = links.get(index, model.names[index]), int(model.parents[index])
-        place = model.jointPlacements[index]
-        called, inertia = model.names[index], model.inertias[index]
+        called, inertia, link = model.names[index], model.inertias[index], links.get(index)
+        name = called if link is None or not link.placement.isIdentity(1e-12) else link.name
+        place, parent = model.jointPlacements[index], int(model.parents[index])
         more = data[index], called in slides
         found.append(TreeBody(index, parent, name, called, place, kind, axis, limits, inertia, *more))
     return found
@@ -193,15 +193,6 @@ def link_frames(model: pin.Model) -> dict[int, pin.Frame]:
     for frame in sorted(links, key=lambda frame: not frame.placement.isIdentity(1e-12)):
         found.setdefault(int(frame.parentJoint), frame)
     return found
-
-
-def _link_names(model: pin.Model) -> dict[int, str]:
-    """Of every joint, the link in its frame."""
-    names: dict[int, str] = {}
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY and frame.placement.isIdentity(1e-12):
-            names.setdefault(frame.parentJoint, frame.name)
-    return names
 
 
 def one_sided(bodies: list[TreeBody]) -> str:
@@ -286,6 +277,13 @@ def world_link(chain: ChainState) -> str:
     return "ground"
 
 
+def copy_data(old: pin.Model, joint: int, new: pin.Model, to: int) -> None:
+    """Give a joint the limits, damping, friction and armature of one of another tree."""
+    for group, part in zip(COPIED, (q_slice, v_slice), strict=True):
+        for key in group:
+            getattr(new, key)[part(new, to)] = getattr(old, key)[part(old, joint)]
+
+
 def rebuilt(
     old: pin.Model,
     kinds: Mapping[int, pin.JointModel] | None = None,
@@ -333,9 +331,7 @@ def rebuilt(
         )
         frames[number] = new.addFrame(own, False)
     for index in now.keys() - {0, *kinds}:
-        for group, part in zip(COPIED, (q_slice, v_slice), strict=True):
-            for key in group:
-                getattr(new, key)[part(new, now[index])] = getattr(old, key)[part(old, index)]
+        copy_data(old, index, new, now[index])
     if not kinds and new.nq == old.nq:
         for item in old.referenceConfigurations:
             new.referenceConfigurations[item.key()] = item.data()

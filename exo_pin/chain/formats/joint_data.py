@@ -131,15 +131,6 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
     return found
 
 
-def joint_bounds(model: pin.Model, joint: int) -> list[FloatArray]:
-    """A joint's limits of effort, velocity and position, friction and damping, as ``addJoint`` takes them."""
-    v = v_slice(model, joint)
-    found = []
-    for key, part in (("Effort", v), ("Velocity", v), ("Position", q_slice(model, joint)), ("DryFriction", v)):
-        found += [np.array(getattr(model, f"{side}{key}Limit")[part]) for side in ("lower", "upper")]
-    return [*found, np.array(model.damping[v])]
-
-
 def refuse_data(file_format: str, joint: str, what: Iterable[str]) -> None:
     """Raise InvalidInput if there is anything that a file format cannot hold of a joint."""
     names = " and ".join(what)

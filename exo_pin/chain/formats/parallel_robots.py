@@ -37,8 +37,8 @@ from ...core.optional_packages import optional
 from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
-from .bodies import add_frame, add_joint
-from .joint_data import joint_bounds, joint_data, refuse_data, repair_limits
+from .bodies import add_frame, add_joint, copy_data
+from .joint_data import joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 
 #: Lists and mappings within each other.
@@ -251,7 +251,8 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         name, place = model.names[joint], model.jointPlacements[joint]
         parent, kind = carriers[model.parents[joint]], changes.get(name)
         if kind is None or kind == "FIXED":
-            added = add_joint(new, parent, model.joints[joint], place, name, *joint_bounds(model, joint))
+            added = add_joint(new, parent, model.joints[joint], place, name)
+            copy_data(model, joint, new, added)
             welded += [added] if kind == "FIXED" else []
         elif kind == "SPHERICAL":
             added = add_joint(new, parent, pin.JointModelSpherical(), place, name)

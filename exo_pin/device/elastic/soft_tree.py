@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ...chain.formats.bodies import COPIED
+from ...chain.formats.bodies import copy_data
 from ...chain.structure.chain_state import ChainState
 from ...chain.structure.closures import Closure, Placement
-from ...chain.structure.motion_axes import q_slice, v_slice
+from ...chain.structure.motion_axes import q_slice
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, set_fields
 from ...design import Interfaces, Shoulder
@@ -106,9 +106,7 @@ class SoftTree:
         own = int(new.addJoint(under, old.joints[joint], shift * old.jointPlacements[joint], old.names[joint]))
         new.inertias[own] = old.inertias[joint]
         self.joint[joint], self.carrier[joint] = own, (own, pin.SE3.Identity())
-        for names, part in (COPIED[0], q_slice), (COPIED[1], v_slice):
-            for name in names:
-                getattr(new, name)[part(new, own)] = getattr(old, name)[part(old, joint)]
+        copy_data(old, joint, new, own)
         if joint == self.arm and CUFF in self._ends:
             self.carrier[joint] = self._add(CUFF, cuff, own), pin.SE3.Identity()
         elif limb is not None:

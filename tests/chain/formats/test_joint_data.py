@@ -10,6 +10,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from urdf_trees import random_tree
+from written_robots import text_of
 
 from exo_pin import InvalidInput
 from exo_pin.chain import ClosedChain, Closures, JointProperties, Root
@@ -282,6 +283,12 @@ def test_limits_of_1e300_are_none(limit, tmp_path):
     again = ClosedChain.from_urdf(chain.to_urdf(tmp_path)).model
     expected = limit if limit < 1e300 else np.inf
     assert (again.lowerEffortLimit[0], again.upperEffortLimit[0]) == (-expected, expected)
+
+
+@pytest.mark.parametrize("limit", [np.inf, 3.0])
+def test_limits_of_velocity_are_left_out_of_mjcf_and_said(limit):
+    chain = ClosedChain(hinge_chain(upperVelocityLimit=limit, lowerVelocityLimit=-limit), Closures("one"))
+    assert ("no limits of velocity" in text_of(chain, "mjcf")) == np.isfinite(limit)
 
 
 def test_an_actuator_without_strength_gives_no_force_in_mujoco(tmp_path):

@@ -19,7 +19,7 @@ from ...structure.closures import Closure
 from ...structure.description import Shape
 from ...structure.frames import placement_of
 from ..leaving_out import LeftOut
-from ..urdf.urdf_shapes import found_file
+from ..urdf.urdf_shapes import SIZES, found_file
 from ..urdf.urdf_values import inertia_of
 from ..xml_elements import Element, as_numbers, flag, numbers_of
 from .sdf_frames import Scope, place_of
@@ -50,13 +50,7 @@ _SQUARE = 1e-12
 _CLOSURES = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical", "fixed": "rigid"}
 
 
-_SIZES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "ellipsoid": ("radii",),
-}
+_SIZES = SIZES | {"ellipsoid": ("radii",)}
 #: Sizes of three numbers.
 _THREE = ("size", "radii")
 

@@ -16,7 +16,7 @@ from ..xml_elements import NOTHING, Element, as_numbers, number, vector
 from .urdf_values import check_origin
 
 #: Of every kind the attributes that are its size.
-_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 
 
 def urdf_shapes(root: Element, folder: Path | None, version: tuple[int, int], left: LeftOut) -> Iterator[Shape]:
@@ -91,7 +91,7 @@ def _shape(
     elif shape.tag == "box":
         size = tuple(vector(shape, "size", NOTHING).tolist())
     else:
-        size = tuple(number(shape, key) for key in _SIZES[shape.tag])
+        size = tuple(number(shape, key) for key in SIZES[shape.tag])
     if shape.tag != "mesh" and min(size) < 0.0:
         raise shape.error(f"expected sizes of zero or more, got {size}")
     return Shape.at(link, shape.tag, size, place, file, colour, picture.tag)
@@ -121,7 +121,7 @@ def write_urdf_shape(link: ET.Element, shape: Shape) -> bool:
         elif shape.kind == "box":
             ET.SubElement(geometry, "box", size=as_numbers(shape.size))
         else:
-            given = dict(zip(_SIZES[shape.kind], map(as_numbers, shape.size), strict=True))
+            given = dict(zip(SIZES[shape.kind], map(as_numbers, shape.size), strict=True))
             ET.SubElement(geometry, shape.kind, given)
         if shape.colour is not None and tag == "visual":
             material = ET.SubElement(picture, "material", name="_".join(f"{value:g}" for value in shape.colour))

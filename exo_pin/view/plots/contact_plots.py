@@ -105,7 +105,7 @@ def elevation_in_plane(
     outward = 1.0 if side == "left" else -1.0
     azimuth = 90.0 if tilt < 1.0 else float(np.mod(outward * (first + 180.0) + 180.0, 360.0) - 180.0)
     plane, lifted = outward * azimuth, np.ones_like(_ELEVATIONS)
-    angles = np.stack([plane * lifted, -_ELEVATIONS, (first + last - plane) * lifted], axis=-1)
+    angles = np.column_stack([plane * lifted, -_ELEVATIONS, (first + last - plane) * lifted])
     poses = Rotation.from_euler("ZYZ", angles, degrees=True)
     return _ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"), azimuth
 

@@ -46,6 +46,10 @@ def figure_description(figure):
     for k, ax in enumerate(figure.axes):
         if ax.get_figure(root=False) is figure:
             found[f"axes {k}"] = axes_description(ax)
+    # Such a scale has its limits once it is drawn, which moves legends as far as fonts are wide.
+    for child in (child for ax in figure.axes for child in ax.child_axes):
+        figure.draw_without_rendering()
+        found[f"scale {child.get_ylabel()}"] = numbers(child.get_ylim())
     for k, part in enumerate(figure.subfigs):
         found[f"part {k}"] = figure_description(part)
     return {name: value for name, value in found.items() if value not in ([], {}, None)}
@@ -79,9 +83,6 @@ def axes_description(ax):
     if ax.get_legend() is not None:
         found["legend"] = _legend(ax.get_legend(), ax)
     found["drawn"] = _drawn(ax)
-    for k, child in enumerate(ax.child_axes):
-        ax.get_figure(root=True).draw_without_rendering()
-        found[f"scale {k}"] = {"label": child.get_ylabel(), "limits": numbers(child.get_ylim())}
     return {name: value for name, value in found.items() if value not in ("", [], None, ["", "", ""])}
 
 
@@ -187,7 +188,9 @@ def _collection(artist):
     if hasattr(artist, "get_sizes") and len(artist.get_sizes()):
         shape = numbers(artist.get_paths()[0].vertices[:3])
         return one | {"at": numbers(artist.get_offsets()), "sizes": numbers(artist.get_sizes()), "shape": shape}
-    paths = [path.vertices for path in artist.get_paths() if len(path.vertices)]
+    # Lines of contours leave room for their words.
+    worded = isinstance(artist, ContourSet) and artist.labelTexts
+    paths = [path.vertices for path in artist.get_paths() if len(path.vertices) and not worded]
     return one | {"at": numbers(np.concatenate(paths))} if paths else one
 
 

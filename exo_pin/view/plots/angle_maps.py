@@ -386,7 +386,7 @@ def rate_slices(exo: ShoulderExo, found: Workspace) -> Figure:
     rates, inside = seen.mm_per_degree, found.inside
     figure, panels = _panels(found)
     known = rates[np.isfinite(rates)]
-    scale = {"cmap": "cividis", "vmin": 0.0, "vmax": float(known.max()) if known.size else 1.0}
+    scale = {"cmap": "cividis", "vmin": 0.0, "vmax": float(known.max()) if known.size else None}
     for ax, x, y, layer in panels:
         image = ax.pcolormesh(x, y, rates[..., layer].T, **scale, shading="nearest", rasterized=True)
         if not inside[..., layer].all():

@@ -87,7 +87,7 @@ def _places(lines: Any, wide: float, high: float) -> list[Any]:
     places = []
     for path in lines.get_paths():
         shares = path.vertices / (wide, high)
-        shares = shares[((shares > 0.08) & (shares < 0.92)).all(axis=1)]
+        shares = shares[(shares > 0.08).all(axis=1)]
         if len(shares):
             places.append(shares[np.abs(shares.sum(axis=1) - 1.0).argmin()] * (wide, high))
     return places
@@ -205,6 +205,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     axes[2, 1].axhline(0.0, color="0.6", linewidth=0.8)
     faults = tracking.experiment.faults
     for ax in axes.flat:
+        ax.set_ylim(ax.get_ylim())
         lost = {"where": ~tracking.reachable, "transform": ax.get_xaxis_transform()}
         ax.fill_between(t, 0.0, 1.0, **lost, color="0.93", linewidth=0, zorder=0)
         for fault in faults:

@@ -84,6 +84,7 @@ def test_samples_that_come_again_late_or_not_are_counted_and_a_new_run_resets():
         ({"lengths": [0.3]}, "expected 1 pressures"),
         ({"faulty": [True]}, "expected 2 faulty"),
         ({"quaternion_xyzw": [0.0, 0.0, 0.0, 1.1]}, "length 1"),
+        ({"quaternion_xyzw": [0.0, 0.0, 0.0, 0.9]}, "length 1"),
     ],
 )
 def test_what_is_no_sample_is_answered_with_the_error_and_the_next_one_is_served(changes, said):

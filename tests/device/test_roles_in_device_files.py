@@ -65,6 +65,13 @@ def test_a_body_that_is_welded_to_the_arm_is_the_devices(ending, text, tmp_path)
     assert ep.load(path).worn_by(man).arm.mass == pytest.approx(ep.Arm.of_wearer(man).mass + 0.5)
 
 
+def test_a_device_file_without_a_robot_is_of_the_one_beside_it(tmp_path):
+    robot = Path(ep.load(URDF / "serial-y-x-z.urdf").chain.to_urdf(tmp_path))
+    device = robot.with_suffix(".device.toml")
+    device.write_text('schema = 1\nname = "device"\n')
+    assert len(ep.load(device).device.drives) == 3
+
+
 def test_roles_are_stated_once_and_name_what_there_is(tmp_path):
     urdf = Path(ep.load(URDF / "serial-y-x-z.urdf").chain.to_urdf(tmp_path))
     with pytest.raises(ep.FileFormatError, match="given twice"):

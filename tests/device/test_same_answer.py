@@ -120,6 +120,17 @@ def test_arm_and_device_are_in_balance_at_rest_and_in_motion(name):
         np.testing.assert_allclose(total, np.broadcast_to(mass * gravity + load, total.shape), atol=1e-8)
 
 
+def test_poses_at_rest_and_in_motion_are_answered_as_each_alone():
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    poses, turning = exo.pose(*ANGLES[:2].T), np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 0.5]])
+    both = exo.reaction(poses, motion=ep.Motion(turning, 2.0 * turning), limits="none")
+    for k, w in enumerate(turning):
+        alone = exo.reaction(poses[k], motion=ep.Motion(w, 2.0 * w), limits="none")
+        np.testing.assert_allclose(both.shoulder_force[k], alone.shoulder_force, atol=1e-9)
+    at_rest = exo.reaction(poses, limits="none").shoulder_force
+    assert (np.abs(at_rest - both.shoulder_force).max(axis=1) > 0.1).tolist() == [False, True]
+
+
 def test_the_cuff_pulls_across_and_puts_no_couple_that_is_not_asked_for():
     exo = ep.load(URDF / "serial-y-x-z.urdf")
     poses = exo.pose(*ANGLES.T)

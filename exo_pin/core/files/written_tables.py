@@ -56,7 +56,7 @@ def write_columns(
         If openpyxl is not installed, for a workbook.
     """
     arrays = {name: np.asarray(values) for name, values in columns.items()}
-    ending = "" if is_stream(path) else os.path.splitext(os.fspath(path))[1].lower()
+    ending = "" if is_stream(path) else os.path.splitext(path)[1].lower()
     if ending == ".npz":
         buffer = io.BytesIO()
         np.savez_compressed(buffer, allow_pickle=False, **{name: _plain(array) for name, array in arrays.items()})

@@ -274,7 +274,8 @@ def _forget_results() -> None:
     from exo_pin.core.compiled import kernels
 
     for thing in gc.get_objects():
-        if isinstance(thing, functools._lru_cache_wrapper) and (thing.__module__ or "").startswith("exo_pin"):
+        # What is asked for its class may be a proxy of what is gone.
+        if type(thing) is functools._lru_cache_wrapper and (thing.__module__ or "").startswith("exo_pin"):
             thing.cache_clear()
     if os.environ.get("NUMBA_DISABLE_JIT") == "1":
         for kernel in kernels():

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import types
+import weakref
 from functools import partial
 from pathlib import Path
 
@@ -129,6 +130,11 @@ def test_jobs_run_at_once_and_answer_in_order(monkeypatch):
     monkeypatch.syspath_prepend(str(FOLDER))
     from mutants import at_once
 
+    class Gone:
+        """Its proxy answers no question any more."""
+
+    gone = weakref.proxy(Gone())
+
     def late():
         time.sleep(0.1)
         return True
@@ -136,6 +142,7 @@ def test_jobs_run_at_once_and_answer_in_order(monkeypatch):
     jobs = [(late, None), (lambda: False, 60.0), (lambda: True, 60.0), (lambda: time.sleep(60.0), 0.2)]
     jobs += [(lambda: os.kill(os.getpid(), signal.SIGKILL) is None, 60.0)]
     assert list(at_once(iter(jobs), 2)) == [True, False, True, False, False]
+    assert type(gone) is weakref.ProxyType
 
 
 @pytest.mark.full

@@ -224,6 +224,7 @@ def test_sensors_move_the_arm_and_lost_samples_are_said(window):
             link.send(b'{"t": 0.0, "flexion": 35.0}')
             window.settled("document.querySelector('.call').innerText.includes('exo.pose(35, 0, 0)')")
         window.click(".live button")
+        window.wait_for("!document.querySelector('.live').offsetParent")
         # The page may have closed it before anything is sent.
         with connect(address) as stream:
             with contextlib.suppress(ConnectionClosed):

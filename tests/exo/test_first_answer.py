@@ -259,6 +259,7 @@ def test_a_wearer_without_muscle_force_is_answered(worn):
     assert not held.activations.any()
     assert "capsule and ligaments alone" in held.verdict
     assert held.residual < 1e-9
+    assert not held.missing_moment.any()
     bare = held.without_device
     assert bare.status == "too_weak"
     moment = np.cross(pose.as_matrix() @ MAN.arm.centre_of_mass, [0, 0, -9.81 * MAN.arm.mass])

@@ -293,7 +293,7 @@ class _Person:
             drive = self.spec.add_actuator(name=name, target=name, trntype=self._mujoco.mjtTrn.mjTRN_TENDON)
             drive.set_to_motor()
             # A force of MuJoCo's tendon is positive where it lengthens.
-            drive.gear = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+            drive.gear[0] = -1.0
             if np.isfinite((least, greatest)).all():
                 drive.ctrllimited, drive.ctrlrange = 1, (least, greatest)
             if np.isfinite(ends).all():

@@ -243,6 +243,11 @@ def test_muscles_that_keep_tension_are_relieved_less(worn):
         ep.ContactOptions(kept_activation=30.0)
 
 
+def test_more_than_all_of_the_moments_is_refused(worn):
+    with pytest.raises(ep.InvalidInput, match="share of 0 to 1 of the arm's moments, got"):
+        worn.joint_contact(worn.pose(60), MAN, forces=1.1)
+
+
 def test_a_wearer_without_muscle_force_is_answered(worn):
     flaccid = MAN.with_changes(strength=0.0)
     pose = worn.pose(60)
@@ -254,6 +259,7 @@ def test_a_wearer_without_muscle_force_is_answered(worn):
     assert not held.activations.any()
     assert "capsule and ligaments alone" in held.verdict
     assert held.residual < 1e-9
+    assert not held.missing_moment.any()
     bare = held.without_device
     assert bare.status == "too_weak"
     moment = np.cross(pose.as_matrix() @ MAN.arm.centre_of_mass, [0, 0, -9.81 * MAN.arm.mass])

@@ -227,11 +227,11 @@ def region_of(
     rejected = order[size:]
     misfit: float | None = None
     if len(rejected):
-        law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
+        law = np.linalg.lstsq(matrix[selected], f[selected])[0]
         excess = f[rejected] - matrix[rejected] @ law
         if np.median(excess) <= 0.0 or excess.max() < LEAST_EXCESS * np.abs(f).max():
             selected[rejected] = True
-            law = np.linalg.lstsq(matrix[selected], f[selected], rcond=None)[0]
+            law = np.linalg.lstsq(matrix[selected], f[selected])[0]
             left = float(np.sqrt(np.mean((f - matrix @ law)[selected] ** 2)))
             misfit = left if left > _MISFIT * np.abs(f).max() else None
     judged = np.ones(len(x), dtype=bool)

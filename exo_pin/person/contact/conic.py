@@ -215,7 +215,7 @@ def polished(program: EffortProgram, x: FloatArray, active: ActiveSet) -> tuple[
     rows = np.vstack([program.A, program.C[active.rows]])
     target = np.concatenate([program.b, program.c[active.rows]])
     cone = active.cone
-    multipliers = _first_multipliers(program, x, free, rows, cone)
+    multipliers = np.zeros(len(rows) + cone)
     miss = np.inf
     for _ in range(_STEPS):
         gradient, curvature = _cost(program, x)
@@ -240,13 +240,6 @@ def polished(program: EffortProgram, x: FloatArray, active: ActiveSet) -> tuple[
         multipliers = multipliers + step[count:]
     kkt = max(miss, _violation(program, x, active, rows, multipliers, cone))
     return (np.clip(x, program.low, program.high), kkt) if kkt <= _ROUNDING else None
-
-
-def _first_multipliers(
-    program: EffortProgram, x: FloatArray, free: NDArray[np.bool_], rows: FloatArray, cone: bool
-) -> FloatArray:
-    held = np.vstack([rows, _surface(program, x)[1][None]]) if cone else rows
-    return np.asarray(np.linalg.lstsq(held[:, free].T, -_cost(program, x)[0][free])[0])
 
 
 def _cost(program: EffortProgram, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -196,6 +196,12 @@ def test_the_search_ends_in_the_stated_time():
         identify_dynamic(recordings(0.0, seed=1, samples=11)[:1], dynamic_model("tang-3-31").static, time_limit=0.0)
 
 
+@pytest.mark.parametrize(("start", "begins"), [(None, 0.03), (0.01, 0.01)])
+def test_a_simulation_begins_at_the_first_sample_or_the_start(start, begins):
+    recording = Recording([0.0, 0.01], [0.03, 0.03], PressureStep(2e5, 3e5), 1.3, start)
+    assert recording.residual(dynamic_model("tang-3-31"))[0] == pytest.approx(begins - 0.03)
+
+
 def test_recordings_of_no_muscle_are_refused():
     step, static = PressureStep(2e5, 3e5), dynamic_model("tang-3-31").static
     for contraction, pressure in ((30.0, step), (0.03, PressureStep(20.0 * 1e5, 29.0 * 1e5))):

@@ -179,6 +179,8 @@ def test_region_of_clean_data_is_all_of_it_and_a_break_is_found():
     edge = x[region.selected].min()
     assert 0.018 < edge < 0.026
     assert (region.selected == (x >= edge)).all()
+    with pytest.raises(InvalidInput, match="level between 0 and 1"):
+        find_region(x, p, force, 0.3, level=1.5)
     with pytest.raises(NotIdentifiable, match="a test of it"):
         find_region(x[::15], p[::15], force[::15], 0.3)
     assert find_region(x[::14], p[::14], force[::14], 0.3).selected.all()  # nine
@@ -210,6 +212,8 @@ def test_rejected_measurements_pull_more_than_the_law():
     region = find_region(x, p, dropped, 0.3)
     assert region.selected.all()
     assert 1.0 < region.misfit < 6.0
+    slight = dropped + np.where(x < 0.02, 450.0 * (0.02 - x), 0.0)  # half of it, below 2 % of the greatest force
+    assert find_region(x, p, slight, 0.3).misfit is None
     assert "more than their scatter" in " ".join(identify_static(x, p, dropped, 0.3, select="region").cautions)
 
 

@@ -37,8 +37,9 @@ def test_person_and_result_survive_pickling():
     assert np.array_equal(pickle.loads(pickle.dumps(result)).force, result.force)
 
 
-def test_result_prints_and_turns_into_json():
+def test_result_prints_and_turns_into_json(capsys):
     result = PERSON.joint_contact(abduction(60), device=np.zeros(6))
+    assert capsys.readouterr() == ("", "")  # no bar that nobody asked for
     data = json.loads(result.to_json())
     assert data["percent_body_weight"][0] == pytest.approx(66.4, abs=0.2)
     assert data["without_device"]["status"] == ["ok"]

@@ -69,6 +69,7 @@ def test_daily_ranges_across_the_locus():
     assert share == pytest.approx(0.399, abs=2e-3)
     assert 0.0 < share.error < 0.02
     assert len(found) == 1 + len(DAILY_RANGES) == 4
+    assert DAILY_RANGES[0].intervals == ((14.7, 111.9), (-20.1, 39.7), (18.7, 85.9))  # Table 2-1
     for item in found.values():
         _, determinant = loci.locus_function(geometry, item.range.poses(5.0))
         # Poses of a grid, each counted once, are not its volume, but nearly.
@@ -95,6 +96,8 @@ def test_what_does_not_fit_is_named():
         daily_crossings(geometry, start=ep.thesis_rotation(90, 0, 0, **DEGREES))
     with pytest.raises(InvalidInput, match="lowest, highest"):
         RangeOfMotion("wrong", (10, 0), (0, 10), (0, 10))
+    with pytest.raises(InvalidInput, match="lowest, highest"):
+        RangeOfMotion("wide", (0, 361), (0, 10), (0, 10))
     with pytest.raises(UnknownName, match="left"):
         ADL_BOX.poses(10.0, side="up")
     calm = loci.shoulder_slice(geometry, 0.0, RangeOfMotion("calm", (60, 62), (60, 62), (0, 2)), 1.0)

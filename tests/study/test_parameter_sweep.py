@@ -158,6 +158,8 @@ def test_tables(bare, tmp_path):
     assert table.peak == table["peak_F_s_N"].max()
     assert "<th" in table._repr_html_()
     assert "alpha_2_rad" in table._repr_html_()
+    notes = StudyTable([{"design": "one", "blank": "reach (a stroke is not known)"}])._repr_html_()
+    assert "one, blank: reach (a stroke is not known)." in notes
     with pytest.raises(ep.UnknownName, match="peak_F_s_N"):
         table["peak"]
     with pytest.raises(ValueError, match="read-only"):

@@ -71,6 +71,7 @@ def test_tone_adds_what_muscles_keep(exo):
     assert found.joint_forces.max() < 1.2 * float(most.magnitude)
     assert found.explained[0].name == "tone_percent"
     assert found.explained[0].of_joint == pytest.approx(1.0, abs=0.6)
+    assert found.columns()["explains_joint_percent"][0] == pytest.approx(100.0 * found.explained[0].of_joint)
     assert "tone_percent 0 to 30" in str(found)
 
 

@@ -11,6 +11,7 @@ import exo_pin as ep
 from exo_pin import InvalidInput
 from exo_pin.device import ChainDevice, Drive
 from exo_pin.load_case import RangeOfMotion
+from exo_pin.numerics.cones import fork_tilt
 from exo_pin.study import StudyTable
 from exo_pin.workspace import CRITERIA, Criteria, Criterion, limb_loss, limb_sheet, limb_table, task_reach
 from exo_pin.workspace import query as tasks
@@ -58,6 +59,10 @@ def test_limbs_over_a_grid_of_poses():
     np.testing.assert_allclose(table["stroke_from_m"], 0.45)
     np.testing.assert_allclose(table["stroke_to_m"], 0.55)
     R = np.ascontiguousarray(found.poses.as_matrix()[inside])
+    for k, (a, b) in enumerate(zip(exo.geometry.base_points, exo.geometry.platform_points, strict=True)):
+        seen = (b - a @ R) / np.linalg.norm(b - a @ R, axis=1)[:, None]
+        assert table["arm_tilt_deg"][k] == pytest.approx(np.degrees(fork_tilt(seen)[1]), rel=1e-6)
+        assert table["arm_tilt_deg"][k] > 0.1
 
     def least(*limbs):
         """Gaps of some limbs alone."""

@@ -70,6 +70,18 @@ def test_which_of_two_designs_of_one_index_is_on_the_front(name):
     assert reported(better, wanted, False) == [1]
 
 
+def test_a_run_learns_from_its_generations():
+    """Of a bowl of three variables, by whose values the next designs are drawn."""
+    pytest.importorskip("cmaes", reason="needs the extra optimise")
+    bowl = SimpleNamespace(
+        variables=SimpleNamespace(count=3, values=np.asarray, point=np.asarray),
+        generation=lambda points, weights: [float(((point - 0.3) ** 2).sum()) for point in points],
+    )
+    run = merit.Descent(bowl, {}, (0,))
+    assert run.run(600)
+    np.testing.assert_allclose(run.best, 0.3, atol=1e-3)
+
+
 def test_contact_force_is_exact_in_the_best_third_of_a_generation():
     """The others get what the surrogate misses in these on average."""
     asked = []

@@ -33,7 +33,7 @@ ASKED = {
     "springs": f"urdf/spring-support.urdf {POSE}",
     "springs_person": f"urdf/spring-support.urdf {POSE} --person 1.75,75,male",
     "six_cables": f"urdf/six-cables.urdf {POSE}",
-    "out_of_reach": "--flexion -60 --abduction 120",
+    "through_the_body": "--flexion -60 --abduction 120",
 }
 #: Those that take longer: with muscles of a person, or with all that is known.
 LONGER = {name for name, words in ASKED.items() if "--person" in words or "--explain" in words}

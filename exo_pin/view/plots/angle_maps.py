@@ -398,15 +398,27 @@ def rate_slices(exo: ShoulderExo, found: Workspace) -> Figure:
     return figure
 
 
+def _grid_angles(found: Workspace) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Flexion, abduction and internal rotation along the axes of a grid, degrees."""
+    quaternions = found.poses.as_quat()
+    # At 90° of abduction two angles turn about one axis; the layer that is farthest from it names the others.
+    middle = int(np.abs(found.poses.as_matrix()[0, :, 0, 1, 2]).argmin())
+    lines = quaternions[:, middle, 0], quaternions[0, :, 0], quaternions[0, middle]
+    of_flexion, layers, of_rotation = (shoulder_angles(Rotation.from_quat(q), found.side, degrees=True) for q in lines)
+    flexion, internal = (np.unwrap(own, period=360.0) for own in (of_flexion[:, 0], of_rotation[:, 2]))
+    # Beyond 90° of abduction the angles of an orientation fold back, with half a turn of the two others.
+    folded = np.cos(np.radians(layers[:, 0] - layers[middle, 0])) < 0.0
+    if abs(internal.mean()) > 90.0:
+        folded = ~folded
+        flexion, internal = (own - np.copysign(180.0, own.mean()) for own in (flexion, internal))
+    return flexion, np.where(folded, 180.0 - layers[:, 1], layers[:, 1]), internal
+
+
 def _panels(found: Workspace) -> tuple[Figure, list[tuple[Any, FloatArray, FloatArray, int]]]:
     """A figure with one panel a layer: axes, flexion and abduction of the grid, and the layer's index."""
     if found.inside.ndim != 3:
         raise InvalidInput(f"expected poses on a grid of three angles, got a stack of shape {found.inside.shape}")
-    angles = shoulder_angles(found.poses, found.side, degrees=True)
-    flexion, internal = np.median(angles[..., 0], axis=(1, 2)), np.median(angles[..., 2], axis=(0, 1))
-    # Beyond 90° of abduction the angles of an orientation fold back, and in its flexion half a turn is added.
-    folded = np.abs(angles[..., 0] - flexion[:, None, None]) > 90.0
-    abduction = np.median(np.where(folded, 180.0 - angles[..., 1], angles[..., 1]), axis=(0, 2))
+    flexion, abduction, internal = _grid_angles(found)
     layers = np.unique(np.linspace(0, len(internal) - 1, 6).round().astype(int))
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)

@@ -87,7 +87,7 @@ def _places(lines: Any, wide: float, high: float) -> list[Any]:
     places = []
     for path in lines.get_paths():
         shares = path.vertices / (wide, high)
-        shares = shares[(shares > 0.08).all(axis=1)]
+        shares = shares[((shares > 0.08) & (shares < 0.92)).all(axis=1)]
         if len(shares):
             places.append(shares[np.abs(shares.sum(axis=1) - 1.0).argmin()] * (wide, high))
     return places

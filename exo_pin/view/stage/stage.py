@@ -28,7 +28,7 @@ Publish = Callable[[bytes], None]
 
 with warnings.catch_warnings():
     # Meshcat 0.3.2 imports a deprecated part of ZeroMQ, which is not used here.
-    warnings.simplefilter("ignore")
+    warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop", category=DeprecationWarning)
     import meshcat
     import meshcat.geometry as mg
     from pinocchio.visualize import MeshcatVisualizer

@@ -150,6 +150,18 @@ def test_slices_have_the_colour_of_what_is_not_met_and_the_rates_of_their_poses(
     np.testing.assert_allclose(np.diff(abduction), 24.0)
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("abduction", [(0.0, 150.0), (80.0, 100.0), (100.0, 150.0)])
+def test_slices_stand_over_the_angles_of_their_grid(side, abduction):
+    exo = ep.load("four-cables", side=side)
+    angles = np.arange(-30.0, 91.0, 30.0), np.linspace(*abduction, 3), np.array([60.0, 10.0, -40.0])
+    figure = plots.workspace_slices(exo.workspace(exo.pose(*np.meshgrid(*angles, indexing="ij"))))
+    for ax, internal in zip(figure.axes, angles[2], strict=True):
+        assert ax.get_title() == f"internal rotation {internal:.0f}°"
+        np.testing.assert_allclose(middles(meshes(ax)[0])[0], angles[0], atol=1e-9)
+        np.testing.assert_allclose(middles(meshes(ax)[0])[1], angles[1], atol=1e-9)
+
+
 def test_a_muscles_map_has_its_force_on_every_line():
     model = muscle_model("best")
     (contours,) = (

@@ -1,0 +1,155 @@
+"""Answers of public names as plain data: what differs from the stored ones, and how to store them anew.
+
+    python tests/oracles/answers.py tests/study/test_answers.py sweep          prints what differs in one
+    python tests/oracles/answers.py tests/study/test_answers.py sweep --store  stores it as it is now; read it before
+
+A file ``test_answers.py`` has a mapping ``ASKED`` of questions by name, functions without arguments. In the folder
+``answers`` beside it there is a file for each: all public data of what the function returns, or the error that it
+raises, and its warnings.
+"""
+
+import argparse
+import dataclasses
+import enum
+import importlib.util
+import json
+import re
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from descriptions import differences, numbers, rounded, written
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.results import Result
+
+#: Digits that are stored, and the share by which a number may differ.
+DIGITS, CLOSE = 8, 1e-5
+#: Records within records within an answer that are described.
+_DEPTH = 3
+#: What says where an answer comes from, and not what it is.
+_ABOUT = {"provenance", "notes"}
+
+
+def described(value, depth=0):
+    """Plain data of a value; of objects of the package all that is public and is data."""
+    if value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return rounded(value, DIGITS)
+    if isinstance(value, enum.Enum):
+        return value.name
+    if isinstance(value, str):
+        lines = value.splitlines()
+        return value if len(lines) < 2 else lines
+    if isinstance(value, Path):
+        return value.name
+    if isinstance(value, Rotation):
+        return numbers(value.as_matrix(), DIGITS)
+    if isinstance(value, np.ndarray | np.generic):
+        return _array(np.asarray(value), depth)
+    if _is_ours(value) and not hasattr(value, "_asdict"):
+        return _record(value, depth + 1) if depth < _DEPTH else f"<{type(value).__name__}>"
+    if isinstance(value, Mapping):
+        return {str(key): described(item, depth) for key, item in value.items()}
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return described(value._asdict(), depth)
+    if isinstance(value, list | tuple):
+        flat = all(isinstance(item, float | int) and not isinstance(item, bool) for item in value)
+        return numbers(value, DIGITS) if flat and value else [described(item, depth) for item in value]
+    if isinstance(value, set | frozenset):
+        return sorted(map(str, value))
+    return f"<{type(value).__name__}>"
+
+
+def _is_ours(value):
+    return type(value).__module__.startswith("exo_pin") and not isinstance(value, type)
+
+
+def _array(value, depth):
+    if value.dtype.kind in "fiu":
+        return numbers(value, DIGITS)
+    if value.dtype.kind == "c":
+        return {"real": numbers(value.real, DIGITS), "imaginary": numbers(value.imag, DIGITS)}
+    return [described(item, depth) for item in value.tolist()] if value.ndim else described(value.item(), depth)
+
+
+def _record(value, depth):
+    """What an object says of itself, its public fields and its public properties."""
+    kind, found = type(value), {}
+    if not isinstance(value, Result) or kind.__str__ is not object.__str__:
+        said = str(value)
+        # Where an object is in memory is no answer.
+        found = {} if re.search(r"0x[0-9a-f]{6}", said) or said.startswith(f"{kind.__name__}(") else {"says": described(said)}
+    names = [field.name for field in dataclasses.fields(value)] if dataclasses.is_dataclass(value) else []
+    names += [name for name in dir(kind) if isinstance(getattr(kind, name), property | cached_property)]
+    for name in dict.fromkeys(names):
+        if name.startswith("_") or name in _ABOUT:
+            continue
+        try:
+            part = getattr(value, name)
+        except ep.ExoPinError as error:
+            part = f"raises {type(error).__name__}: {error}"
+        if isinstance(part, Callable) or (depth > 1 and isinstance(part, Result)):
+            continue
+        found[name] = described(part, depth)
+    return (
+        found | {"entries": {str(key): described(value[key], depth) for key in value}}
+        if isinstance(value, Mapping)
+        else found
+    )
+
+
+def answer(question):
+    """Plain data of what a question is answered with: what it returns or raises, and what it warns of."""
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        try:
+            found = described(question())
+        except ep.ExoPinError as error:
+            found = {"raises": type(error).__name__, "says": str(error).splitlines()}
+    said = sorted(
+        {f"{one.category.__name__}: {one.message}" for one in warned if issubclass(one.category, ep.ExoPinWarning)}
+    )
+    return json.loads(written({"warns": said, "answer": found} if said else {"answer": found}))
+
+
+def changes(file, name, question):
+    """What differs from the stored answer of a test file, a line each."""
+    return list(differences(_stored(file, name), answer(question), close=CLOSE))
+
+
+def _path(file, name):
+    return Path(file).parent / "answers" / f"{name}.json"
+
+
+def _stored(file, name):
+    path = _path(file, name)
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def main():
+    """Ask the questions of a file, print what differs, and store it."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("file", type=Path, help="that has the questions")
+    parser.add_argument("names", nargs="*", help="of questions; all if left out")
+    parser.add_argument("--store", action="store_true", help="store the answers as they are now")
+    options = parser.parse_intermixed_args()
+    spec = importlib.util.spec_from_file_location("asked", options.file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["asked"] = module
+    spec.loader.exec_module(module)
+    for name in options.names or module.ASKED:
+        found = answer(module.ASKED[name])
+        print(name, *differences(_stored(options.file, name), found, close=CLOSE), sep="\n    ", flush=True)
+        if options.store:
+            _path(options.file, name).parent.mkdir(exist_ok=True)
+            _path(options.file, name).write_text(written(found) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -21,7 +21,7 @@ def compared(*names, **options):
 
 ASKED = {
     "four_kinds": lambda: compared("prototype", "four-cables", "serial-y-x-z", "nesm", detailed=True),
-    "sweep": lambda: sweep(ep.load("four-cables"), {"stiffness_of_cuff": "100:160:3", "cuff_height_mm": [180, 1]}, adl_box(60.0)),
+    "sweep": lambda: sweep(ep.load("four-cables"), {"limb_count": [3, 4], "cuff_height_mm": [180, 1]}, adl_box(60.0)),
     "no_values": lambda: sweep(ep.load("four-cables"), {}, adl_box(60.0)),
 }
 

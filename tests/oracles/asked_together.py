@@ -13,8 +13,9 @@ def each(questions=(), /, **more):
 
 
 def tried(question, *values):
-    """Answers of one question for several values, by their text."""
-    return {str(value): answer(lambda value=value: question(value)) for value in values}
+    """Answers of one question for several values, by their text where it is short, else by their place."""
+    texts = [str(value) if len(str(value)) <= 40 else f"value {k}" for k, value in enumerate(values)]
+    return {text: answer(lambda value=value: question(value)) for text, value in zip(texts, values, strict=True)}
 
 
 def with_files(question, **contents):

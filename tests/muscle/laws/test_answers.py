@@ -148,6 +148,7 @@ def asked_of_friction():
         ],
         fine=lambda: SLIDING.explain(0.03, 0.1, 2.2e5, 1.4),
         raised=lambda: SLIDING.force(x, v, p, 1.4),
+        choice=lambda: SLIDING.force(x, v, p, 1.4, "leave"),
         rest=lambda: {
             f"{m} kg, {p} Pa": 1e3 * np.array(SLIDING.rest_band(m, p)) for m, p in ((1.4, 2.2e5), (0.9, 3e5))
         },

@@ -126,7 +126,7 @@ def set_own(**fields):
     validation.set_positive(own, "length")
     validation.set_positive(own, "wall", zero=True)
     validation.set_positive(own, "mass", optional=True)
-    return own.length, own.wall, own.mass
+    return own.length, own.wall, own.mass, type(own.length).__name__
 
 
 def asked_of_checks():

@@ -145,6 +145,24 @@ def asked_of_doubts():
     }
 
 
+def changed(column, value, rows=1, nominal=0.3):
+    """What is said of states of which the first rows of a column have another value."""
+    states = [np.where(np.arange(25) < rows, value if k == column else own, own) for k, own in enumerate(plane())]
+    return identify_static(*states, nominal, powers=((1, 1), (0, 1), (0, 0)), diameter=0.02).doubts
+
+
+def asked_of_possible_states():
+    most = plane()[2].max()
+    return {
+        "strain": tried(lambda value: changed(0, 0.3 * value), -0.0499, -0.0501, 0.3999, 0.4001),
+        "bar": tried(lambda value: changed(1, 1e5 * value), 0.0, -0.001, 9.999, 10.001),
+        "push": tried(lambda share: changed(2, -share * most), 0.049, 0.051),
+        "rows": tried(lambda rows: changed(0, 100.0, rows), 2, 3),
+        "falls": tried(lambda rows: changed(2, most - plane()[2], rows), 25),
+        "nominal": tried(lambda size: changed(0, 0.0, 0, size), 3e-4, 3e-3, 0.03, 3.0, 30.0, 300.0),
+    }
+
+
 def recording(begins=None, noise=0.0, samples=31, mass=22.74 / 9.81):
     times, step = np.linspace(0.0, 0.35, samples), PressureStep(2.6e5, 4.0e5, 0.05, 0.03)
     response = simulate(TRUE, mass, step, times, outside="mark").contraction.copy()
@@ -215,6 +233,7 @@ ASKED = {
     "fits": asked_of_fits,
     "regions": asked_of_regions,
     "doubts": asked_of_doubts,
+    "possible": asked_of_possible_states,
     "dynamic_fits": asked_of_dynamic_fits,
     "recordings": asked_of_recordings,
 }

@@ -89,7 +89,8 @@ def asked_of_joints():
 
 
 def asked_of_unstated_noise():
-    return told(ep.calibrate(*measured(WORN, 30), WORN, unknowns=["platform_points", "base_offset"]))
+    cables = ep.load("four-cables").worn_by(ep.Wearer(1.755, 85.0, "male"))
+    return told(ep.calibrate(*measured(cables, 30), cables, unknowns=["platform_points", "base_offset"]))
 
 
 def asked_of_rings():
@@ -162,7 +163,8 @@ def asked_of_contradictions():
 
 def asked_of_few_poses():
     found = ep.calibrate(*measured(count=5), NOMINAL, unknowns=("base_points", "base_offset"), length_noise=NOISE)
-    return str(found).splitlines()[0], len(found.undetermined), found.information.rank, found.probability
+    near = " ".join(f"{1e3 * value:.1f}" for value in found.values)
+    return str(found).splitlines()[0], near, len(found.undetermined), found.information.rank, found.probability
 
 
 def quaternions(seen):

@@ -3,6 +3,7 @@
 import errno
 import pickle
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ MADE = {
     ],
     "MissingData": lambda e: [e(["mass"], "this"), e(["mass", "size"], "this", "own", "state it")],
     "MissingExtra": lambda e: [e("study", "pandas"), e("study", "pandas", "is old")],
-    "FileFormatError": lambda e: [e("bad"), e("bad", "a.toml", "part.key")],
+    "FileFormatError": lambda e: [e("bad"), e("bad", Path("folder/a.toml"), "part.key")],
     "FileNotWritten": lambda e: (
         [
             e("a.csv", OSError(number, "why"))
@@ -74,6 +75,7 @@ def asked_of_errors():
     def told(name, error):
         again = pickle.loads(pickle.dumps(error))
         assert (str(again), type(again)) == (str(error), type(error))
+        assert getattr(again, "msg", "") == getattr(error, "msg", "")
         kept = {key: value for key, value in vars(error).items() if key not in ("q", "v")}
         return str(error), {
             key: [str(each) for each in value.items()] if key == "failures" else value for key, value in kept.items()
@@ -241,7 +243,11 @@ def asked_of_angles():
         "other": tried(
             lambda given: c.refuse_other_side(given, "left"), {}, {"side": "left"}, {"side": "right"}, {"side": "x"}
         ),
-        "shapes": each(wrong=lambda: c.shoulder_rotation([1, 2], [1, 2, 3], 0), none=lambda: c.shoulder_angles(3)),
+        "shapes": each(
+            wrong=lambda: c.shoulder_rotation([1, 2], [1, 2, 3], 0),
+            none=lambda: c.shoulder_angles(3),
+            side=lambda: c.shoulder_rotation(1, 2, 3, "both"),
+        ),
     }
 
 
@@ -260,7 +266,7 @@ def asked_of_lines():
         "digits": [
             t.three_digits(x) for x in (0.0, 4.9e-7, 5.1e-7, 0.0123456, -0.99999, 1.2345, 99.996, 123.456, 98765.4)
         ],
-        "newtons": [t.newtons(x) for x in (0.0, -0.04, 0.06, 9.94, 9.96, -9.96, 1234.5)],
+        "newtons": [t.newtons(x) for x in (0.0, -0.04, 0.06, 9.94, 9.96, -10.6, 1234.5)],
         "efforts": [t.effort_column(name, unit) for name, unit in (("limb 1", "N"), ("my joint", "N m"))],
         "positions": [
             t.position_column(*each)

@@ -91,6 +91,9 @@ DIALECTS = {
     "empty": "# only\n",
     "text": "a,b\nx,y\n",
     "no_separator": "a\n1\n2\n",
+    "one_column": "3\nangle\n1\n2\n",
+    "half_separated": "a;b\nx\n1;2\n3\n",
+    "wide": "a,b,c,d\nx,y\n1,2\n3,4\n",
     "quoted": '"a";"b"\n"1";"2"\n',
 }
 

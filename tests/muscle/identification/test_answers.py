@@ -48,6 +48,13 @@ def coarse():
     return -np.round(0.4 * x, 3), np.round(p, -4), np.round(f, -1)
 
 
+def slipped_coarse(factor):
+    """Which of these states are suspect, of which one has another force."""
+    x, p, f = coarse()
+    states = x, p, f * slipped(n7=factor)
+    return identify_static(*states, 0.3, powers=((2, 1), (0, 1), (0, 0))).suspects
+
+
 def told(fit):
     return fit.names, fit.coefficients, fit.cautions, fit.diameters, fit.rounding, fit.region and fit.region.misfit
 
@@ -71,6 +78,8 @@ def asked_of_fits():
         ),
         row_by_row=lambda: states(STATES.force[::-1] / STATES.force, diameter=0.0065).cautions,
         form=lambda: told(states(select="region", powers=((0, 1), (1, 0)))),
+        coarse_slip=lambda: tried(slipped_coarse, 1.2660, 1.2679),
+        dropped=lambda: told(identify_static(*dropped(900.0), 0.3, select="region")),
         no_level=lambda: states().intervals(0.0),
         few=lambda: states(among=STATES.select(np.arange(25) < 6)),
         few_of_region=lambda: told(states(among=STATES.select(np.arange(25) < 8), select="region")),

@@ -152,9 +152,7 @@ def asked_of_friction():
         rest=lambda: {
             f"{m} kg, {p} Pa": 1e3 * np.array(SLIDING.rest_band(m, p)) for m, p in ((1.4, 2.2e5), (0.9, 3e5))
         },
-        stopped=lambda: [
-            1e3 * np.array(CONSTANT.rest_band(m, p)) for m, p in ((4.9, 2.5e5), (0.1, 2.5e5), (2.5, 2.5e5))
-        ],
+        stopped=lambda: [1e3 * np.array(CONSTANT.rest_band(m, p)) for m, p in ((5.5, 2.5e5), (2.5, 2.5e5), (0.9, 2e5))],
         falls=lambda: SLIDING.rest_band(40.0, 2e5),
         no_mass=lambda: SLIDING.rest_band(0.0, 2e5),
         no_pressure=lambda: SLIDING.rest_band(1.0, 0.0),

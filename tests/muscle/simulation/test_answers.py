@@ -66,6 +66,7 @@ def asked_of_motion():
     tang, even, constant = dynamic_model("tang-3-31"), PressureStep(3e5, 3e5), dynamic_model("tang-constant-friction")
     return each(
         lifted=lambda: response(tang, 1.3, PressureStep(2.2e5, 3.4e5, 0.05, 0.04), 0.6, outside="raise"),
+        jump=lambda: response(tang, 1.3, PressureStep(2.2e5, 3.4e5, 0.05), 0.2)[0].contraction,
         dropped=lambda: response(constant, 1.0, PressureStep(3e5, 0.0, 0.1), 0.5, contraction=0.05),
         held=lambda: response(constant, 4.9, PressureStep(2.5e5, 0.5e5, 0.05, 0.1), 0.4, contraction=0.0),
         fast=lambda: response(spring(1.0, (-1.0, 0.802)), 2.0, even, 0.15, contraction=0.02, velocity=0.6),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
+import io
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -56,6 +58,18 @@ class Point(NamedTuple):
     name: str
 
 
+class Corner(NamedTuple):
+    """A corner.
+
+    Attributes
+    ----------
+    y_m : float
+        To the left.
+    """
+
+    y_m: float
+
+
 @dataclass(frozen=True, repr=False)
 class Part(Result):
     """A part of an answer.
@@ -66,10 +80,13 @@ class Part(Result):
         In kg, of all.
     about : str
         Or None.
+    corner : Corner or None
+        Of it.
     """
 
     mass: float | None
     about: str = "none"
+    corner: Corner | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -186,6 +203,7 @@ def asked_of_results():
         np.array(2.5),
         {},
         1234567.8,
+        np.array([0.123456]),
     ]
     known = [
         Known("ruler", 1.25, "mm", {"joints_mm": 0.123, "other": 2.0}, True, True),
@@ -324,6 +342,14 @@ class Pair(NamedTuple):
     other: np.ndarray
 
 
+@dataclass(frozen=True)
+class Locked(validation.ReadOnly):
+    """A record whose arrays cannot be written."""
+
+    one: np.ndarray
+    other: list
+
+
 class Alone(OneProcess):
     """What stays in its process."""
 
@@ -336,6 +362,7 @@ def refused(action):
 
 
 def asked_of_records():
+    locked = Locked(np.ones(2), [np.ones(1)])
     first = validation.frozen(np.arange(2.0))
     kept = Kept(first, np.ones(2), ({"a": first}, [np.zeros(1)]))
     again, pair = pickle.loads(pickle.dumps(kept)), copy.deepcopy(Pair(first, np.ones(1)))
@@ -343,6 +370,7 @@ def asked_of_records():
         "kept": [array.flags.writeable for array in (again.one, again.other, again.inner[0]["a"], again.inner[1][0])],
         "view": (type(again.view).__name__, dict(again.view)),
         "pair": [array.flags.writeable for array in pair],
+        "read_only": [value.flags.writeable for value in (locked.one, locked.other[0])],
         "made": vars(Kept.made_of(one=1, other=2)),
         "alone": [
             refused(lambda: pickle.dumps(Alone())),
@@ -359,6 +387,13 @@ class Loses:
         return [function(block) for block in blocks][:-1]
 
 
+def drawn(*asked):
+    """What is gone through, and whether a bar is drawn."""
+    items, *shown = asked
+    with contextlib.redirect_stderr(io.StringIO()) as bar:
+        return list(track(items, "numbers", *shown)), bool(bar.getvalue())
+
+
 def asked_of_progress():
     def squares(count, executor=None, block=1):
         return mapped(lambda x: x * x, list(range(count)), executor, "numbers", block=block)
@@ -372,7 +407,8 @@ def asked_of_progress():
             alone=lambda: squares(4),
             loses=lambda: squares(4, Loses(), 2),
             no_executor=lambda: squares(2, 3),
-            tracked=lambda: (list(track([1, 2], "numbers", False)), list(track(iter([1, 2]), "numbers", True, 2))),
+            tracked=lambda: (drawn([1, 2], False), drawn(iter([1, 2]), True, 2)),
+            two=lambda: type(processes(2)).__name__,
         )
     with processes(1) as nothing:
         return found | {"one": nothing}
@@ -407,6 +443,10 @@ def asked_for(
     call: Callable[[float], float] | None = None,
     part: Own | None = None,
     maybe: ArrayLike | str | None = None,
+    nothing: None = None,
+    anything: Any = None,
+    names: Sequence[str] = (),
+    shape: WristGeometry | None = None,  # noqa: F821 - found where it is loaded
     **others: int,
 ):
     """A question that fails unless all is as expected."""
@@ -434,6 +474,10 @@ GIVEN = {
     "call": (abs, 3, None),
     "part": (Own(), None, "own"),
     "maybe": ("a", [1.0], {1}, ["a"]),
+    "nothing": (None, 3),
+    "anything": (None, 3),
+    "names": (["a"], "ab"),
+    "shape": (None, ep.load("four-cables").geometry, 3),
     "more_size": (3, "a"),
 }
 

@@ -259,6 +259,7 @@ def asked_of_paths():
 
     def wrote():
         paths = write_files("deep/folder", {"a.txt": "one", "b.txt": "zwei é\n"})
+        write_files("deep/folder", {"a.txt": "one"})
         write_bytes("raw", b"\x00\xff")
         return [path.as_posix() for path in paths], [path.read_bytes().hex() for path in (*paths, Path("raw"))]
 

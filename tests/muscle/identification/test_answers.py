@@ -108,7 +108,8 @@ def asked_of_regions():
         lax=lambda: region(WORN, level=1e-9),
         valid=lambda: region(among=STATES),
         slips=lambda: [
-            region(slipped(66, **slip)) for slip in ({"n40": 1.3}, {"n25": 0.7, "n41": 1.25}, {"n60": 1.06})
+            region(slipped(66, **slip))
+            for slip in ({"n40": 1.3}, {"n25": 0.7, "n41": 1.25}, {"n62": 1.4, "n41": 1.3}, {"n60": 1.06})
         ],
         short=lambda: region(powers=((1, 1), (0, 1), (0, 0))),
         dropped=lambda: [find_region(*dropped(slope), 0.3).misfit for slope in (900.0, 790.0, 750.0)],

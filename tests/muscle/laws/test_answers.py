@@ -39,6 +39,7 @@ def asked_of_law(law):
         gain=lambda: 1e5 * law.pressure_gain(x, p, "mark").data,
         pressure=lambda: marked(law.pressure_for(forces, x, "mark")),
         contraction=lambda: marked(law.contraction_for(forces, p, "mark")),
+        short=lambda: law.contraction_for([60.0, 5.0], [3.1e5, 1.3e5], "mark").data,
         not_reached=lambda: law.contraction_for([3.0, 900.0], 2.3e5),
         no_pressure=lambda: law.pressure_for([3.0, 900.0], 0.02),
         capability=lambda: marked(law.capability(p, "mark")),

@@ -98,6 +98,7 @@ def asked_of_starts():
         lower=lambda: start(30.0, stop=-0.001),
         held=lambda: [start(3.0, law=spring(), contraction=x) for x in (0.0, 0.034, 0.0351, 0.0413, 0.042)],
         stopped=lambda: [start(mass, law=spring(), contraction=0.0) for mass in (5.8, 5.9, 6.3, 6.5)],
+        slowly=lambda: start(3.0, law=spring(0.2), contraction=0.0376),
         below=lambda: start(1.0, contraction=-0.001),
         falls=lambda: start(1.0, contraction=0.0, velocity=-0.1),
         lifts=lambda: start(1.0, contraction=0.0, velocity=0.1),

@@ -237,6 +237,7 @@ def asked_of_angles():
         "columns": c.pose_columns(c.shoulder_rotation(*angles, degrees=True), "right"),
         "shape": c.pose_columns(c.shoulder_rotation(1, 2, 3, degrees=True), "left", (2,)),
         "mirrored": c.mirrored(c.shoulder_rotation(*angles, degrees=True)).as_matrix()[1],
+        "along_stack": c.along_arm(np.ones((1, 2, 3)), np.arange(18.0).reshape(1, 2, 3, 3)),
         "along": c.along_arm(np.array([[1.0, 2.0, 3.0]]), c.thesis_rotation(*angles, degrees=True).as_matrix()[:1]),
         "mirrors": (c.GRAVITY, c.MIRROR, c.WRENCH_MIRROR.diagonal()),
         "sides": tried(lambda side: (c.as_side(side), c.other_side(side)), "left", "right", "both", None),
@@ -272,7 +273,7 @@ def asked_of_lines():
             t.position_column(*each)
             for each in (("limb 2", "N"), ("elbow", "N m"), ("a slide", "N"), ("my limb 3", "N"))
         ],
-        "screen": (t.screen_width(80), t.screen_width(40)),
+        "screen": (t.screen_width(200), t.screen_width(40)),
         "blocks": [
             t.in_blocks(ROWS, width, repeated) for width, repeated in ((30, 1), (13, 1), (12, 1), (17, 2), (1, 1))
         ],

@@ -80,6 +80,7 @@ def asked_of_fits():
         form=lambda: told(states(select="region", powers=((0, 1), (1, 0)))),
         coarse_slip=lambda: tried(slipped_coarse, 1.2660, 1.2679),
         dropped=lambda: told(identify_static(*dropped(900.0), 0.3, select="region")),
+        squares=lambda: [each.effects for each in states(powers=((0, 2), (1, 1), (0, 0))).known],
         no_level=lambda: states().intervals(0.0),
         few=lambda: states(among=STATES.select(np.arange(25) < 6)),
         few_of_region=lambda: told(states(among=STATES.select(np.arange(25) < 8), select="region")),
@@ -139,7 +140,7 @@ def asked_of_doubts():
     return {
         "top": tried(lambda v: doubts(top=v), 0.98, 1.02, 9.9),
         "end": tried(lambda v: doubts(end=v), 0.148, 0.152, 0.59, 0.61),
-        "area": tried(lambda v: doubts(area=v), 2.45, 2.55, 15.8, 16.2, 60.0, 600.0),
+        "area": tried(lambda v: doubts(area=v), 0.975, 0.99, 2.45, 2.55, 15.8, 16.2, 60.0, 600.0),
         "tube": tried(lambda v: doubts(tube=v), -0.61, -0.59, 0.98, 1.02),
         "slender": tried(lambda v: doubts(None, area=v), 0.1, 30.0, 200.0),
         "long": tried(lambda v: doubts(None, length=v), 0.079, 0.081, 1.99, 2.01),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import answer, changes
 from asked_together import each
 from some_muscles import CONSTANT, RUBBING
 
@@ -102,6 +102,9 @@ def asked_of_starts():
         below=lambda: start(1.0, contraction=-0.001),
         falls=lambda: start(1.0, contraction=0.0, velocity=-0.1),
         lifts=lambda: start(1.0, contraction=0.0, velocity=0.1),
+        leaves=lambda: answer(lambda: simulate(tang, 1.0, PressureStep(3e5, 0.0, 0.1), [0.0, 0.3], 0.05))["answer"][
+            "raises"
+        ],
         no_model=lambda: start(1.0, law="tang-3-31"),
         no_pressure=lambda: start(1.0, 3e5),
         no_mass=lambda: start(0.0),

@@ -107,6 +107,8 @@ def asked_of_words():
     }
 
 
+#: Unit vectors but for rounding.
+NEARLY_ONE = [np.array(own) / np.linalg.norm(own) for own in np.arange(1.0, 31.0).reshape(10, 3) ** 1.5]
 INERTIA = np.diag([1.0, 2.0, 2.9])
 
 
@@ -164,6 +166,7 @@ def asked_of_checks():
             [0.0, 1.0 + 2e-15, 0.0],
             [1, 0],
         ),
+        "bits": [(v.as_unit_vector("x", own) == own).all() for own in NEARLY_ONE],
         "pair": tried(lambda x: v.as_pair("x", x), 3, 2.5, -1, 0, np.float64(2), True, None, (1, 2), np.nan),
         "choice": tried(lambda x: v.as_choice("side", x, ("left", "right"), "a file"), "left", "lef", 3),
         "mapping": tried(lambda x: v.as_mapping("x", x, "names to numbers"), None, {"a": 1}, [1]),
@@ -233,6 +236,7 @@ def asked_of_angles():
             c.shoulder_rotation(0.1, 0.2, 0.3).as_quat(),
         ),
         "locked": [c.isb_angles(pose, side, degrees=True) for pose in locked for side in ("left", "right")],
+        "zero": str(c.shoulder_angles(Rotation.identity()).tolist()),
         "gimbal": c.shoulder_angles(c.shoulder_rotation(10, 90, 20, degrees=True), degrees=True),
         "columns": c.pose_columns(c.shoulder_rotation(*angles, degrees=True), "right"),
         "shape": c.pose_columns(c.shoulder_rotation(1, 2, 3, degrees=True), "left", (2,)),

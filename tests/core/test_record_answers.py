@@ -215,6 +215,7 @@ def asked_of_results():
         "notes": {key: value for key, value in answer.notes.items() if key != "provenance"},
         "provenance": sorted(answer.provenance),
         "columns": answer.columns(),
+        "inner": type(answer.as_dict()["part"]).__name__,
         "part": (part.as_dict(), part.columns(), repr(part), part.notes["cautions"]),
         "shown": [repr(Part(value))[10:-14] for value in kinds],
         "long": [
@@ -268,7 +269,8 @@ class Asked:
     rate: float | None = 2.5
 
 
-UNITS = """Of the arm, kg.
+UNITS = """In m, or a share of it.
+Of the arm, kg.
 Shape (n, 3), N.
 m and rad
 In mm, about
@@ -466,7 +468,7 @@ GIVEN = {
     "name": (None, "a", 3),
     "loud": (True, np.bool_(False), 1, None, "yes"),
     "poses": ([1.0, 2.0], [[1.0], [1.0, 2.0]], "a", None, [np.inf], [True]),
-    "array": (None, [1.0], np.ones(2), np.array(["a"]), np.array([np.nan])),
+    "array": (None, [1.0], np.ones(2), np.array(["a"]), np.array([1.0, np.nan])),
     "pair": ((1.0, "b"), (1.0,), ("b", 1.0), [1.0, "b"]),
     "rows": ([1, 2], "ab", (1.0,), [True], 3, np.array([1, 2]), np.array([1.5])),
     "by_name": ({"a": 1}, {"a": "b"}, {1: 1.0}, None, 3),

@@ -194,6 +194,7 @@ TABLES = {
     "no_texts": lambda t: t.texts("numbers"),
     "no_mapping": lambda t: t.mapping("part"),
     "no_number": lambda t: t.integer("nothing"),
+    "no_coefficient": lambda t: t.coefficient("nothing"),
     "no_flag": lambda t: t.flag("count"),
     "no_integer": lambda t: t.integer("flag"),
     "no_whole": lambda t: t.integer("size_mm"),

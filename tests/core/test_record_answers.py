@@ -510,8 +510,10 @@ ASKED = {
     "plain_math": asked_of_plain_math,
     "calls": asked_of_calls,
 }
+#: Those that take longer than 0.15 s.
+LONGER = {"schemas"}
 
 
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -242,8 +242,10 @@ ASKED = {
     "tables": asked_of_tables,
     "headers": asked_of_headers,
 }
+#: Those that take longer than 0.15 s.
+LONGER = {"headers"}
 
 
-@pytest.mark.parametrize("name", ASKED)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -100,6 +100,10 @@ def asked_of_wrong_questions():
         no_arm=lambda: plain.replace(arm=None).uncertainty(plain.pose(60, 30)),
         none=lambda: WORN.uncertainty(pose, uncertainties=certain | {"lean_deg": 0.0}).worst_offset,
         stack=lambda: WORN.uncertainty(flat, uncertainties=certain | {"mass_percent": 2.0}).at,
+        peaks=lambda: [
+            WORN.uncertainty(WORN.pose(*angles), uncertainties=certain | {"mass_percent": 2.0}).at
+            for angles in (([150, 90], [0, 90]), ([170, 150], 0), ([[170, 90, 60]], [0, 90, 30]))
+        ],
         outside=lambda: WORN.uncertainty(WORN.pose(170, 0), uncertainties=certain).verdict,
     )
 

@@ -204,6 +204,9 @@ def asked_of_results():
         {},
         1234567.8,
         np.array([0.123456]),
+        np.array("a"),
+        "a" * 78,
+        "a" * 79,
     ]
     known = [
         Known("ruler", 1.25, "mm", {"joints_mm": 0.123, "other": 2.0}, True, True),
@@ -211,7 +214,8 @@ def asked_of_results():
     ]
     return {
         "document": {key: value for key, value in answer.document().items() if key != "provenance"},
-        "lines": answer.to_json(None)[:200],
+        "lines": (answer.to_json(None)[:200], answer.to_json(1)[:60]),
+        "records": [sorted(Part(1.0, about).as_dict()) for about in (Own(), Own, {"a": object()}, [object()])],
         "notes": {key: value for key, value in answer.notes.items() if key != "provenance"},
         "provenance": sorted(answer.provenance),
         "columns": answer.columns(),

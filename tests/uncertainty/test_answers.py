@@ -49,12 +49,21 @@ def asked_of_each():
     return told(WORN.uncertainty(poses, load=LOAD, uncertainties=stated, centre_offset=[0.002, -0.001, 0.003]))
 
 
+def guiding():
+    return guided(ep.load("prototype").worn_by(MAN), stiffness=2e4 * np.eye(3))
+
+
+def soft_guides():
+    """Guided limbs on a cuff that gives way at 60 degrees of flexion."""
+    return guiding().replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+
+
 def asked_of_soft_parts():
-    guiding = guided(ep.load("prototype").worn_by(MAN), stiffness=2e4 * np.eye(3))
+    exo = guiding()
     serial = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     stated = {"offset_mm": 0.0, "guides_percent": 25.0, "B_mm": 0.0, "pose_deg": 0.0, "centre_of_mass_mm": 3.0}
     return each(
-        guides=lambda: told(guiding.uncertainty(guiding.pose(60, 30), split="elastic", uncertainties=stated)),
+        guides=lambda: told(exo.uncertainty(exo.pose(60, 30), split="elastic", uncertainties=stated)),
         cuff=lambda: told(
             serial.uncertainty(serial.pose(50, 30), split="elastic", uncertainties=CERTAIN | {"springs_percent": 30.0})
         ),
@@ -100,6 +109,8 @@ def asked_of_wrong_questions():
         no_arm=lambda: plain.replace(arm=None).uncertainty(plain.pose(60, 30)),
         none=lambda: WORN.uncertainty(pose, uncertainties=certain | {"lean_deg": 0.0}).worst_offset,
         stack=lambda: WORN.uncertainty(flat, uncertainties=certain | {"mass_percent": 2.0}).at,
+        no_answer=lambda: soft_guides().uncertainty(pose, split="elastic"),
+        no_draws=lambda: soft_guides().total_uncertainty(pose, split="elastic", draws=8),
         peaks=lambda: [
             WORN.uncertainty(WORN.pose(*angles), uncertainties=certain | {"mass_percent": 2.0}).at
             for angles in (([150, 90], [0, 90]), ([170, 150], 0), ([[170, 90, 60]], [0, 90, 30]))

@@ -27,7 +27,8 @@ from exo_pin.core.files.toml_tables import UNITS, naming_file, parse_toml, read_
 from exo_pin.core.validation import as_positive
 
 TEXTS = {
-    "plain": '#one\n # not\na,b\n1, 2\n\n"3",-4e1 \n#  two words \n5.,.6\n',
+    "indented": " # no comment\n1\n",
+    "plain": '#one\na,b\n1, 2\n\n"3",-4e1 \n#  two words \n5.,.6\n',
     "formulas": "'=a,'-b,''+c\n'@d,+1,'-1\n",
     "quotes": '"a b","c, ""d"""\n1,2\n',
     "empty": "# only\n\n",
@@ -60,6 +61,7 @@ def asked_of_csv():
             [["1", "-x"], ["-2", "@\ty"], ["-inf", "+inf"], ["'=z", "a,b"], ["−", "c\u2028"]],
             ["one\ntwo", ""],
         ),
+        raw=lambda: repr(csv_text(["a"], [["1"]], ["b"])),
         read=lambda: with_files(lambda: read_csv("own.csv").rows, own_csv="\ufeffa\n1\n"),
     )
 

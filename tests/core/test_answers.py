@@ -102,7 +102,7 @@ def asked_of_words():
     long = " ".join(["word"] * 500)
     texts = ["a" * 500, "a" * 501, long[:2000], long[:2001], "a\x07b\nc\u202e", "\x07" * 499, "é " * 3]
     return {
-        "shown": [(len(shown(text)), shown(text)[:40], shown(text)[-40:]) for text in texts],
+        "shown": [(len(shown(text)), shown(text)[:40], shown(text)[-40:], "cut" in shown(text)) for text in texts],
         "echo": [echo(value) for value in ("a" * 100, 3.0, Unprintable(), np.arange(3))],
     }
 

@@ -215,12 +215,13 @@ def asked_of_results():
     return {
         "document": {key: value for key, value in answer.document().items() if key != "provenance"},
         "lines": (answer.to_json(None)[:200], answer.to_json(1)[:60]),
+        "bare": [Bare(np.ones((2, 3)), np.ones(size), 2.0).columns() for size in ((2,), (2, 2), (3,))],
         "records": [sorted(Part(1.0, about).as_dict()) for about in (Own(), Own, {"a": object()}, [object()])],
         "notes": {key: value for key, value in answer.notes.items() if key != "provenance"},
         "provenance": sorted(answer.provenance),
         "columns": answer.columns(),
         "inner": type(answer.as_dict()["part"]).__name__,
-        "part": (part.as_dict(), part.columns(), repr(part), part.notes["cautions"]),
+        "part": (part.as_dict(), part.columns(), repr(part), sorted(part.notes)),
         "shown": [repr(Part(value))[10:-14] for value in kinds],
         "long": [
             len(repr(some_answer(kind="k" * n, status="s" * 900, count="c" * 70, share="d" * 70))) for n in (1, 70)
@@ -242,6 +243,15 @@ def asked_of_results():
             some_answer(status=np.zeros((3, 2)), force_N=np.zeros((3, 2, 2)), torques=np.zeros((3, 2)))
         ),
     }
+
+
+@dataclass(frozen=True, repr=False)
+class Bare(Result):
+    """An answer without a status."""
+
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    c: float
 
 
 def asked_of_frames():
@@ -271,6 +281,7 @@ class Asked:
     part: Part | None = None
     pose: Sequence[float] | None = None
     rate: float | None = 2.5
+    other: Any | None = None
 
 
 UNITS = """In m, or a share of it.
@@ -397,7 +408,7 @@ def drawn(*asked):
     """What is gone through, and whether a bar is drawn."""
     items, *shown = asked
     with contextlib.redirect_stderr(io.StringIO()) as bar:
-        return list(track(items, "numbers", *shown)), bool(bar.getvalue())
+        return list(track(items, "numbers", *shown)), "numbers" in bar.getvalue()
 
 
 def asked_of_progress():

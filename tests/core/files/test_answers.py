@@ -273,6 +273,7 @@ def asked_of_paths():
             lambda path: require_ending("it", path, (".csv", ".toml", ".json")), "own.TOML", "own.txt", "pipe", "own"
         ) | {
             "one": tried(lambda path: require_ending("it", path, (".csv",)), "own.csv", "own.txt"),
+            "two": tried(lambda path: require_ending("it", path, (".csv", ".toml")), "own.txt"),
             "stream": [is_stream(path) for path in ("pipe", "own.txt", "new", ".", "link", 3, "")],
             "writable": tried(require_writable, "pipe", "own.txt", "new", ".", "no/new", "link", "loop"),
             "folder": tried(require_folder, ".", "new/newer", "own.txt", "own.txt/x", 3, "a\0"),

@@ -165,8 +165,8 @@ def changed(column, value, rows=1, nominal=0.3):
 def asked_of_possible_states():
     most = plane()[2].max()
     return {
-        "strain": tried(lambda value: changed(0, 0.3 * value), -0.0499, -0.0501, 0.3999, 0.4001),
-        "bar": tried(lambda value: changed(1, 1e5 * value), 0.0, -0.001, 9.999, 10.001),
+        "strain": tried(lambda value: changed(0, 0.3 * value), -0.0499, -0.05, -0.0501, 0.4, 0.4001),
+        "bar": tried(lambda value: changed(1, 1e5 * value), 0.0, -0.001, 10.0, 10.001),
         "push": tried(lambda share: changed(2, -share * most), 0.049, 0.051),
         "rows": tried(lambda rows: changed(0, 100.0, rows), 2, 3),
         "falls": tried(lambda rows: changed(2, most - plane()[2], rows), 25),

@@ -112,6 +112,7 @@ def asked_of_regions():
             region(slipped(66, **slip))
             for slip in ({"n40": 1.3}, {"n25": 0.7, "n41": 1.25}, {"n62": 1.4, "n41": 1.3}, {"n60": 1.06})
         ],
+        no_line=lambda: region(slipped(66, n28=0.6)).margin,
         short=lambda: region(powers=((1, 1), (0, 1), (0, 0))),
         dropped=lambda: [find_region(*dropped(slope), 0.3).misfit for slope in (900.0, 790.0, 750.0)],
         level=lambda: region(level=1.0),
@@ -150,6 +151,7 @@ def asked_of_doubts():
         "written": tried(
             lambda v: doubts(area=60.0, written=v), ("cm", "psi", "lbf"), ("length in inch", "kPa absolute", "gf")
         ),
+        "absolute": tried(lambda v: doubts(tube=v, written=("mm", "bar absolute", "N")), -0.65),
         "both": tried(lambda v: doubts(area=v, top=0.9), 40.0),
         "many": tried(lambda v: doubts(area=6.0, end=v, rows=22), 0.148, 0.3),
         "few": tried(lambda v: doubts(area=v, rows=2), 60.0),

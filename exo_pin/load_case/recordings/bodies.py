@@ -138,7 +138,7 @@ def bodies_of(source: Source, times: FloatArray, side: str, sensors: Mapping[str
         elif given is not None and Path(given).is_file():
             chosen[role] = _of_file(given, times)
         elif given is not None:
-            raise _unknown(source, found, f"no {role} {given!r}")
+            raise _unknown(source, found, f"no {role} {given!r}.")
     missing = [role for role in ("arm", "trunk") if role not in chosen]
     if missing:
         raise _unknown(source, found, f"which is on the {missing[0]}?")

@@ -83,9 +83,8 @@ def doubted():
 
     rounded = ep.shoulder_rotation(*ep.shoulder_angles(poses, degrees=True).round(0).T, degrees=True)
     finer = ep.shoulder_rotation(*ep.shoulder_angles(poses, degrees=True).round(1).T, degrees=True)
-    back = Rotation.from_rotvec(
-        np.outer(np.r_[0, 60, 119, 125, 10, 20, 30, 40, 50, 60, 70, 80, 90], [0, np.radians(1), 0])
-    )
+    far, farther = ([0, 60, 119, last, 250, 140, 30, 40, 50, 60, 70, 80, 90] for last in (238.5, 239.5))
+    turned = [Rotation.from_rotvec(np.outer(np.radians(own), [0, 1, 0])) for own in (far, farther)]
     return each(
         {
             "gap of 0.2 s": lambda: without(40, 48, smoothing=None),

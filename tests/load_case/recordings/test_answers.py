@@ -56,11 +56,11 @@ def formats(*sides):
     return found
 
 
-def timed(column, cells, name="a.csv", head="", count=12, **options):
+def timed(column, cells, name="a.csv", head="", count=12, reading="as-named", **options):
     """A record with one column of times, and what its times are read as."""
     rows = [f"{cell},{','.join(map(str, row))}" for cell, row in zip(cells, DOZEN.tolist()[:count], strict=True)]
     texts(**{name.replace(".", "__"): "\n".join([*([head] if head else []), f"{column},{HEAD}", *rows, ""])})
-    found = ep.read_movement(name, smoothing=None, reading=ep.RecordingOptions("as-named", **options))
+    found = ep.read_movement(name, smoothing=None, reading=ep.RecordingOptions(reading, **options))
     return {"times": found.times, "cautions": found.cautions, "speed": found.motion.angular_velocity[-1]}
 
 
@@ -112,6 +112,8 @@ def clocks():
             {
                 "stated rate": lambda: timed("frame", 5 + k, head="// Update Rate: 50.0Hz"),
                 "rate without counter": lambda: timed("other", k, head="Sample Rate:,40"),
+                "no other clock": lambda: timed("frame", k, rate=20.0, reading="seconds"),
+                "other clock": lambda: timed("theta_x_deg,time_ms", twice, reading="seconds"),
                 "two": lambda: timed("time_s,time_ms", twice),
                 "four": lambda: timed("time_s", 0.1 * k[:4], count=4),
                 "three": lambda: timed("time_s", 0.1 * k[:3], count=3),
@@ -131,10 +133,11 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, **options):
+    def dot(sensors, rows=slice(10, 80), **options):
         parts = foreign.sensors(truth)
-        foreign.dot_file(place / "trunk.csv", parts["trunk"][10:80], truth.t[10:80])
-        return read(foreign.dot_file(place / "arm.csv", parts["arm"], truth.t), sensors=sensors, forward="z", **options)
+        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows])
+        arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t)
+        return read(arm, sensors=sensors, forward="z", **options)
 
     def mvnx(change):
         path, _ = foreign.mvnx(place, truth)
@@ -171,6 +174,7 @@ def sensors_said():
                 ),
                 "long": lambda: asked(more=lambda text: text.replace("0.7", "0.8")),
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
+                "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
                 "dot without": lambda: dot({}),
                 "dot of none": lambda: dot({"trunk": "nowhere.csv"}),
                 "dot in a reading": lambda: dot({"trunk": "trunk.csv"}, reading="w-last, inverse"),

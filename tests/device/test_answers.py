@@ -54,7 +54,8 @@ def described(device):
     """What a device says of itself."""
     names = (
         "name", "side", "limbs", "limb_count", "is_upu", "has_limbs", "drive_units", "summary", "force_words",
-        "arm_joint", "cuff_is_known", "doubts", "gravity", "radius", "links_mass", "driven_moments", "holds_alone", "structure",
+        "arm_joint", "cuff_is_known", "doubts", "gravity", "radius", "links_mass", "driven_moments", "holds_alone",
+        "structure",
     )  # fmt: skip
     own = {name: getattr(device, name) for name in names}
     own["limbs"] = [(limb.name, limb.joint, limb.effort_range, limb.length_range) for limb in device.limbs]

@@ -63,7 +63,8 @@ def sizes():
     exo = hinges()
     device = exo.device
     route = Route.over(("universe", [0.0, 0.2, 0.3]), (exo.chain.roles.arm, [0.0, 0.02, -0.25]))
-    joint, closure = device.drives[0].joint, device.chain.closures[0].name
+    joint = device.drives[0].joint
+    limbs, slides = doors.generated("limbs-3").device, doors.generated("idle-5").device
     device = device.replace(
         springs=[
             Spring("strut", LinearSpring(90.0, 0.1), route=route), Spring("spiral", LinearSpring(3.0, 0.2), joint),
@@ -73,24 +74,26 @@ def sizes():
     )  # fmt: skip
     wrist = ep.load("four-cables-worn").device if "four-cables-worn" in ep.presets() else ep.load("four-cables").device
 
-    def changed(**values):
+    def changed(device=device, **values):
         before, found = device.dimensions(), device.with_dimensions(**values)
         own = {name: value for name, value in found.dimensions().items() if abs(value - before[name]) > 1e-12}
         return own | {"forces": forces(found)}
 
     def forces(found):
         own = ep.ShoulderExo.from_device(found)
-        answer = own.reaction(own.pose(25, 15, 5), limits="none")
+        answer = own.reaction(own.pose(7, 4, 2), limits="none")
         return answer.status, answer.shoulder_force, answer.actuator_forces
 
     return each(
         {
             "all": device.dimensions,
             "places": device.places,
-            "joint": lambda: changed(**{f"joint[{joint}].x_mm": 12.0}),
+            "joint": lambda: changed(slides, **{"joint[ball_1].x_mm": 290.0}),
             "axis": lambda: changed(**{f"axis[{joint}].azimuth_deg": 80.0, f"axis[{joint}].elevation_deg": 5.0}),
-            "end": lambda: changed(**{f"end_a[{closure}].y_m": 0.003}),
-            "other end": lambda: changed(**{f"end_b[{closure}].z": 0.002}),
+            "end": lambda: changed(slides, **{"end_a[end_1].y_m": 0.003}),
+            "other end": lambda: changed(slides, **{"end_b[end_2].z": -0.22, "axis[slide_3].azimuth_deg": 3.0}),
+            "places of limbs": lambda: list(limbs.places()),
+            "upright": lambda: forces(slides.with_place("joint[ball_2]", np.array([-0.1, 0.25, 0.2]))),
             "point": lambda: changed(**{"spring[strut,2].y_mm": 30.0}),
             "cable": lambda: changed(**{"cable[cable,1].z_m": 0.35}),
             "law": lambda: changed(**{"law[strut].stiffness_N_m": 70.0, "law[strut].slack_m": 0.12}),
@@ -105,11 +108,14 @@ def sizes():
                 for own in device.parameters([f"joint[{joint}].x_mm", f"axis[{joint}].azimuth_deg"])
             ],
             "no value": lambda: [device.value_of(own) for own in device.parameters(["payload_kg"])],
-            "with": lambda: forces(device.with_values(dict.fromkeys(device.parameters(["payload_kg"]), 0.7))),
+            "with": lambda: forces(
+                device.with_values(dict.fromkeys(device.parameters(["payload_kg"]), 0.7), [0.0, 0.0, -0.5])
+            ),
             "place": lambda: forces(device.with_place("cable[cable,2]", np.array([0.01, 0.0, -0.3]))),
             "of limbs": lambda: ep.load("prototype").device.as_chain().places(),
+            "of cables": lambda: list(ep.load("four-cables").device.as_chain().places()),
             "of a limb": lambda: forces(
-                ep.load("prototype").device.as_chain().with_place("A[2]", np.array([-0.1, 0.2, 0.1]))
+                ep.load("four-cables").device.as_chain().with_place("A[2]", np.array([-0.05, 0.12, 0.22]))
             ),
             "wrist": lambda: (wrist.dimensions(), wrist.places()),
             "of the wrist": lambda: forces(wrist.with_place("B[2]", np.array([0.05, 0.03, -0.22]))),

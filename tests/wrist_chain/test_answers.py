@@ -36,10 +36,9 @@ def written():
             (own.name, own.type, own.frame_a, own.frame_b, own.placement_b.translation, own.placement_b.quaternion)
             for own in closures.closures
         ]
-        plain = words_and_numbers(re.sub(r"[\"<>/= ]+", " ", xml.replace(repr(np.finfo(float).max), "largest")))
+        plain = words_and_numbers(re.sub(r"[\"<>/= ]+", " ", xml.replace("1.7976931348623157e+308", "largest")))
         return plain["numbers"], len(plain["words"]), kept, [str(root), str(closures.roles)], plain["words"][:6]
 
-    halves = [{name: half} for name, half in HALVES.items()]
     masses = AssumedMasses(base_half_mass=0.1, half_share=0.5, platform_mass=0.7, arm_radius=0.04)
     light = ep.load("prototype").mechanism
     circles = light.replace(arm=None)
@@ -132,7 +131,6 @@ def recognised():
 def balanced():
     """Forces of wrists with limbs of mass, universal and spherical, at rest, moving, loaded and displaced."""
     load = ep.Load([2.0, -1.0, -6.0], [0.1, 0.0, -0.2], [0.0, 0.01, -0.3])
-    halves = [{name: half} for name, half in HALVES.items()]
     motion = ep.Motion([0.3, -0.9, 0.2], [1.0, -2.0, 0.5])
 
     def asked(mechanism, **case):

@@ -186,6 +186,7 @@ def geometries():
             "far": lambda: WristGeometry(POINTS * 30.0, ENDS),
             "at O": lambda: WristGeometry(POINTS * [[1], [1], [0], [1]], ENDS),
             "folded": lambda: WristGeometry(POINTS, np.r_[ENDS[:3], -POINTS[3:]]),
+            "nearly folded": lambda: of(WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 6e-10]]]))["more"],
             "on its axis": lambda: WristGeometry(POINTS, ENDS, base_axis=POINTS[1], platform_axis=[0, 0, 1]),
             "no axis": lambda: WristGeometry(POINTS, ENDS, base_axis=[0, 0, 0]),
             "degrees": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [30.0, 60.0, 90.0], [30.0, 60.0, 90.0]),

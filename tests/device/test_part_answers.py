@@ -268,6 +268,7 @@ def reloaded(name, *endings):
 
             found |= each({ending: asked})
         found |= each({"saved": lambda: exo.save("saved.toml"), "again": lambda: repr(ep.load("saved.toml"))})
+        found |= each({"no arm": lambda: exo.replace(arm=None).export("bare.xml").statement})
     return found
 
 

@@ -1,7 +1,10 @@
 """Answers of postures, dimensions, accuracy and gaps of devices, as they are stored."""
 
+from dataclasses import replace
+
 import device_doors as doors
 import numpy as np
+import pinocchio as pin
 import pytest
 from answers import changes
 from asked_together import each
@@ -30,7 +33,7 @@ def postures():
 
     def turned(posture):
         answer = elbow.reaction(elbow_pose, limits="none", posture=posture)
-        return answer.status, answer.shoulder_force, answer.cautions
+        return answer.status, answer.verdict, answer.shoulder_force, answer.cautions
 
     return each(
         {
@@ -53,9 +56,56 @@ def postures():
             "of another pose": lambda: asked(exo.configurations(poses)[0]),
             "hinge": lambda: turned({"limb_0_1_deg": 3.0}),
             "back": lambda: turned({"limb_0_1_rad": -0.02}),
+            "out of reach": lambda: turned({"limb_0_1_deg": 100.0}),
+            "back out of reach": lambda: turned({"limb_0_1_deg": -60.0}),
             "modes": lambda: elbow.assembly_modes(elbow_pose, starts=4, seed=1).shape,
         }
     )
+
+
+def spans():
+    """Forces over all postures of idle joints, within their limits and without."""
+
+    def asked(exo, pose):
+        found = ep.reaction.posture_range(exo, ep.Case(pose), ep.Assumptions(limits="none"))
+        return str(found), found.least, found.greatest
+
+    elbow = doors.generated("limbs-4")
+    chain = elbow.chain
+    model = chain.model.copy()
+    own = chain.configuration_slice("limb_0_1")
+    model.lowerPositionLimit[own], model.upperPositionLimit[own] = -0.22, 0.17
+    held = elbow.replace(chain=ep.ClosedChain(model, chain.description))
+    return each(
+        {
+            "elbow": lambda: asked(held, elbow.pose(3.0, 4.0, 1.0)),
+            "none": lambda: asked(hinges(), hinges().pose(30)),
+            "limb": lambda: asked(doors.generated("limbs-2"), elbow.pose(3.0, 4.0, 1.0)),
+        }
+    )
+
+
+def framed():
+    """A device whose loop ends in a turned frame of the arm has the forces of the one that ends in the arm itself."""
+    device = doors.generated("idle-5").device
+    model, place = (
+        device.chain.model.copy(),
+        pin.SE3(pin.exp3(np.array([0.3, -0.5, 0.8])), np.array([0.01, 0.02, -0.1])),
+    )
+    model.addFrame(pin.Frame("turned", device.arm_index, 0, place, pin.FrameType.OP_FRAME))
+    first, *others = device.chain.closures
+    at = place.actInv(np.array(first.placement_b.translation))
+    first = replace(first, frame_b="turned", placement_b=ep.chain.Placement(tuple(at.tolist())))
+    described = replace(device.chain.description, closures=(first, *others))
+    exo = ep.ShoulderExo.from_device(device.replace(chain=ep.ClosedChain(model, described)))
+    load = doors.load("left")
+    shifted = {"centre_offset": ep.CentreOffset([0.004, 0.006, -0.003], [0.01, -0.02, 0.004])}
+
+    def asked(own):
+        answers = [own.reaction(own.pose(5, 3, 2), load=load, limits="none", **more) for more in ({}, shifted)]
+        return [(answer.shoulder_force, answer.actuator_forces, answer.cuff_wrench) for answer in answers]
+
+    return asked(exo), asked(ep.ShoulderExo.from_device(device))
 
 
 def sizes():
@@ -169,7 +219,14 @@ def near_the_body():
     return each({name: lambda name=name: asked(name, [10, 60], [30, 15], 5) for name in names})
 
 
-ASKED = {"postures": postures, "sizes": sizes, "placed": placed, "near_the_body": near_the_body}
+ASKED = {
+    "postures": postures,
+    "spans": spans,
+    "framed": framed,
+    "sizes": sizes,
+    "placed": placed,
+    "near_the_body": near_the_body,
+}
 
 
 @pytest.mark.full

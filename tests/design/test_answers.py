@@ -1,14 +1,11 @@
 """Answers of the records of designs: parts, persons, geometries and their parameters, as they are stored."""
 
-import os
 from dataclasses import replace
-from unittest import mock
 
 import numpy as np
 import pytest
 from answers import changes
-from asked_together import each, folder, words_and_numbers
-from planted_records import command
+from asked_together import each, folder, printed, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -416,9 +413,7 @@ def files():
                 "no file": lambda: ep.design.preset_file("none"),
             }
         )
-    with mock.patch.dict(os.environ, {"COLUMNS": "100"}):
-        found["parts"] = {name: command("parts", name)[0].splitlines() for name in ("four-cables", "prototype")}
-    return found
+    return found | {"parts": {name: printed("parts", name) for name in ("four-cables", "four-linear-actuators")}}
 
 
 ASKED = {

@@ -1,30 +1,21 @@
 """Answers of the one object at its doors, and of the command line about one pose, as they are stored."""
 
 import json
-import os
 from dataclasses import replace
-from unittest import mock
 
 import numpy as np
 import pytest
 from answers import changes
-from asked_together import each, folder, words_and_numbers
+from asked_together import each, folder, printed, words_and_numbers
 from places import URDF
-from planted_records import command
 
 import exo_pin as ep
-
-
-def said(*words):
-    """What a command prints on a screen of 100 columns."""
-    with mock.patch.dict(os.environ, {"COLUMNS": "100"}):
-        return command(*words)[0].splitlines()
 
 
 def pose(design, flexion=0.0, abduction=0.0, inward=0.0, *more):
     design = URDF / f"{design}.urdf" if (URDF / f"{design}.urdf").exists() else design
     angles = ("--flexion", flexion, "--abduction", abduction, "--internal-rotation", inward)
-    return said("reaction", design, *angles, *more)
+    return printed("reaction", design, *angles, *more)
 
 
 def one_pose():
@@ -103,7 +94,7 @@ def asked():
     wrong = ["", '{"question": NaN}', '{"question": "check", "question": "check"}']
     with folder() as place:
         (place / "asked.jsonl").write_text("\n".join([*map(json.dumps, lines), *wrong]) + "\n", encoding="utf-8")
-        return [short(line) for line in said("batch", "asked.jsonl")]
+        return [short(line) for line in printed("batch", "asked.jsonl")]
 
 
 def short(line):

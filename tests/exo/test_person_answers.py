@@ -1,13 +1,9 @@
 """Answers about the joint of a person who wears a device, as they are stored."""
 
-import os
-from unittest import mock
-
 import pytest
 from answers import changes
-from asked_together import each
+from asked_together import each, printed
 from places import URDF
-from planted_records import command
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
@@ -117,8 +113,7 @@ def pages():
     for name, (design, flexion, abduction, inward, *more) in cases.items():
         design = str(URDF / f"{design}.urdf") if (URDF / f"{design}.urdf").exists() else design
         angles = ("--flexion", flexion, "--abduction", abduction, "--internal-rotation", inward)
-        with mock.patch.dict(os.environ, {"COLUMNS": "100"}):
-            found[name] = command("reaction", design, *angles, *man, *more)[0].splitlines()
+        found[name] = printed("reaction", design, *angles, *man, *more)
     return found
 
 

@@ -1,11 +1,15 @@
 """Many small questions as one: the answers by name, errors as words, in a folder of their own."""
 
 import contextlib
+import io
+import os
 import re
 import tempfile
 from pathlib import Path
+from unittest import mock
 
 import exo_pin as ep
+from exo_pin.cli import main
 
 
 def each(questions):
@@ -25,6 +29,16 @@ def folder():
     """An empty folder that is the current one, so that messages name files alone."""
     with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
         yield Path()
+
+
+def printed(*words):
+    """Lines that a command prints on a screen of 100 columns."""
+    out = io.StringIO()
+    # What is compiled for the first time is said on the other stream.
+    streams = contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO())
+    with mock.patch.dict(os.environ, {"COLUMNS": "100"}), streams[0], streams[1]:
+        main([str(word) for word in words])
+    return out.getvalue().splitlines()
 
 
 def words_and_numbers(text):

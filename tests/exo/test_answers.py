@@ -230,11 +230,10 @@ def parts():
             "labels": lambda: wrist.view(labels=True),
             "looks": lambda: robot().view(human=True),
             "configuration": lambda: wrist.view(q=wrist.configurations(wrist.pose(20)), human=False),
-            "remedy": lambda: [str(ep.load("prototype").remedy(wrist.pose(*at))) for at in ((110, 40), (20, 40))],
+            "remedy": lambda: str(ep.load("prototype").remedy(wrist.pose(110, 40))),
             "map": lambda: np.nanmax(wrist.reaction_map(points).magnitude),
             "compare": lambda: str(wrist.compare(ep.load("four-cables"), poses=points)),
             "modes": lambda: ep.load(URDF / "serial-y-x-z.urdf").assembly_modes(wrist.pose(20, 10), starts=4).shape,
-            "one pose": lambda: wrist.uncertainty(points[0]),
         }
     )  # fmt: skip
 

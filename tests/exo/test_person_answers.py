@@ -89,7 +89,6 @@ def spread():
         {
             "stated": lambda: spread_of(cables, MAN, uncertainties=few, load=LOAD),
             "nobody": lambda: spread_of(cables, None, uncertainties={"offset_mm": 5.0}),
-            "hinges": lambda: spread_of(hinges, None, limits="none", uncertainties={"pose_deg": 2.0}),
             "no tone": lambda: spread_of(cables, MAN, uncertainties={"tone_percent": -1.0}),
             "no name": lambda: spread_of(cables, None, uncertainties={"weather": 1.0}),
             "run": lambda: run(cables, 0.4),

@@ -80,6 +80,7 @@ def spans():
         {
             "elbow": lambda: asked(held, elbow.pose(3.0, 4.0, 1.0)),
             "none": lambda: asked(hinges(), hinges().pose(30)),
+            "spins": lambda: asked(doors.generated("idle-3"), elbow.pose(3.0, 4.0, 1.0)),
             "limb": lambda: asked(doors.generated("limbs-2"), elbow.pose(3.0, 4.0, 1.0)),
         }
     )

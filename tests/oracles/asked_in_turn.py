@@ -1,0 +1,22 @@
+"""Several questions in one stored answer: what each returns or refuses, and all that a run of a plant says."""
+
+from dataclasses import replace
+
+import exo_pin as ep
+
+
+def in_turn(**asked):
+    """Answers by name; of a question that is refused the kind of error and its words."""
+    found = {}
+    for name, question in asked.items():
+        try:
+            found[name] = question()
+        except ep.ExoPinError as error:
+            found[name] = f"{type(error).__name__}: {error}"
+    return found
+
+
+def of_run(run, *more):
+    """A run, the state at its end, and what it says when it is asked."""
+    said = in_turn(**{name: getattr(run, name) for name in ("summary", *more)})
+    return {"run": replace(run, snapshots=()), "end": run.state(run.times[-1])} | said

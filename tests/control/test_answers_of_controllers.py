@@ -81,14 +81,8 @@ def sensed():
         ),
         drift_axis=None,
     )
-    seen, readings = (
-        [],
-        {
-            "errors": control.Sensors(errors),
-            "imu": control.ImuSensor(imu, plant.mechanism),
-            "chained": control.ImuSensor(chained, plant.mechanism),
-        },
-    )
+    seen, readings = [], {"errors": control.Sensors(errors)}
+    readings |= {name: control.ImuSensor(one, plant.mechanism) for name, one in (("imu", imu), ("chained", chained))}
 
     def watch(t, exact):
         seen.append({name: one(t, exact) for name, one in readings.items()})
@@ -122,11 +116,9 @@ def references():
         for count, rest in ((7, True), (7, False), (5, False))
     ]
     movement = turns[0].movement(7.0)
-    return (
-        [(one, one(times), one.start, one.end) for one in (*turns, *splines)],
-        movement,
-    )
-    control.OrientationSpline.of_movement(turns[3].movement(20.0)), control.DAILY_TASKS, in_turn(
+    states = [(one, one(times), one.start, one.end) for one in (*turns, *splines)]
+    again = control.OrientationSpline.of_movement(turns[3].movement(20.0))
+    return states, movement, again, control.DAILY_TASKS, in_turn(
         duration=lambda: control.Turn(POSE, [1.0, 0, 0], 0.0), vector=lambda: control.Turn(POSE, [19.0, 0, 0], 1.0),
         law=lambda: control.abduction(law="slow"), angle=lambda: control.flexion(3.2),
         half=lambda: control.flexion(np.pi), side=lambda: control.flexion(side="up"),

@@ -1,8 +1,22 @@
 """Several questions in one stored answer: what each returns or refuses, and all that a run of a plant says."""
 
+import contextlib
+import functools
+import tempfile
 from dataclasses import replace
 
 import exo_pin as ep
+
+
+def in_a_folder(question):
+    """The question, asked in an empty folder, so that what it says of files has no path."""
+
+    @functools.wraps(question)
+    def asked():
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            return question()
+
+    return asked
 
 
 def in_turn(**asked):

@@ -185,11 +185,11 @@ def contact_forces(
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
-        held = np.array(np.broadcast_to(action.held, query.shape))
         kept = (
             options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
         )
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by}, kept)
+        held = np.array(np.broadcast_to(action.held, query.shape))
         result = replace(
             with_device, without_device=result, caution=action.caution, held=held, drive_units=action.drive_units
         )

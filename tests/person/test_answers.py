@@ -49,26 +49,25 @@ def persons():
         for one in (MAN, WOMAN, folded)
     ]
     made = lambda **given: lambda: ep.Person(1.7, 70.0, "male", **given)  # noqa: E731
+    refused = in_turn(
+        cuff=made(cuff_strength=0.0), strong=made(strength=10.1), percent=made(cuff_strength=56.0),
+        weak=made(strength=-0.1), edge=made(strength=10.0, cuff_strength=10.0, scapular_motion=1.5),
+        scapula=made(scapular_motion=1.51), bent=made(elbow_flexion=2.3), stretched=made(elbow_flexion=-0.01),
+        ends=made(elbow_flexion=130.0, forearm_rotation=-90.0, degrees=True),
+        turned=made(forearm_rotation=91.0, degrees=True), side=made(side="up"),
+    )  # fmt: skip
     return (
         whole,
+        refused,
         MAN.allows(FAR),
         MAN.range_of_motion,
         MAN.limb_state(FAR),
         WOMAN.limb_state(RIGHT[0]),
-    )
-    (
         MAN.on_side("right").side,
         MAN.centre_path([0.01, 0.0, 0.02]),
         MAN.glenoid_cone(superior=0.5),
         WOMAN.centre_path(),
     )
-    in_turn(
-        cuff=made(cuff_strength=0.0), strong=made(strength=10.1), percent=made(cuff_strength=56.0),
-        weak=made(strength=-0.1), edge=made(strength=10.0, cuff_strength=10.0, scapular_motion=1.5),
-        scapula=made(scapular_motion=1.51), bent=made(elbow_flexion=2.3), stretched=made(elbow_flexion=-0.01),
-        ends=made(elbow_flexion=130.0, forearm_rotation=-90.0, degrees=True), turned=made(forearm_rotation=91.0,
-        degrees=True), side=made(side="up"),
-    )  # fmt: skip
 
 
 def contact():
@@ -145,9 +144,17 @@ def words():
 
 def over_assumptions():
     """Ranges over all assumptions, alone and with a device."""
-    return MAN.contact_range(
-        POSES[0], load=PUSH, options=ep.ContactOptions(weights="volume", passive=True, socket_turn=0.1)
-    ), str(WOMAN.contact_range(RIGHT[:2], device=[0.0, 0.0, 9.0, 0.0, 0.0, 0.0]))
+    options = ep.ContactOptions(3, "volume", True, socket_turn=0.1, centre_shift=(0.001, 0.002, -0.003))
+    alone = MAN.contact_range(POSES[0], load=PUSH, options=options)
+    worn = WOMAN.contact_range(RIGHT[:2], options=ep.ContactOptions(cone=None), device=[0.0, 0.0, 9.0, 0.0, 0.0, 0.0])
+    return [
+        {
+            "says": str(each), "least": each.lowest, "most": each.highest, "band": each.band,
+            "relief": each.relief_percent, "variants": {name: one.force for name, one in each.variants.items()},
+            "persons": [one.force for one in each.persons[:5]], "count": len(each.persons),
+        }
+        for each in (alone, worn)
+    ]  # fmt: skip
 
 
 def refused_contact():

@@ -9,7 +9,16 @@ from asked_commands import answered_in_turn
 POSE = "--flexion 50 --abduction 30 --internal-rotation -10"
 MAN, WOMAN = "--person 1.82,83,male --elbow-flexion 35 --payload 1.2", "--person 1.6,55,female"
 TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n100,20,30\n"
-QUESTIONS = '{"ask": "reaction", "design": "four-cables", "flexion": 60}\n{"ask": "nothing"}\n\nno json\n{"ask": "kinematics", "design": "prototype", "flexion": 20}\n'
+#: Half a second of a movement.
+QUICK = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + "".join(
+    f"{0.02 * k:.2f},{20.0 + 0.5 * k:.1f},{30.0 + 0.01 * k * k:.2f},{0.2 * k:.1f}\n" for k in range(26)
+)
+QUESTIONS = """{"ask": "reaction", "design": "four-cables", "flexion": 60}
+{"ask": "nothing"}
+
+no json
+{"ask": "kinematics", "design": "prototype", "flexion": 20}
+"""
 
 #: Commands by what they are about; those of a person need what that extra brings.
 COMMANDS = {
@@ -46,7 +55,10 @@ COMMANDS = {
         f"workspace four-cables --step 30 {WOMAN} --shoulder-force 90 --limb-table --out inside.csv",
         "workspace four-cables --step 45 --limb-loss --one-by-one", "workspace four-cables --step 30 --criteria beauty",
         "workspace four-cables --step 0",
-        "workspace four-cables --step 30 --fits 1.5,50,female --elbow-range 0,90 --gap 5 --cuff-pull 80 --pull-out 60", "workspace urdf/serial-y-x-z.urdf --step 30", "tasks four-cables --step 40", f"tasks four-cables --movement lifting=examples/lift.csv --no-ranges {WOMAN} --out tasks.csv", "tasks --day --step 40", "tasks four-cables --movement lifting",
+        "workspace four-cables --step 30 --fits 1.5,50,female --elbow-range 0,90 --gap 5 --cuff-pull 80 --pull-out 60",
+        "workspace urdf/serial-y-x-z.urdf --step 30", "tasks four-cables --step 40",
+        f"tasks four-cables --movement lifting=examples/lift.csv --no-ranges {WOMAN} --out tasks.csv",
+        "tasks --day --step 40", "tasks four-cables --movement lifting",
         "parts four-cables --step 40 --drive-mass 0.3 --with-masses heavy.toml",
         "parts four-linear-actuators-worn --step 40 --out parts.csv", "parts four-cables --step 45 --arm-speed 9",
     ],
@@ -76,7 +88,7 @@ COMMANDS = {
         "export four-cables --out cables.urdf", f"export examples/device.toml {WOMAN} --out device.sdf",
         "export four-cables --out cables.step", "export four-cables --out", "schema", "schema singular_pose",
         "schema nothing", "thesis --section 5.1.2", "thesis --section 9.9", "thesis --reasons",
-        "calibrate three-linear-actuators examples/measured.csv --length-noise 0.3 --out calibrated.toml",
+        "calibrate three-linear-actuators examples/measured.csv --out calibrated.toml",
         "calibrate three-linear-actuators examples/measured.csv --unknowns beauty",
         "calibrate prototype examples/lift.csv", "batch questions.jsonl", "batch nothing.jsonl", "beauty",
         "reaction --beauty 3", "--version-of-nothing", "presets --help",
@@ -93,15 +105,19 @@ COMMANDS = {
         "muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv",
         "muscle step --mass-kg 1 --to-bar 3 --from-bar 1 --lag-s 0.2 --duration-s 1",
         "muscle step --to-bar 3", "muscle loop --to-percent 15 --weight-N 12.74 --duration-s 2",
-        "muscle loop --to-percent 15 --mass-kg 1 --length-mm 250 --friction-N 2 --gain 0.02 --integral-s 0.7 --duration-s 1 --out loop.csv", "muscle loop --to-percent 99 --mass-kg 1", "muscle",
+        "muscle loop --to-percent 15 --mass-kg 1 --length-mm 250 --friction-N 2 --gain 0.02 --integral-s 0.7 --out loop.csv",
+        "muscle loop --to-percent 99 --mass-kg 1", "muscle",
     ],
     "moved": [
         "record examples/lift.csv", "record examples/lift.csv --angles isb --out isb.csv",
         "record examples/lift.csv --against examples/lift.csv --json", "record nothing.csv",
         "record examples/measured.csv", "record table.csv", "track --list",
-        "track four-cables --trajectory examples/lift.csv --no-progress --out run.csv",
-        "track prototype --trajectory examples/lift.csv --fault burst,3,1 --no-progress",
-        "track four-cables --trajectory examples/lift.csv --fault torn,1,1 --lost-beyond 10 --lower-in 3 --no-progress --json", "track --experiment nothing", "track prototype --trajectory abduction --fault melt,1,1", "track four-cables --trajectory examples/lift.csv --controller nothing", "track prototype --fault burst,4,1", "track four-cables --lost-imu 3,2", "view four-cables --plot view.txt",
+        "track four-cables --trajectory quick.csv --no-progress --out run.csv",
+        "track prototype --trajectory quick.csv --fault burst,3,0.2 --no-progress",
+        "track four-cables --trajectory quick.csv --fault torn,1,0.1 --lost-beyond 10 --lower-in 3 --json",
+        "track --experiment nothing", "track prototype --trajectory abduction --fault melt,1,1",
+        "track four-cables --trajectory quick.csv --controller nothing", "track prototype --fault burst,4,1",
+        "track four-cables --lost-imu 3,2", "view four-cables --plot view.txt",
     ],
     "persons": [
         f"person four-cables {POSE}",
@@ -109,14 +125,14 @@ COMMANDS = {
         f"person --bare {POSE} {WOMAN} --volumes --any-direction", f"person prototype {POSE} --least effort",
         f"person four-cables {POSE} --least contact --json --limits 0,90",
         "person four-cables --trajectory examples/lift.csv --rate 5", f"person four-cables {POSE} --share 2",
-        f"person four-cables {POSE} --strength -1", f"person --bare --flexion 40 --abduction -140",
+        f"person four-cables {POSE} --strength -1", "person --bare --flexion 40 --abduction -140",
         f"reaction four-cables {POSE} {MAN} --muscles --strength 0.9",
         f"reaction urdf/spring-support.urdf {POSE} {WOMAN} --muscles",
     ],
 }  # fmt: skip
 
 ASKED = {
-    name: functools.partial(answered_in_turn, lines, table_csv=TABLE, questions_jsonl=QUESTIONS)
+    name: functools.partial(answered_in_turn, lines, table_csv=TABLE, questions_jsonl=QUESTIONS, quick_csv=QUICK)
     for name, lines in COMMANDS.items()
 }
 

@@ -12,7 +12,7 @@ from places import REPOSITORY
 from exo_pin.cli import main
 
 #: Of a document, and of the comments of a table, what says where it comes from.
-_ABOUT = {"provenance", "notes"}
+_ABOUT = {"provenance", "notes", "sha256"}
 
 
 def _written(path):
@@ -36,7 +36,15 @@ def _said(text):
         documents = [json.loads(text)]
     except json.JSONDecodeError:
         documents = [json.loads(line) for line in text.splitlines()]
-    return [{key: value for key, value in each.items() if key not in _ABOUT} for each in documents]
+    return _without_source(documents)
+
+
+def _without_source(value):
+    if isinstance(value, list):
+        return [_without_source(each) for each in value]
+    if isinstance(value, dict):
+        return {key: _without_source(each) for key, each in value.items() if key not in _ABOUT}
+    return value
 
 
 def answered(line):

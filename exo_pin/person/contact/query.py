@@ -175,10 +175,9 @@ def contact_forces(
     velocity = None if motion is None else _length_rates(person, query)
     muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
     loads = external_loads(person, limb.elbow_axis, pull, query, options.load_on == "forearm")
-    if options.socket_turn:
-        # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
-        turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
-        limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
+    # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
+    turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
+    limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
     shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
     action = None if action is None else action.about(shift)
     arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads, shift), options, progress, executor)

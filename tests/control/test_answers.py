@@ -165,6 +165,7 @@ def refused():
     return in_turn(
         valves=lambda: options(valves=[]), valve=lambda: options(valves=[1]), flange=lambda: options(second_flange=1),
         adiabatic=lambda: options(polytropic_exponent=1.41), isothermal=lambda: options(polytropic_exponent=0.99),
+        ends=lambda: [ep.Fault("supply drop", 0, command=c, share=s) for c, s in ((-1.0, 0.0), (1.0, 1.0))],
         edges=lambda: [options(polytropic_exponent=kappa).polytropic_exponent for kappa in (1.0, 1.4)],
         dead=lambda: options(dead_volume=0.0), supply=lambda: options(supply=4e5),
         law=lambda: options(muscle_friction=3.0),

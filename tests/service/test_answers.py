@@ -209,7 +209,8 @@ def description():
             body = about.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
             paths[f"{method} {address}"] = {
                 "says": about.get("summary"), "takes": sorted(body.get("properties", {})),
-                "needs": body.get("required"), "codes": {c: [*e.get("content", {})] for c, e in about["responses"].items()},
+                "needs": body.get("required"),
+                "codes": {c: [*e.get("content", ())] for c, e in about["responses"].items()},
             }  # fmt: skip
     post = whole["paths"]["/reaction"]["post"]["requestBody"]["content"]["application/json"]["schema"]
     reaction = {key: value for key, value in post["properties"].items() if key != "design"}

@@ -113,7 +113,7 @@ def samples():
     ]  # fmt: skip
     for message in messages:
         said = live.take(json.dumps(message))
-        found.append([None if said is None else json.loads(said), live.newest()])
+        found.append([None if said is None else json.loads(said) | {"title": ""}, live.newest()])
     return found, live.take(b"\xff") is not None, live.words.partition(" ms ")[2]
 
 

@@ -1,6 +1,7 @@
 """Answers of the service as they are stored: replies, streams of samples, messages of ROS, its description."""
 
 import json
+import re
 
 import msgspec
 import numpy as np
@@ -20,11 +21,14 @@ from exo_pin.service.samples import Opening, Sample, Sensors, Stream
 POSE = {"flexion": [20.0, 50.0], "abduction": [30.0, 60.0], "internal_rotation": [5.0, -10.0]}
 WOMAN = {"height": 1.6, "mass": 55.0, "sex": "female", "elbow_flexion": 30.0, "degrees": True}
 ABOUT = {"provenance", "notes", "version", "sha256"}
+#: Python's own words for a status are others in each version.
+TITLE = re.compile(r'"title":"[^"]*",')
 
 
 def without_source(value):
     if isinstance(value, dict):
-        return {key: without_source(each) for key, each in value.items() if key not in ABOUT}
+        of_problem = {"title"} if "kind" in value and "detail" in value else set()
+        return {key: without_source(each) for key, each in value.items() if key not in ABOUT | of_problem}
     return [without_source(each) for each in value] if isinstance(value, list) else value
 
 
@@ -36,7 +40,7 @@ def replied(name, question):
 def replies():
     """Every question that needs no more than the package, and every way to ask it wrongly."""
     cables, text = {"design": "four-cables", "id": 7}, preset_file("four-cables")
-    asked = [
+    given = [
         ("reaction", cables | {"poses": POSE, "load": {"force": [0.0, 0.0, -20.0], "at": [0.0, 0.0, -0.3]},
         "motion": {"angular_velocity": [0.5, 0.2, 0.1]}}), ("reaction",
         {"design": {"toml": text}, "side": "right", "poses": {"quaternions_xyzw": [0.0, 0.0, 0.6, 0.8]},
@@ -58,7 +62,7 @@ def replies():
         {"poses": {"flexion": 1}, "split": "elastic"}, {"poses": {"flexion": 1}, "beauty": 1},
         {"poses": {"flexion": 1}, "design": "/etc/passwd"},
     ]  # fmt: skip
-    return [(name, *replied(name, question)) for name, question in asked], [
+    return [(name, *replied(name, question)) for name, question in given], [
         replied("reaction", question) for question in wrong
     ]
 
@@ -140,7 +144,7 @@ def sessions():
     """Replies of a process to the messages of a stream, from its opening to its end."""
     opening = Opening(open={"design": "four-cables", "side": "right", "limits": [5.0, 60.0]})
     contact = Opening(open={"question": "joint_contact", "design": "four-cables", "person": WOMAN})
-    asked = [
+    sent = [
         Request("a", sample=Sample(t=0.1)), Request("a", opening),
         Request("a", sample=Sample(t=0.1, flexion=40.0, abduction=20.0), seq=4, delay=0.03),
         Request("a", sample=Sample(t=0.2, flexion=40.0, internal_rotation=-200.0)), Request("a", sample=Sample(t=0.2)),
@@ -151,7 +155,7 @@ def sessions():
         Request("b", sample=Sample(t=0.1, flexion=40.0, abduction=-150.0)),
     ]  # fmt: skip
     found = []
-    for each in asked:
+    for each in sent:
         status, body = respond(msgspec.json.encode(each))
         found.append((status, without_source(json.loads(body))))
     given = (
@@ -161,7 +165,7 @@ def sessions():
         (b'{"x": 1}', None),
         (b"\xff", None),
     )
-    first = [json.loads(opening_of(*each)) for each in given]
+    first = [without_source(json.loads(opening_of(*each))) for each in given]
     return found, first, opening_of(b'{"open": {}, "rate": 50, "token": "a"}', "a").rate, LiveSession(opening).name
 
 
@@ -219,12 +223,50 @@ def description():
     return paths, reaction, schemas, rest, whole["info"]["license"], whole["components"].get("securitySchemes")
 
 
+def application():
+    """Who may ask, what is accepted, and what becomes of a request that is too long, leaves, or has to wait."""
+    pytest.importorskip("starlette", reason="needs the extra service")
+    from asked_application import TellingWorkers, asked
+
+    from exo_pin.service.application import application as made
+
+    app = made(TellingWorkers(), ServiceOptions(host="127.0.0.1", token="0123456789abcdef", body=20, names=("lab",)))
+    key = {"Authorization": "Bearer 0123456789abcdef"}
+    open_app = made(TellingWorkers(), ServiceOptions(body=20))
+    jobs = {
+        "plain": {}, "edge": {"body": b"x" * 20}, "long": {"body": b"x" * 21}, "parts": {"parts": [b"abc", b"de"]},
+        "leaves": {"parts": [b"abc", None]}, "busy": {"body": b"wait"}, "wrong": {"body": b"wrong"},
+        "text": {"Content_Type": "text/plain"}, "kind": {"Content_Type": " Application/JSON ; charset=utf-8"},
+        "pdf": {"path": "/report", "Accept": "text/x, Application/PDF;q=0.9, text/html"},
+        "html": {"path": "/report", "Accept": "text/html"}, "any": {"path": "/report", "Accept": "*/*"},
+        "first": {"path": "/report", "Accept": "application/json, text/html"}, "other": {"Accept": "application/pdf"},
+        "refused": {"path": "/report", "Accept": "text/html", "body": b"wrong"}, "get": {"method": "GET"},
+        "nowhere": {"path": "/nowhere"}, "health": {"method": "GET", "path": "/health"}, "named": {"Host": "lab:80"},
+        "host": {"Host": "example.org"}, "six": {"Host": "[::1]:8600"}, "page": {"Origin": "http://127.0.0.1:8600"},
+        "site": {"Origin": "http://example.org"}, "socket": {"kind": "websocket", "Host": "example.org"},
+    }  # fmt: skip
+    told = {name: asked(app, **key, **job) for name, job in jobs.items()}
+    for name, more in (("none", {}), ("bad", {"Authorization": "Bearer 0123456789abcdeg"})):
+        told[name] = asked(app, **more)
+    told["freely"], told["health alone"] = asked(open_app), asked(app, "GET", "/health")[0]
+    counts = [line for line in asked(app, "GET", "/metrics", **key)[2].splitlines() if line.startswith("exo_pin_")]
+    told["counts"] = [
+        line for line in counts if "requests_total" in line or "exo_pin_busy" in line or "waiting" in line
+    ]
+    told["schema"] = len(json.loads(asked(app, "GET", "/openapi.json", **key)[2])["paths"])
+    told["health"] = json.loads(told["health"][2])["status"]
+    return {
+        name: [*each[:2], TITLE.sub("", each[2])] if isinstance(each, tuple) else each for name, each in told.items()
+    }
+
+
 ASKED = {
-    each.__name__: each for each in (replies, streams, poses, calibrated, sessions, messages, options, description)
+    each.__name__: each
+    for each in (replies, streams, poses, calibrated, sessions, messages, options, description, application)
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"description", "replies"}
+LONGER = {"description", "replies", "application"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

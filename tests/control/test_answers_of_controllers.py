@@ -159,7 +159,9 @@ def controllers():
         "lengths": control.LengthController(cables, PATH, 50.0), "weight": control.gravity_compensation(cables, 0.7),
         "impedance": control.impedance(cables, PATH, 7.0, 0.3),
         "assist": control.assist_as_needed(cables, PATH, 7.0, 0.3), "admittance": control.AdmittanceController(cables,
-        PATH, 0.2, 0.5, 3.0, filter_time=0.03), "air": control.ModelController(muscles, PATH, replace(gains,
+        PATH, 0.2, 0.5, 3.0, filter_time=0.03),
+        "own gains": control.AdmittanceController(cables, PATH, 0.2, 0.5, 3.0, gains),
+        "air": control.ModelController(muscles, PATH, replace(gains,
         air_ahead=True)),
         "usual": control.ModelController(muscles, PATH),
         "contraction": control.ContractionController(muscles.mechanism, PATH, [control.PIGains(0.01 * k,
@@ -170,7 +172,7 @@ def controllers():
     def asked(one):
         plant, said = (
             getattr(one, "plant", None)
-            or {"admittance": cables, "contraction": muscles, "printed": muscles}[
+            or {"admittance": cables, "own gains": cables, "contraction": muscles, "printed": muscles}[
                 next(name for name in made if made[name] is one)
             ],
             [],

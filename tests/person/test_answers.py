@@ -8,6 +8,7 @@ import pytest
 from answers import changes
 from asked_in_turn import in_a_folder, in_turn
 from contact_results import some_contact
+from places import URDF
 
 import exo_pin as ep
 from exo_pin.person import DeviceAction, write_external_loads
@@ -77,12 +78,16 @@ def contact():
     )
     free = ep.ContactOptions(cone=None)
     weak, feeble = replace(MAN, strength=0.15), replace(MAN, strength=0.0)
+    straight = replace(WOMAN, strength=0.0, payload=0.4)
+    pushes = [ep.Load([size, 1.0, 2.0], at=(0.0, 0.0, -0.5)) for size in (-40.0, 40.0)]
+    loaded = ep.ContactOptions(load_on="forearm")
+    limp = [straight.joint_contact(RIGHT[:2], load=push, options=loaded).missing_elbow for push in pushes]
     return (
         both(MAN.joint_contact(POSES, MOTION, PUSH, options=options)), both(WOMAN.joint_contact(RIGHT[0], load=PUSH,
         options=free, gravity=(1.0, 0.5, -9.0))),
         weak.joint_contact(POSES, load=PUSH), feeble.joint_contact(POSES[:2]), both(feeble.joint_contact(POSES[0],
         device=np.array([0.0, 0.0, 20.0, 1.0, -6.0, 0.3]))),
-        MAN.joint_contact(FAR, outside="mark"), in_turn(outside=lambda: MAN.joint_contact(FAR),
+        limp, MAN.joint_contact(FAR, outside="mark"), in_turn(outside=lambda: MAN.joint_contact(FAR),
         mark=lambda: MAN.joint_contact(POSES, outside="drop"), one=lambda: WOMAN.joint_contact(FAR[2])),
     )  # fmt: skip
 
@@ -102,8 +107,21 @@ def worn():
 def of_designs():
     """Contact with the actuators of designs: shares, least efforts, reactions, springs, runs."""
     cables, frame = ep.load("four-cables"), ep.load("prototype").replace(limbs=None)
+    support, stack = ep.load(URDF / "spring-support.urdf"), ep.shoulder_rotation([60.0, 80.0], 10.0, 0.0, degrees=True)
+    hung = [
+        support.joint_contact(one, WOMAN.on_side("left"))
+        for one in (
+            stack,
+            stack[0],
+            stack[:1],
+            ep.shoulder_rotation(-60.0, 5.0, 0.0, degrees=True),
+            ep.shoulder_rotation(0.0, 0.0, 0.0),
+        )
+    ]
+    springs = [(each.assumptions, each.force, each.relief_percent, each.cautions) for each in hung]
     pose, man = POSES[:2], replace(MAN, strength=1.0)
     return (
+        springs,
         both(frame.joint_contact(pose, man, 0.6, MOTION, PUSH)), cables.joint_contact(pose[0], man, "least_effort",
         load=PUSH), cables.joint_contact(pose[0], man, "least_contact"),
         frame.joint_contact(pose, man, frame.worn_by(man).reaction(pose)), cables.joint_contact(pose[0], man, [11.0,
@@ -113,13 +131,13 @@ def of_designs():
 
 def words():
     """Verdicts, tables and sums of contact forces that are given, with and without a device."""
-    sizes = [300.0, np.nan, 411.0]
-    bare = some_contact([500.0, 350.0, 380.0], side="right")
+    sizes = [300.0, np.nan, 411.0, 398.8]
+    bare = some_contact([500.0, 350.0, 380.0, 400.0], side="right")
     states = some_contact([np.nan] * 4, status=["too_weak", "unstable", "no_device_force", "outside"])
     worn = some_contact(
         sizes,
         without_device=bare,
-        device_forces=np.arange(6.0).reshape(3, 2),
+        device_forces=np.arange(8.0).reshape(4, 2),
         drive_units=(("hip", "N m"), ("rope", "N")),
         caution="Beware.",
         record_cautions=("Rough.",),
@@ -136,7 +154,7 @@ def words():
     return (
         told,
         [(each, each.verdict) for each in (*single, *lone)],
-        replace(worn, held=np.array([True, True, False])).relief_percent,
+        replace(worn, held=np.array([True, True, False, True])).relief_percent,
         bare.peak_row,
         states.mirrored().side,
     )

@@ -162,7 +162,9 @@ def refused():
     cables = ep.Plant(ep.load("four-cables"))
     state, still = plant.state(), waves(3)
     end = {"start": 0.5, "end": 0.5}
+    parts = ("supply", "muscle_damping", "winch", "linear_actuator", "joint_motor", "muscle_friction", "valves")
     return in_turn(
+        **{f"{name} as 3": lambda name=name: options(**{name: 3}) for name in parts},
         valves=lambda: options(valves=[]), valve=lambda: options(valves=[1]), flange=lambda: options(second_flange=1),
         adiabatic=lambda: options(polytropic_exponent=1.41), isothermal=lambda: options(polytropic_exponent=0.99),
         ends=lambda: [ep.Fault("supply drop", 0, command=c, share=s) for c, s in ((-1.0, 0.0), (1.0, 1.0))],

@@ -98,7 +98,9 @@ def tracks():
 
 def refused_experiments():
     own = lambda **more: lambda: control.Experiment("one", "One", ep.load("four-cables").mechanism, SHORT, **more)  # noqa: E731
+    parts = ("mechanism", "reference", "options", "imu", "feedback", "controller", "cuff", "torso", "payloads")
     return in_turn(
+        **{f"{name} as 3": lambda name=name: experiment("flexion").replace(**{name: 3}) for name in parts},
         name=lambda: experiment("nothing"), rate=own(rate=0.0), duration=own(duration=-1.0),
         controller=own(controller="best"), faults=own(faults=(3,)), imu=own(imu=3), options=own(options=3),
         field=lambda: own()().replace(beauty=1),
@@ -147,8 +149,11 @@ def measurements():
     beyond = stopped.state(ep.shoulder_rotation(110.0, 20.0, 60.0, degrees=True), SPIN, 1e5)
     ends = stopped.simulate(lambda t, now: [0.3, -0.2, 0.5], 0.006, beyond, 500.0, sample_rate=300.0, rtol=1e-4)
     rest = stopped.rest([1e5, 0.5e5, 0.0], near=POSE)
+    later = [ep.Fault("torn", 3, 0.026), ep.Fault("jam", 1, 0.022, 0.025)]
+    stepped = cables.step(run.state(0.02), [0.3, -0.2, 0.5, 0.1], 0.0073, later)
     return (
         seen,
+        stepped,
         run.commands,
         {
             name: getattr(ends, name)

@@ -98,7 +98,7 @@ def tracks():
 
 def refused_experiments():
     own = lambda **more: lambda: control.Experiment("one", "One", ep.load("four-cables").mechanism, SHORT, **more)  # noqa: E731
-    parts = ("mechanism", "reference", "options", "imu", "feedback", "controller", "cuff", "torso", "payloads")
+    parts = ("mechanism", "reference", "options", "imu", "feedback", "controller", "cuff", "harness", "torso")
     return in_turn(
         **{f"{name} as 3": lambda name=name: experiment("flexion").replace(**{name: 3}) for name in parts},
         name=lambda: experiment("nothing"), rate=own(rate=0.0), duration=own(duration=-1.0),

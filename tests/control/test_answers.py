@@ -139,6 +139,55 @@ def padded():
     return moved(plant, plant.state(POSE, SPIN), ())
 
 
+def chains():
+    """Short motions of devices with springs, routed cables, friction and brakes, and of motors at their ends."""
+    found = {}
+    for name, limit in (("spring-support", None), ("six-cables", 90.0), ("nesm", 20.0), ("spherical-3rrr", None)):
+        options = control.PlantOptions(joint_motor=replace(OF_JOINT, limit=limit), shoulder_viscous=0.1)
+        turn = control.AnglePath([0.0, 0.5], [[0.1, 0.0, 0.0], [0.3, 0.2, -0.1]])
+        torso = control.Torso(turn, ([0.0, 0.01, 0.03], [[0.0, 0.0, 1.0], [2.0, 0.0, -1.0], [0.0, 3.0, 0.0]]))
+        found[name] = lambda name=name, options=options, torso=torso: brief(
+            ep.Plant(device(name), options, wearer=TISSUE, torso=torso)
+        )
+    beyond = ep.shoulder_rotation(175.0, 60.0, 85.0, degrees=True)
+    ends = ep.Plant(device("serial-y-x-z"), control.PlantOptions(joint_motor=OF_JOINT), wearer=TISSUE)
+    lacking = control.PlantOptions(winch=control.Winch(no_load_speed=0.05))
+    return in_turn(
+        **found, ends=lambda: brief(ends, beyond),
+        slow=lambda: brief(ep.Plant(ep.load("four-cables"), lacking, wearer=TISSUE)),
+        limit=lambda: ep.Plant(device("six-cables")), times=lambda: control.Torso(None, ([0.0, 0.0], np.zeros((2, 3)))),
+        moment=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: np.full(3, np.nan))),
+    )  # fmt: skip
+
+
+def brief(plant, pose=POSE):
+    """A short run in numbers."""
+    is_direct = not plant.count or plant.drives[0].is_direct
+    start = plant.state(pose, SPIN) if is_direct else plant.held(pose, [20.0] * plant.count)
+    start = replace(start, angular_velocity=SPIN)
+    run = plant.simulate(
+        lambda t, seen: [0.4, -0.3, 0.2, 0.1, 0.3, 0.2][: plant.count],
+        0.006,
+        start,
+        400.0,
+        sample_rate=200.0,
+        rtol=1e-4,
+    )
+    names = (
+        "status",
+        "angular_acceleration",
+        "tensions",
+        "drive_speeds",
+        "joint_loss",
+        "wearer_work",
+        "link_force",
+        "chain",
+        "electric_power",
+        "stored_energy",
+    )
+    return {name: getattr(run, name) for name in names}
+
+
 def at_rest():
     """States of rest, limits and positions of drives, what moments are missing, and drives that creep."""
     muscles, cables = ep.Plant(ep.load("prototype")), ep.Plant(ep.load("four-cables"), ep.PlantOptions(play=0.001))
@@ -219,11 +268,11 @@ def refused():
 
 ASKED = {
     each.__name__: each
-    for each in (muscles, tackles, winches, actuators, worn, geared, direct, padded, at_rest, refused)
+    for each in (muscles, tackles, winches, actuators, worn, geared, direct, padded, chains, at_rest, refused)
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"worn", "geared", "refused"}
+LONGER = {"chains", "worn", "geared", "refused"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

@@ -8,6 +8,7 @@ import pytest
 from answers import changes
 from asked_in_turn import in_a_folder, in_turn
 from asked_plants import POSE, SPIN, TISSUE, device, waves
+from places import URDF
 
 import exo_pin as ep
 from exo_pin import control
@@ -94,6 +95,32 @@ def tracks():
         "late": tracked(control.Experiment("late", "Late", ep.load("four-cables").mechanism, SHORT, duration=0.2,
         imu=control.Imu(lost=((3.0, 4.0),)), feedback=control.FeedbackGains(stiffness=30.0, damping=2.0)), True),
     }  # fmt: skip
+
+
+def findings():
+    """What is found in runs that leave their stroke, stand still, end early, or move a chain."""
+    muscles, screws = ep.load("prototype").mechanism, ep.load("three-linear-actuators").mechanism
+    quick = control.flexion(1.5, 0.5, "minimum_jerk")
+    path = Valve(2e-9, 0.3)
+    vented = ep.PlantOptions(valves=ValveUnit(path, path, layout="fill and vent"))
+    gains = control.FeedbackGains(stiffness=9.0, damping=0.5, air_ahead=True)
+    serial = ep.load(URDF / "serial-y-x-z.urdf").device
+    jobs = {
+        "beyond": {"mechanism": muscles, "reference": quick, "controller": "model", "duration": 0.9,
+        "options": vented, "feedback": gains},
+        "lengths": {"mechanism": muscles, "reference": quick, "controller": "pi", "duration": 0.9},
+        "screws": {"mechanism": screws, "reference": control.flexion(2.6, 0.7), "controller": "pi", "duration": 0.8},
+        "ends": {"mechanism": muscles, "reference": SHORT, "controller": lambda t, seen: [0.3 / (t < 0.1)] * 3,
+        "duration": 0.2},
+        "chain": {"mechanism": serial, "reference": SHORT, "controller": "model", "duration": 0.03},
+        "start": {"mechanism": screws, "reference": control.AnglePath([0.0, 1.0], [[3.0, 1.5, 0.0], [0.0, 0.0, 0.0]])},
+    }  # fmt: skip
+    return in_turn(
+        **{
+            name: lambda name=name, job=job: tracked(control.Experiment(name, name.title(), **job), True)
+            for name, job in jobs.items()
+        }
+    )
 
 
 def refused_experiments():
@@ -201,11 +228,12 @@ def measured():
 
 
 ASKED = {
-    each.__name__: each for each in (catalogue, assumed, tracks, refused_experiments, loops, measurements, measured)
+    each.__name__: each
+    for each in (catalogue, assumed, tracks, findings, refused_experiments, loops, measurements, measured)
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"tracks", "catalogue", "measurements"}
+LONGER = {"findings", "tracks", "catalogue", "measurements"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

@@ -59,8 +59,8 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
             worst = int(np.where(doubtful, seen.rate, np.inf).argmin())
             found.append(
                 f"lengths alone do not place the arm in {100.0 * doubtful.mean():.0f} % of the wanted poses; at "
-                f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation does: "
-                "--controller model"
+                f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation "
+                "does: --controller model"
             )
     elif experiment.controller == "model" and measures and "arm" not in measures:
         found.append(

@@ -105,7 +105,7 @@ COMMANDS = {
         "muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv",
         "muscle step --mass-kg 1 --to-bar 3 --from-bar 1 --lag-s 0.2 --duration-s 1",
         "muscle step --to-bar 3", "muscle loop --to-percent 15 --weight-N 12.74 --duration-s 2",
-        "muscle loop --to-percent 15 --mass-kg 1 --length-mm 250 --friction-N 2 --gain 0.02 --integral-s 0.7 --out loop.csv",
+        "muscle loop --to-percent 9 --mass-kg 1 --length-mm 250 --friction-N 2 --gain .02 --integral-s 0.7 --out l.csv",
         "muscle loop --to-percent 99 --mass-kg 1", "muscle",
     ],
     "moved": [

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from answers import changes
-from asked_in_turn import in_turn
+from asked_in_turn import in_digits, in_turn
 from places import URDF
 
 import exo_pin as ep
@@ -122,7 +122,7 @@ def files():
     pages = PageFiles()
     try:
         (name, content), (other, packed) = pages.design(CHANGED), pages.design(CASES["support"])
-        return (name, content.decode().splitlines()), (other, packed[:2] == b"PK"), in_turn(
+        return (name, in_digits(content.decode()).splitlines()), (other, packed[:2] == b"PK"), in_turn(
             kept=lambda: pages.keep("a\\b\\mine.TOML", b"x").rpartition("/")[2],
             ending=lambda: pages.keep("mine.exe", b"x"), hidden=lambda: pages.keep(".toml", b"x"),
             large=lambda: pages.keep("a.toml", b"x" * (LARGEST_DESIGN + 1), most=LARGEST_DESIGN),

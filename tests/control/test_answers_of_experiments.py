@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from answers import changes
-from asked_in_turn import in_a_folder, in_turn
+from asked_in_turn import in_a_folder, in_digits, in_turn
 from asked_plants import POSE, SPIN, TISSUE, device, waves
 from places import URDF
 
@@ -220,7 +220,7 @@ def measured():
         Path(f"{name}.csv").write_text(text)
     read = {name: lambda name=name: control.read_run(f"{name}.csv", "right") for name in ("whole", "plain", *files)}
     run = control.MeasuredRun
-    return [Path(f"{name}.csv").read_text().splitlines() for name in ("whole", "plain")], in_turn(
+    return [in_digits(Path(f"{name}.csv").read_text()).splitlines() for name in ("whole", "plain")], in_turn(
         **read, missing=lambda: control.read_run("nothing.csv"), side=lambda: control.read_run("whole.csv", "up"),
         single=lambda: run(poses[0], np.ones((1, 3))), rows=lambda: run(poses, np.ones((2, 3))),
         still=lambda: run(poses, np.ones((3, 3)), [0.0, 0.1, 0.1]), kind=lambda: control.write_run(3, "x.csv"),

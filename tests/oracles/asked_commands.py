@@ -7,6 +7,7 @@ import shlex
 import tempfile
 from pathlib import Path
 
+from asked_in_turn import in_digits
 from places import REPOSITORY
 
 from exo_pin.cli import main
@@ -24,14 +25,14 @@ def _written(path):
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".json":
         return _said(text)
-    lines = text.splitlines()
+    lines = in_digits(text).splitlines()
     return [line for line in lines if not line.lstrip("<!- ").startswith("#")][:40]
 
 
 def _said(text):
     """Lines of a text, of each document in it what is answered."""
     if not text.startswith("{"):
-        return text.splitlines()
+        return in_digits(text).splitlines()
     try:
         documents = [json.loads(text)]
     except json.JSONDecodeError:

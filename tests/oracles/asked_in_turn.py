@@ -2,10 +2,25 @@
 
 import contextlib
 import functools
+import re
 import tempfile
 from dataclasses import replace
 
 import exo_pin as ep
+
+
+#: A number of a text, with its exponent.
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e-\d+")
+
+
+def in_digits(text):
+    """A text whose numbers have six digits, and are zero where they are rounding."""
+
+    def written(found):
+        value = float(found[0])
+        return "0" if abs(value) < 1e-9 else f"{value:.6g}" if len(found[0].strip("-0.")) > 7 else found[0]
+
+    return _NUMBER.sub(written, text)
 
 
 def in_a_folder(question):

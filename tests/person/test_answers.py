@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from answers import changes
-from asked_in_turn import in_a_folder, in_turn
+from asked_in_turn import in_a_folder, in_digits, in_turn
 from contact_results import some_contact
 from places import URDF
 
@@ -204,7 +204,7 @@ def loads():
         "both.xml", times, cuff, harness, centre_in_torso=(0.01, 0.02, 0.03), humerus="h", torso="t"
     )
     cuff[[1, 2], 3] = np.nan
-    return [path.read_text() for path in (*paths, *write_external_loads("cuff.xml", times, harness))], in_turn(
+    return [in_digits(path.read_text()) for path in (*paths, *write_external_loads("cuff.xml", times, harness))], in_turn(
         ending=lambda: write_external_loads("one.sto", times, cuff), centre=lambda: write_external_loads("one.xml",
         times, harness, harness), lost=lambda: write_external_loads("one.xml", times, cuff),
         shape=lambda: write_external_loads("one.xml", times, cuff[:2]), time=lambda: write_external_loads("one.xml",

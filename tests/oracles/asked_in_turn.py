@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import exo_pin as ep
 
-
 #: A number of a text, with its exponent.
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e-\d+")
 

@@ -204,7 +204,8 @@ def loads():
         "both.xml", times, cuff, harness, centre_in_torso=(0.01, 0.02, 0.03), humerus="h", torso="t"
     )
     cuff[[1, 2], 3] = np.nan
-    return [in_digits(path.read_text()) for path in (*paths, *write_external_loads("cuff.xml", times, harness))], in_turn(
+    paths += write_external_loads("cuff.xml", times, harness)
+    return [in_digits(path.read_text()) for path in paths], in_turn(
         ending=lambda: write_external_loads("one.sto", times, cuff), centre=lambda: write_external_loads("one.xml",
         times, harness, harness), lost=lambda: write_external_loads("one.xml", times, cuff),
         shape=lambda: write_external_loads("one.xml", times, cuff[:2]), time=lambda: write_external_loads("one.xml",

@@ -284,12 +284,19 @@ def lifting_poses(
     -------
     SearchPoses
 
+    Raises
+    ------
+    InvalidInput
+        If the share is not from 0 to 1.
+
     Examples
     --------
     >>> from exo_pin.workspace import lifting_poses
     >>> lifting_poses(counts=(3, 3, 2)).poses.shape
     (38,)
     """
+    if not 0.0 <= lifting_weight <= 1.0:
+        raise InvalidInput(f"expected lifting_weight as a share from 0 to 1, got {lifting_weight:g}")
     angles = [np.linspace(low, high, count) for (low, high), count in zip(box.intervals, counts, strict=True)]
     flexion, abduction, internal = (nodes.ravel() for nodes in np.meshgrid(*angles, indexing="ij"))
     grid = shoulder_rotation(flexion, abduction, internal, side, degrees=True)

@@ -67,7 +67,14 @@ def written(tmp=None):
              "blank": "reach (a stroke is not known)" * (k == 1), "reach": [0.25, np.nan, 1.0][k],
              **{f"figure_of_some_length_{n}": 1234.5678 * n + k for n in range(7)}} for k in range(3)]  # fmt: skip
     table = StudyTable(rows, ["Heads stand above."])
-    return [table, table._repr_html_(), table.to_json(None), table.to_json(), table.columns(), table.to_dataframe().shape]
+    return [
+        table,
+        table._repr_html_(),
+        table.to_json(None),
+        table.to_json(),
+        table.columns(),
+        table.to_dataframe().shape,
+    ]
 
 
 def swept(exo, parameters, **options):
@@ -164,7 +171,15 @@ def of_limits():
         compare(four, three, poses=each, person=ep.Arm(4.1, [0.01, 0.0, -0.27]), detailed=True, limits=limits)
         for each, limits in ((poses[0], "pull"), (poses, "none"), (poses, (-20.0, 150.0)))
     ]
-    names = ("held_after_failure", "effort_N", "effort_share", "stroke_mm", "median_margin", "change_by_10_mm_N", "blank")
+    names = (
+        "held_after_failure",
+        "effort_N",
+        "effort_share",
+        "stroke_mm",
+        "median_margin",
+        "change_by_10_mm_N",
+        "blank",
+    )
     return [[table[name] for name in names] for table in found]
 
 

@@ -247,7 +247,8 @@ class SearchPoses(ReadOnly):
         if isinstance(value, SearchPoses):
             return value
         if not isinstance(value, Rotation) or value.as_quat().size == 0:
-            raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {type(value).__name__}")
+            got = "an empty stack" if isinstance(value, Rotation) else type(value).__name__
+            raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {got}")
         flat = Rotation.from_quat(value.as_quat().reshape(-1, 4))
         return cls(flat, np.ones(len(flat)))
 

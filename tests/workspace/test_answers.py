@@ -29,9 +29,7 @@ from exo_pin.workspace.parts import PRODUCTS, parts_list, parts_sheet, with_driv
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
 WOMAN = ep.Wearer(1.60, 55, "female")
-SOCKET = ep.GlenoidCone(
-    orientation=ep.glenoid_orientation(35.0, 8.0, 5.0, retroversion=4.0, inclination=6.0, degrees=True)
-)
+FACING = ep.glenoid_orientation(35.0, 8.0, 5.0, retroversion=4.0, inclination=6.0, degrees=True)
 #: All that can be limited, each so that some poses meet it and some do not.
 LIMITED = ep.Criteria(
     least_margin=0.2, least_tension=6.0, least_moment=1.5, largest_shoulder_force=70.0, largest_pull_out=12.0,

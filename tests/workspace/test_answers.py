@@ -1,5 +1,7 @@
 """Answers of workspaces, of the lists of limbs and parts, of tasks and days, of searches and checks, as stored."""
 
+import contextlib
+import io
 from dataclasses import replace
 from functools import partial
 
@@ -10,6 +12,7 @@ from places import URDF
 from refusals import refused
 
 import exo_pin as ep
+from exo_pin.cli import main
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.workspace import (
     CRITERIA,
@@ -151,6 +154,7 @@ def refusals():
         lambda: day_reach(exo, ep.Criteria(obstacles="door")),
         lambda: starting_design(ep.Actuator("cable", pull_limit=90.0), None, 2),
         lambda: free_joints(0),
+        lambda: free_joints(1001),
         lambda: lifting_poses(lifting_weight=1.2),
         lambda: lifting_lines("left", 0.0),
         lambda: recheck(exo.device, 3, ep.Criteria()),
@@ -349,7 +353,33 @@ def refused_searches():
     )
 
 
+def ran(*arguments):
+    """What a command prints, and its errors, without the last digits of a check."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = main([str(each) for each in arguments])
+    return status, [line for line in out.getvalue().splitlines() if "with Pinocchio" not in line], err.getvalue()
+
+
+def commands():
+    """Which joints a command searches, and what it says of a lost limb."""
+    pytest.importorskip("cmaes", reason="needs the extra optimise")
+    small = ("--budget", 24, "--run-length", 24, "--step", 60.0)
+    return [
+        ran("optimise", URDF / "serial-y-x-z.urdf", *small),
+        ran("optimise", URDF / "serial-y-x-z.urdf", "--drop", "80:200", "--vary", "scale=0.9:1.1", *small),
+        ran("optimise", "four-cables", "--refine", "--base-radius", "100:300", "--drop", "60:290", "--vary",
+            "B[1].drop_mm=70:300", *small),
+        ran("optimise", "four-cables", "--refine", "--vary", "A[1].radius_mm=200:300", *small),
+        ran("optimise", "--limbs", 3, "--family", "linear", "--pull", 500, "--push", 150, "--travel", 180, "--person",
+            "1.7,66,female", *small),
+        *(ran("workspace", name, "--limb-loss", "--one-by-one", "--step", 45, "--no-muscles")
+          for name in ("four-cables", "four-linear-actuators", "six-cables")),
+    ]  # fmt: skip
+
+
 ASKED = {
+    "commands": commands,
     "searches_of_wrists": searches_of_wrists,
     "searches_of_others": searches_of_others,
     "refused_searches": refused_searches,
@@ -368,7 +398,7 @@ ASKED = {
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"limited", "searches_of_wrists", "searches_of_others", "checks"}
+LONGER = {"commands", "limited", "searches_of_wrists", "searches_of_others", "checks"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

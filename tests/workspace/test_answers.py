@@ -308,6 +308,7 @@ def searches_of_wrists():
         searched(linear, joints, ("index", "device_mass"), names=limited, cuff_by_geometry=True, budget=48),
         searched(linear, joints, "weakest_rate", names=("singularity",), fit_strokes=False, centre_offset=(None, off)),
         searched(cables, joints, ("peak_shoulder_force", "median_moment_margin"), linear.pose([0.0, 40.0], 10.0)),
+        searched(cables, joints, ("device_mass", "mean_shoulder_force"), budget=72),
     ]  # fmt: skip
 
 

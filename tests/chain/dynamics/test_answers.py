@@ -1,0 +1,29 @@
+"""Answers of closed chains about forces and motion, as they are stored."""
+
+import pytest
+from answers import changes
+from asked_dynamics import forces_of, loaded, motion_of
+from moving_chains import moving
+
+NAMES = (
+    "four-bar", "delta with rods", "Stewart platform", "parallelogram", "universal loop", "coupling loop",
+    "heavy wrist",
+)  # fmt: skip
+ASKED = {
+    f"{what}_{name.replace(' ', '_')}": lambda name=name, ask=ask: ask(loaded(name))
+    for what, ask in (("forces", forces_of), ("motion", motion_of))
+    for name in NAMES
+}
+ASKED |= {
+    f"rubbing_{what}_{name.replace(' ', '_')}": lambda name=name, ask=ask: ask(loaded(name, friction=0.8))
+    for what, ask in (("forces", forces_of), ("motion", motion_of))
+    for name in ("four-bar", "cylindrical loop")
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = {}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

@@ -84,7 +84,11 @@ def _record(value, depth):
     if not isinstance(value, Result) or kind.__str__ is not object.__str__:
         said = str(value)
         # Where an object is in memory is no answer.
-        found = {} if re.search(r"0x[0-9a-f]{6}", said) or said.startswith(f"{kind.__name__}(") else {"says": described(said)}
+        found = (
+            {}
+            if re.search(r"0x[0-9a-f]{6}", said) or said.startswith(f"{kind.__name__}(")
+            else {"says": described(said)}
+        )
     names = [field.name for field in dataclasses.fields(value)] if dataclasses.is_dataclass(value) else []
     names += [name for name in dir(kind) if isinstance(getattr(kind, name), property | cached_property)]
     for name in dict.fromkeys(names):

@@ -59,18 +59,28 @@ def parts_of(chain):
     data = {
         name: getattr(model, name)
         for name in (
-            "lowerPositionLimit", "upperPositionLimit", "lowerVelocityLimit", "upperVelocityLimit", "lowerEffortLimit",
-            "upperEffortLimit", "damping", "armature", "lowerDryFrictionLimit", "upperDryFrictionLimit",
+            "lowerPositionLimit",
+            "upperPositionLimit",
+            "lowerVelocityLimit",
+            "upperVelocityLimit",
+            "lowerEffortLimit",
+            "upperEffortLimit",
+            "damping",
+            "armature",
+            "lowerDryFrictionLimit",
+            "upperDryFrictionLimit",
         )
-    }  # fmt: skip
+    }
     data = {name: np.nan_to_num(value, posinf=1e6, neginf=-1e6) for name, value in data.items()}
     joints = {
         model.names[k]: (
-            model.joints[k].shortname(), int(model.parents[k]), model.jointPlacements[k].homogeneous[:3].ravel(),
+            model.joints[k].shortname(),
+            int(model.parents[k]),
+            model.jointPlacements[k].homogeneous[:3].ravel(),
             model.inertias[k].toDynamicParameters(),
         )
         for k in range(1, model.njoints)
-    }  # fmt: skip
+    }
     frames = {
         f"{frame.name} {frame.type}": (int(frame.parentJoint), frame.placement.homogeneous[:3].ravel())
         for frame in model.frames
@@ -95,11 +105,13 @@ def of_forces(forces, intervals=True):
     found = [short(" ".join(said)), forces.tau, forces.multipliers, forces.friction, forces.effort_is_unique]
     found += [projector(forces.self_stresses), forces.cautions, bool(forces.residual < 1e-8)]
     if intervals:
-        found += [tried(lambda: of_reaction(forces.joint_reaction(name, at=[0.1, -0.2, 0.3]))) for name in joints[-2:]]
+        found += [tried(lambda k=k: of_reaction(forces.joint_reaction(k, at=[0.1, -0.2, 0.3]))) for k in joints[-2:]]
         for name in closures:
-            found += [tried(lambda: of_reaction(forces.joint_reaction(name, in_frame="local")))]
-            found += [tried(lambda: list(forces.coupling(name).items()))]
-        found += [np.clip([*forces.effort_interval(name), *forces.friction_interval(name)], -1e6, 1e6) for name in joints]
+            found += [tried(lambda name=name: of_reaction(forces.joint_reaction(name, in_frame="local")))]
+            found += [tried(lambda name=name: list(forces.coupling(name).items()))]
+        found += [
+            np.clip([*forces.effort_interval(name), *forces.friction_interval(name)], -1e6, 1e6) for name in joints
+        ]
         body = list(state.body_names)[-1]
         found += [tried(lambda: of_reaction(forces.wrench_on(body, in_frame=body)))]
     return [found]
@@ -159,4 +171,4 @@ def kinematics_of(chain, q, independent, seed=5):
         output=lambda: of_mobility(chain.mobility(q, actuated=independent, frame=frame, part="position")),
         lock=lambda: of_mobility(chain.mobility(q, locked=moved, frame=frame)),
         open_refused=lambda: chain.mobility(away),
-    )  # fmt: skip
+    )

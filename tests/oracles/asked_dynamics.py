@@ -13,8 +13,11 @@ from exo_pin.chain import ClosedChain, JointProperties
 NONE = (-np.inf, np.inf)
 
 
-def loaded(name, friction=0.0, seed=3):
-    """A mechanism in motion, its joints with springs, dampers, armatures, limits of effort and friction."""
+def loaded(name, friction=0.0, seed=3, even=False):
+    """A mechanism in motion, its joints with springs, dampers, armatures, limits of effort and friction.
+
+    ``even``: as files can say it, the same in both directions and in hinges and slides alone, with limits of position.
+    """
     case, rng = moving(name, seed), np.random.default_rng(seed + 1)
     model, joints = case.chain.model.copy(), []
     model.damping, model.armature = rng.uniform(0.1, 0.9, model.nv), rng.uniform(0.01, 0.09, model.nv)
@@ -23,7 +26,19 @@ def loaded(name, friction=0.0, seed=3):
     model.gravity.linear = np.array([1.3, -2.1, -9.2])
     model.upperDryFrictionLimit = friction * rng.uniform(0.5, 1.5, model.nv)
     model.lowerDryFrictionLimit = -friction * rng.uniform(0.5, 1.5, model.nv)
+    if even:
+        model.lowerEffortLimit = -model.upperEffortLimit
+        model.lowerDryFrictionLimit = -model.upperDryFrictionLimit
     for k in range(1, model.njoints):
+        own = slice(model.idx_vs[k], model.idx_vs[k] + model.nvs[k])
+        if even and model.nvs[k] > 1:
+            for values in (model.damping, model.armature, model.upperDryFrictionLimit, model.lowerDryFrictionLimit):
+                values[own] = 0.0
+            model.upperEffortLimit[own], model.lowerEffortLimit[own] = np.inf, -np.inf
+            continue
+        if even:
+            at = model.idx_qs[k]
+            model.lowerPositionLimit[at], model.upperPositionLimit[at] = case.q[at] - 0.4, case.q[at] + 0.3
         if model.nqs[k] == 1:
             joints.append(JointProperties(model.names[k], float(rng.uniform(2.0, 9.0)), (float(rng.normal()),)))
         elif model.nqs[k] == 4:
@@ -44,7 +59,7 @@ def forces_of(case):
     names, external = list(chain.model.names)[1:], pushed(case.chain)
     parts, more = [*names[1:2], *(each.name for each in chain.closures[:1])], {"external": external}
     every = dict(more, actuated=names)
-    wide = {name: (-30.0, 25.0) for name in joints}
+    wide = dict.fromkeys(joints, (-30.0, 25.0))
     rows = np.stack([q, q, pin.integrate(chain.model, q, 0.2 + 0.0 * v)])
 
     def bound(**problem):
@@ -65,8 +80,16 @@ def forces_of(case):
         closures=lambda: bound(actuated=names, metric="closures"),
         efforts=lambda: bound(actuated=names, objective="efforts"),
         weighed=lambda: bound(actuated=names, objective=dict.fromkeys(parts, 2.0)),
-        within=lambda: of_forces(chain.inverse_dynamics(q, v, a, **every, effort_bounds=wide, reaction_bounds={
-            parts[0]: ([-60.0] * 3 + [-9.0] * 3, [70.0] * 3 + [8.0] * 3)})),
+        within=lambda: of_forces(
+            chain.inverse_dynamics(
+                q,
+                v,
+                a,
+                **every,
+                effort_bounds=wide,
+                reaction_bounds={parts[0]: ([-60.0] * 3 + [-9.0] * 3, [70.0] * 3 + [8.0] * 3)},
+            )
+        ),
         too_weak=lambda: bound(actuated=joints, effort_bounds={joints[0]: (-1e-3, 1e-3)}),
         undriven=lambda: bound(actuated=joints[1:]),
         one=lambda: of_reaction(chain.joint_reaction(names[0], q, v, a, actuated=joints, on="universe")),
@@ -78,7 +101,7 @@ def forces_of(case):
         wrong=lambda: chain.inverse_dynamics(q, v, a, metric="efforts"),
         unknown=lambda: chain.inverse_dynamics(q, v, a, effort_bounds={"none": NONE}),
         crossed=lambda: chain.inverse_dynamics(q, v, a, actuated=names, effort_bounds={names[0]: (1.0, -1.0)}),
-    )  # fmt: skip
+    )
 
 
 def motion_of(case, stops=False):
@@ -114,7 +137,7 @@ def motion_of(case, stops=False):
         backwards=lambda: chain.simulate(q, v, times[::-1]),
         bounce=lambda: chain.simulate(q, v, times, restitution=1.2),
         loose=lambda: chain.simulate(q, v, times, rtol=1.0),
-    )  # fmt: skip
+    )
 
 
 def changes_of(case):
@@ -144,4 +167,4 @@ def changes_of(case):
         too_many=lambda: inverse(v, a, actuated=joints, independent=list(chain.model.names)[1:]),
         opening=lambda: inverse(v + 0.1, a, actuated=joints),
         opening_forward=lambda: forward(v + 0.1),
-    )  # fmt: skip
+    )

@@ -7,14 +7,23 @@ from asked_dynamics import changes_of, loaded
 ASKED = {
     name.replace(" ", "_"): lambda name=name: changes_of(loaded(name))
     for name in (
-        "five-bar", "delta with rods", "Stewart platform", "parallelogram", "rigid loop", "revolute loop",
-        "universal loop", "prismatic loop", "distance loop", "coupling loop", "heavy wrist",
+        "five-bar",
+        "delta with rods",
+        "Stewart platform",
+        "parallelogram",
+        "rigid loop",
+        "revolute loop",
+        "universal loop",
+        "prismatic loop",
+        "distance loop",
+        "coupling loop",
+        "heavy wrist",
     )
-}  # fmt: skip
+}
 ASKED["rubbing"] = lambda: changes_of(loaded("cylindrical loop", friction=0.8))
 
 #: Those that take longer than 0.15 s.
-LONGER = {}
+LONGER = {"Stewart_platform", "heavy_wrist"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

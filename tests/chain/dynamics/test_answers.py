@@ -3,12 +3,17 @@
 import pytest
 from answers import changes
 from asked_dynamics import forces_of, loaded, motion_of
-from moving_chains import moving
+from asked_events import blocks, crossings, loops
 
 NAMES = (
-    "four-bar", "delta with rods", "Stewart platform", "parallelogram", "universal loop", "coupling loop",
+    "four-bar",
+    "delta with rods",
+    "Stewart platform",
+    "parallelogram",
+    "universal loop",
+    "coupling loop",
     "heavy wrist",
-)  # fmt: skip
+)
 ASKED = {
     f"{what}_{name.replace(' ', '_')}": lambda name=name, ask=ask: ask(loaded(name))
     for what, ask in (("forces", forces_of), ("motion", motion_of))
@@ -19,9 +24,10 @@ ASKED |= {
     for what, ask in (("forces", forces_of), ("motion", motion_of))
     for name in ("four-bar", "cylindrical loop")
 }
+ASKED |= {"blocks": blocks, "loops": loops, "crossings": crossings}
 
 #: Those that take longer than 0.15 s.
-LONGER = {}
+LONGER = {"forces_Stewart_platform", "forces_heavy_wrist", "rubbing_forces_cylindrical_loop", "motion_delta_with_rods"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

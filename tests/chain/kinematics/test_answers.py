@@ -3,7 +3,9 @@
 import pytest
 from answers import changes
 from asked_chains import kinematics_of
+from asked_poses import assembled, branches, rounded, singular
 from moving_chains import moving
+from singular_poses import POSES, REGULAR
 
 
 def asked(name):
@@ -14,14 +16,37 @@ def asked(name):
 ASKED = {
     name.replace(" ", "_"): lambda name=name: asked(name)
     for name in (
-        "four-bar", "3RRR", "agile eye", "delta with rods", "Stewart platform", "parallelogram", "rigid loop",
-        "revolute loop", "universal loop", "prismatic loop", "cylindrical loop", "distance loop", "coupling loop",
-        "heavy wrist of both kinds of limbs", "prototype",
+        "four-bar",
+        "3RRR",
+        "agile eye",
+        "delta with rods",
+        "Stewart platform",
+        "parallelogram",
+        "rigid loop",
+        "revolute loop",
+        "universal loop",
+        "prismatic loop",
+        "cylindrical loop",
+        "distance loop",
+        "coupling loop",
+        "heavy wrist of both kinds of limbs",
+        "prototype",
     )
-}  # fmt: skip
+}
+ASKED |= {"branches": branches, "assembled": assembled}
+ASKED |= {
+    f"rounded_to_{digits}": lambda digits=digits: rounded(
+        digits, ("planar", "spherical", "bennett", "sarrus", "cranks")
+    )
+    for digits in (None, 4, 6, 9)
+}
+ASKED |= {f"delta_to_{digits}": lambda digits=digits: rounded(digits, ("delta",)) for digits in (5, 8)}
+ASKED |= {
+    f"singular_to_{digits}": lambda digits=digits: singular(digits, [*POSES, *REGULAR]) for digits in (None, 5, 8)
+}
 
 #: Those that take longer than 0.15 s.
-LONGER = {}
+LONGER = {"heavy_wrist_of_both_kinds_of_limbs", "assembled", "singular_to_None", "singular_to_5", "singular_to_8"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

@@ -1,0 +1,57 @@
+"""Answers about robots' files that are read and written, as they are stored."""
+
+import pytest
+import several_coordinates
+from answers import changes
+from asked_dynamics import loaded
+from asked_files import read, written
+from massive_chains import HEAVY
+from mjcf_chains import random_robot
+from mjcf_mutations import PLANT, mutated
+from sdf_mutations import mutated_sdf
+from sdf_robots import LEG, random_sdf
+from urdf_trees import random_tree
+
+WRITTEN = ("four-bar", "delta with rods", "universal loop", "coupling loop", "distance loop", "heavy wrist")
+
+
+def of_several(kind):
+    chain, q = several_coordinates.chain(kind, passive=True)
+    return written(chain, q)
+
+
+ASKED = {f"written_{name.replace(' ', '_')}": lambda name=name: written(loaded(name).chain) for name in WRITTEN}
+ASKED |= {
+    f"even_{name.replace(' ', '_')}": lambda name=name: written(loaded(name, 0.6, even=True).chain)
+    for name in (
+        *WRITTEN,
+        "Stewart platform",
+        "revolute loop",
+        "prismatic loop",
+        "rigid loop",
+        "heavy wrist of both kinds of limbs",
+    )
+}
+ASKED |= {f"heavy_{part}": lambda part=part: written(HEAVY[part]) for part in ("whole", "floating")}
+ASKED |= {f"written_{kind}": lambda kind=kind: of_several(kind) for kind in several_coordinates.KINDS}
+ASKED |= {
+    "mjcf": lambda: [read("xml", PLANT), *(read("xml", random_robot(seed).text) for seed in range(6))],
+    "sdf": lambda: [read("sdf", LEG), *(read("sdf", random_sdf(seed)) for seed in range(8))],
+    "urdf": lambda: [read("urdf", random_tree(seed)) for seed in range(6)],
+}
+ASKED |= {
+    f"wrong_mjcf_{first}": lambda first=first: [read("xml", mutated(seed)) for seed in range(first, first + 30)]
+    for first in (0, 30, 60)
+}
+ASKED |= {
+    f"wrong_sdf_{first}": lambda first=first: [read("sdf", mutated_sdf(seed)) for seed in range(first, first + 30)]
+    for first in (0, 30)
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = {"wrong_mjcf_30", "wrong_mjcf_60", "wrong_sdf_30"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

@@ -16,7 +16,7 @@ _DATA = [*_LIMITS, "damping", "armature", "lowerDryFrictionLimit", "upperDryFric
 #: Digits of numbers within texts beyond which machines differ, and what is zero.
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e[+-]?\d+")
 #: What other programs say after it.
-_FOREIGN = re.compile(r"(not well-formed|MuJoCo cannot read it).*")
+FOREIGN = re.compile(r"(not well-formed|MuJoCo cannot read it|not TOML).*")
 
 
 def _rounded(found):
@@ -69,7 +69,7 @@ def read(kind, text, *more, **options):
             return brief(getattr(ep.ClosedChain, f"from_{'mjcf' if kind == 'xml' else kind}")(*given, **options))
 
     found = tried(asked)
-    return [_FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
+    return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
 
 
 def written(chain, q=None):

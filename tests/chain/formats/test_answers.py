@@ -5,6 +5,7 @@ import several_coordinates
 from answers import changes
 from asked_dynamics import loaded
 from asked_files import read, written
+from asked_rows import of_caspr, of_mjcf, of_sdf, of_toml, of_urdf, of_yaml, wrong_urdf
 from massive_chains import HEAVY
 from mjcf_chains import random_robot
 from mjcf_mutations import PLANT, mutated
@@ -46,6 +47,15 @@ ASKED |= {
 ASKED |= {
     f"wrong_sdf_{first}": lambda first=first: [read("sdf", mutated_sdf(seed)) for seed in range(first, first + 30)]
     for first in (0, 30)
+}
+ASKED |= {f"wrong_urdf_{first}": lambda first=first: wrong_urdf(range(first, first + 40)) for first in (0, 40)}
+ASKED |= {
+    "said_of_urdf": of_urdf,
+    "said_of_sdf": of_sdf,
+    "said_of_mjcf": of_mjcf,
+    "said_of_toml": of_toml,
+    "said_of_yaml": of_yaml,
+    "said_of_caspr": of_caspr,
 }
 
 #: Those that take longer than 0.15 s.

@@ -6,20 +6,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from said_of_files import SAID
+from sdf_arm import ARM, ELBOW, SHOULDER
 from sdf_mutations import mutated_sdf
 from sdf_oracle import DrakeSdf
 
 from exo_pin import FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain
-
-ARM = """<sdf version="1.9"><model name="arm">
-  <link name="base"/><link name="upper"><pose>0 0 1 0 0 0</pose><inertial><mass>2</mass></inertial></link>
-  <link name="fore"><pose relative_to="upper">0.5 0 0 0 0 0</pose></link><frame name="tip" attached_to="fore"/>
-  <joint name="weld" type="fixed"><parent>world</parent><child>base</child></joint>
-  <joint name="shoulder" type="revolute"><parent>base</parent><child>upper</child><axis><xyz>0 1 0</xyz></axis></joint>
-  <joint name="elbow" type="prismatic"><parent>upper</parent><child>fore</child><axis><xyz>1 0 0</xyz></axis></joint>
-</model></sdf>"""
-SHOULDER, ELBOW = "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>1 0 0</xyz></axis>"
 
 
 def read(old="", new="", text=ARM):

@@ -124,7 +124,8 @@ def of_mobility(found):
     margins = [] if found.margins is None else [found.margins.frame, *found.margins.effort.items()]
     margins += [] if found.margins is None else [*found.margins.travel.items()]
     ranks = found.rank, found.regular_rank, found.redundant, found.degrees_of_freedom, found.idle, found.freedoms
-    here = [short(" ".join(said)), values, margins, found.verdict, found.cautions, ranks]
+    text = re.sub(r"(?<=agree with others to )-?\S+e-(1[4-9]|[2-9]\d)|-?0\.0e\+00", "rounding", " ".join(said))
+    here = [short(text), values, margins, found.verdict, found.cautions, ranks]
     here += [1e9 * found.geometry, 1e6 * found.known]
     return [here] if found.locked is None else [here, *of_mobility(found.locked)]
 

@@ -35,7 +35,8 @@ def contact_of(found):
     """An acceleration with what friction and stops do to it."""
     sure = found.contact_is_unique
     rest = [np.where(sure, found.friction, 0.0), np.where(sure, found.stop_reactions, 0.0), sure]
-    return [found.a, *rest, of_forces(found.forces, False)]
+    # Of several forces that make the same motion, which one is found is chance.
+    return [found.a, *rest, of_forces(found.forces, False) if sure.all() else []]
 
 
 def blocks():
@@ -170,3 +171,27 @@ def crossings():
 def _swing(chain, angle, speed):
     q = chain.close([angle, -angle, angle])
     return q, chain.dependent_motion(q, ["crank_hinge"], [speed])[0]
+
+
+def contacts(name, seeds):
+    """Random states in which joints rub, rest at their stops or leave them, and what follows; some are blocked."""
+    case, found = loaded(name, 0.6, even=True), []
+    for seed in seeds:
+        rng, model = np.random.default_rng(seed), case.chain.model.copy()
+        for k in range(1, model.njoints):
+            at, way = model.idx_qs[k], rng.integers(4)
+            if model.nqs[k] == 1 and way < 2:
+                limits = model.lowerPositionLimit if way else model.upperPositionLimit
+                limits[at] = case.q[at]
+            if model.nqs[k] == 1 and rng.random() < 0.4:
+                own = model.idx_vs[k]
+                model.upperDryFrictionLimit[own] = model.lowerDryFrictionLimit[own] = 0.0
+        chain = ClosedChain(model, case.chain.description)
+        tau = rng.choice([5.0, 40.0]) * rng.normal(size=model.nv)
+        v = chain.project_velocity(case.q, (seed % 3) * 0.5 * rng.normal(size=model.nv))
+        still = 0.0 * v
+        found.append(tried(lambda: contact_of(chain.forward_dynamics(case.q, still, tau, stops=True))))  # noqa: B023
+        found.append(tried(lambda: contact_of(chain.forward_dynamics(case.q, v, tau, stops=True))))  # noqa: B023
+        given = {"stops": True, "restitution": 0.3 * (seed % 4)}
+        found.append(tried(lambda: of_run(chain, case.q, v, [0.0, 0.02, 0.06], tau, **given)))  # noqa: B023
+    return found

@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 from asked_chains import all_tried, of_mobility, tried
-from mechanisms import five_bar, four_bar, planar_3rrr, with_free_hinge
+from mechanisms import five_bar, four_bar, planar_3rrr, random_loop, with_free_hinge
 from rounded_mechanisms import mechanism
 from singular_poses import POSES, REGULAR
 from spatial_mechanisms import stewart
 
+from exo_pin import BeyondLimits, LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Placement
 
 #: Ground, crank, coupler and rocker of a crank-rocker, m.
@@ -174,3 +175,28 @@ def assembled():
         platform=lambda: of(platform, platform.roles.actuated, platform.neutral() + 0.05, starts=300),
         flight=lambda: stewart().chain().assemblies(["flight"], stewart().q, starts=4).starts,
     )
+
+
+def steps():
+    """Where loops are after each of the first steps, from near and far, with joints held and without."""
+
+    def after(chain, start, count, **more):
+        try:
+            return chain.close(start, max_iterations=count, restarts=0, **more)
+        except (BeyondLimits, LoopNotClosed) as error:
+            return [error.q, getattr(error, "residual", 0.0)]
+
+    bar, five, loop = four_bar().chain(), five_bar().chain(), random_loop("universal")
+    cases = {
+        "near": (bar, four_bar().q + np.array([0.05, -0.03, 0.02]), {}),
+        "far": (bar, four_bar().q + np.array([1.5, -2.3, 1.2]), {}),
+        "held": (bar, four_bar().q + np.array([0.35, -0.3, 0.2]), {"hold": ["crank_hinge"]}),
+        "unreached": (bar, np.array([0.1, 0.2, 3.0]), {"hold": ["crank_hinge", "rocker_hinge"]}),
+        "five": (five, five_bar().q + np.array([0.9, -1.3, 0.2, 0.7]), {}),
+        "loop": (loop.chain(), loop.q + 0.6 * np.arange(-3, 4), {}),
+        "limited": (crank_rocker('range="1.2 2.2"'), np.array([0.7, -2.3, -1.6]), {"respect_limits": True}),
+    }
+    return {
+        name: [after(chain, start, count, **more) for count in (*range(1, 13), 16, 20, 26)]
+        for name, (chain, start, more) in cases.items()
+    }

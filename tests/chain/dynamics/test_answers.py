@@ -3,7 +3,7 @@
 import pytest
 from answers import changes
 from asked_dynamics import forces_of, loaded, motion_of
-from asked_events import blocks, crossings, loops
+from asked_events import blocks, contacts, crossings, loops
 
 NAMES = (
     "four-bar",
@@ -25,9 +25,26 @@ ASKED |= {
     for name in ("four-bar", "cylindrical loop")
 }
 ASKED |= {"blocks": blocks, "loops": loops, "crossings": crossings}
+ASKED |= {
+    f"contacts_{name.replace(' ', '_')}": lambda name=name, seeds=seeds: contacts(name, seeds)
+    for name, seeds in {
+        "four-bar": range(6),
+        "five-bar": range(8),
+        "universal loop": range(4),
+        "delta with rods": range(3),
+    }.items()
+}
 
 #: Those that take longer than 0.15 s.
-LONGER = {"forces_Stewart_platform", "forces_heavy_wrist", "rubbing_forces_cylindrical_loop", "motion_delta_with_rods"}
+LONGER = {
+    "contacts_five-bar",
+    "contacts_universal_loop",
+    "contacts_delta_with_rods",
+    "forces_Stewart_platform",
+    "forces_heavy_wrist",
+    "rubbing_forces_cylindrical_loop",
+    "motion_delta_with_rods",
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

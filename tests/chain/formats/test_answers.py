@@ -3,6 +3,7 @@
 import pytest
 import several_coordinates
 from answers import changes
+from asked_digits import of_words, right_angles, rounded_files
 from asked_dynamics import loaded
 from asked_files import read, written
 from asked_rows import of_caspr, of_mjcf, of_sdf, of_toml, of_urdf, of_yaml, wrong_urdf
@@ -56,10 +57,23 @@ ASKED |= {
     "said_of_toml": of_toml,
     "said_of_yaml": of_yaml,
     "said_of_caspr": of_caspr,
+    "right_angles": right_angles,
+    "digits": of_words,
+}
+ASKED |= {
+    f"{name}_of_{digits}_digits": lambda name=name, digits=digits: rounded_files(name, digits)
+    for name, digits in (("planar", 4), ("sarrus", 6), ("bennett", 3), ("cranks", 8), ("spherical", 5))
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"wrong_mjcf_30", "wrong_mjcf_60", "wrong_sdf_30"}
+LONGER = {
+    "spherical_of_5_digits",
+    "cranks_of_8_digits",
+    "said_of_urdf",
+    "wrong_mjcf_30",
+    "wrong_mjcf_60",
+    "wrong_sdf_30",
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

@@ -3,7 +3,8 @@
 import pytest
 from answers import changes
 from asked_chains import kinematics_of
-from asked_poses import assembled, branches, rounded, singular
+from asked_digits import tilted
+from asked_poses import assembled, branches, rounded, singular, steps
 from moving_chains import moving
 from singular_poses import POSES, REGULAR
 
@@ -33,7 +34,7 @@ ASKED = {
         "prototype",
     )
 }
-ASKED |= {"branches": branches, "assembled": assembled}
+ASKED |= {"branches": branches, "assembled": assembled, "steps": steps, "tilted": tilted}
 ASKED |= {
     f"rounded_to_{digits}": lambda digits=digits: rounded(
         digits, ("planar", "spherical", "bennett", "sarrus", "cranks")
@@ -46,7 +47,14 @@ ASKED |= {
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"heavy_wrist_of_both_kinds_of_limbs", "assembled", "singular_to_None", "singular_to_5", "singular_to_8"}
+LONGER = {
+    "tilted",
+    "heavy_wrist_of_both_kinds_of_limbs",
+    "assembled",
+    "singular_to_None",
+    "singular_to_5",
+    "singular_to_8",
+}
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])

@@ -20,7 +20,7 @@ def tried(question):
     try:
         return question()
     except ep.ExoPinError as error:
-        said = [str(error), *getattr(error, "__notes__", ())]
+        said = [str(error), *getattr(error, "__notes__", ()), getattr(error, "key", None) or ""]
         return [type(error).__name__, *_STEPS.sub("some", "\n".join(said)).splitlines()]
 
 

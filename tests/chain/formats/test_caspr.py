@@ -6,10 +6,8 @@ import pinocchio as pin
 import pytest
 import scipy
 from caspr_robots import ARM, MOMENTS, ROUTES, cables, link, motion, system
-from said_of_files import SAID
 from scipy.spatial.transform import Rotation
 
-import exo_pin
 from exo_pin import ClosedChain, ExoPinError
 
 MJCF = """<mujoco><worldbody><site name="a" pos="0.2 0 0.1"/><site name="d" pos="-0.2 0.1 0"/>
@@ -90,13 +88,6 @@ def test_moments_about_the_joint_are_taken_to_the_centre_of_mass():
     chain = ClosedChain.from_caspr(text, cables(((0, "0 0 0"), (1, "0 0 1")), reference="joint"))
     assert np.allclose(chain.model.inertias[1].inertia, np.diag([0.03, 0.025, 0.01]), atol=1e-12)
     assert chain.description.cables[0].points[1] == ("rod", (0.0, 0.0, 1.0))
-
-
-@pytest.mark.parametrize(("old", "new", "error", "says"), SAID["caspr_refused"])
-def test_what_is_not_read_is_named(old, new, error, says):
-    bodies, routes = ARM.replace(old, new), cables(*ROUTES).replace(old, new)
-    with pytest.raises(getattr(exo_pin, error), match=says):
-        ClosedChain.from_caspr(bodies, routes)
 
 
 def test_shortened_files_are_refused_or_read():

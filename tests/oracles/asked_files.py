@@ -21,7 +21,7 @@ FOREIGN = re.compile(r"(not well-formed|MuJoCo cannot read it|not TOML).*")
 
 def _rounded(found):
     value = float(found[0])
-    return "0" if abs(value) < 1e-9 else f"{value:.6g}"
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}"
 
 
 def in_short(value):

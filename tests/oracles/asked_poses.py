@@ -87,6 +87,7 @@ def branches():
     reach.translation += np.array([0.03, 0.02, 0.0])
     far = reach.copy()
     far.translation += np.array([2.0, 0.0, 0.0])
+    known = limited.with_tolerance(1e-5)
     left = five_bar().q + np.array([0.2, 0.0, 0.0, 0.0])
     return all_tried(
         start=lambda: [start, other],
@@ -103,6 +104,12 @@ def branches():
         ],
         within=lambda: limited.close([0.7, -2.3, -1.6], respect_limits=True),
         within_held=lambda: limited.close(turned, hold=["crank"], respect_limits=True),
+        known=lambda: [known.close([0.7, 0.3, 1.5]), known.close([0.75, 0.06, 0.7], respect_limits=True)],
+        known_held=lambda: [known.close(turned, hold=["crank"]), known.close([0.4, 0.3, 1.5], hold=["rocker"])],
+        known_beyond=lambda: known.close([*start[:2], 0.4], hold=["rocker"], respect_limits=True),
+        known_folded=lambda: known.close([0.1, 2.9, 0.4], restarts=5),
+        folded=lambda: [chain.close([0.1, 2.9, -0.4], restarts=5), five.close([0.4, 2.6, 2.7, -2.6], restarts=6)],
+        folded_held=lambda: five.close([0.4, 2.6, 2.7, -2.6], hold=["left_crank_hinge"], restarts=6),
         within_none=lambda: limited.close([0.4, 0.3, 1.0], hold=["crank"], respect_limits=True),
         path=lambda: chain.forward_kinematics([2.4], start, ["crank"]),
         whole_turn=lambda: chain.forward_kinematics([start[0] + 2 * np.pi], start, ["crank"]),

@@ -3,7 +3,7 @@
 import pytest
 from answers import changes
 from asked_chains import kinematics_of
-from asked_digits import tilted
+from asked_digits import rounded_files, tilted
 from asked_poses import assembled, branches, rounded, singular, steps
 from moving_chains import moving
 from singular_poses import POSES, REGULAR
@@ -44,6 +44,10 @@ ASKED |= {
 ASKED |= {f"delta_to_{digits}": lambda digits=digits: rounded(digits, ("delta",)) for digits in (5, 8)}
 ASKED |= {
     f"singular_to_{digits}": lambda digits=digits: singular(digits, [*POSES, *REGULAR]) for digits in (None, 5, 8)
+}
+ASKED |= {
+    f"{name}_of_{digits}_digits": lambda name=name, digits=digits: rounded_files(name, digits, seed=5)
+    for name, digits in (("planar", 5), ("sarrus", 5), ("bennett", 4), ("spherical", 7), ("planar", 9))
 }
 
 #: Those that take longer than 0.15 s.

@@ -2,8 +2,10 @@
 
 import pytest
 from answers import changes
+from asked_chains import all_tried
 from asked_dynamics import forces_of, loaded, motion_of
 from asked_events import blocks, contacts, crossings, loops
+from senseless_questions import UNKNOWN, WRONG
 
 NAMES = (
     "four-bar",
@@ -24,7 +26,7 @@ ASKED |= {
     for what, ask in (("forces", forces_of), ("motion", motion_of))
     for name in ("four-bar", "cylindrical loop")
 }
-ASKED |= {"blocks": blocks, "loops": loops, "crossings": crossings}
+ASKED |= {"blocks": blocks, "loops": loops, "crossings": crossings, "senseless": lambda: all_tried(**WRONG, **UNKNOWN)}
 ASKED |= {
     f"contacts_{name.replace(' ', '_')}": lambda name=name, seeds=seeds: contacts(name, seeds)
     for name, seeds in {

@@ -153,7 +153,7 @@ def changes_of(case):
     def inverse(*given, **more):
         by = chain.inverse_dynamics_derivatives(q, *given, **more)
         efforts = by.tau_q, by.tau_v, by.tau_a, by.v_q, by.a_q, by.independent
-        return [efforts, by.multipliers_q, by.multipliers_v, by.multipliers_a, by.forces.tau, by.forces.multipliers]
+        return [efforts, by.multipliers_q, by.multipliers_v, by.multipliers_a, *of_forces(by.forces, False)]
 
     return all_tried(
         forward=lambda: forward(v, tau, external=external),
@@ -167,4 +167,10 @@ def changes_of(case):
         too_many=lambda: inverse(v, a, actuated=joints, independent=list(chain.model.names)[1:]),
         opening=lambda: inverse(v + 0.1, a, actuated=joints),
         opening_forward=lambda: forward(v + 0.1),
+        no_number=lambda: chain.inverse_dynamics_derivatives(np.nan * q, v, a, actuated=joints),
+        no_number_forward=lambda: chain.forward_dynamics_derivatives(np.nan * q, v),
+        no_turn=lambda: chain.inverse_dynamics_derivatives(1.01 * q, v, a, actuated=joints),
+        no_turn_forward=lambda: chain.forward_dynamics_derivatives(1.01 * q, v),
+        shape=lambda: chain.inverse_dynamics_derivatives(q, v[1:], a),
+        shape_forward=lambda: chain.forward_dynamics_derivatives(q[1:], v),
     )

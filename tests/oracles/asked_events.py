@@ -20,6 +20,13 @@ CRANK = """<mujoco model="slider_crank"><option gravity="0.4 0 -3"/><compiler an
     <body name="slider" pos="0.4 0 0"><joint name="slider" type="slide" axis="1 0 0" {slider}/>
       <geom fromto="-0.02 0 0 0.02 0 0" mass="0.8"/><site name="pin"/></body>
   </worldbody><equality><connect name="loop" site1="rod_end" site2="pin"/></equality></mujoco>"""
+#: A parallelogram of cranks 0.3 m long, folded flat at zero, under its weight.
+FLAT = """<mujoco><worldbody>
+<body name="a"><joint name="j" axis="0 1 0"/><geom size=".05" mass="1" pos=".15 0 0"/>
+<body name="b" pos=".3 0 0"><joint name="k" axis="0 1 0"/><geom size=".05" mass="1.4" pos=".6 0 0"/>
+<body name="c" pos="1 0 0"><joint name="l" axis="0 1 0"/><geom size=".05" mass=".8" pos="-.15 0 0"/>
+<site name="s" pos="-.3 0 0"/></body></body></body><site name="w" pos="1 0 0"/></worldbody>
+<equality><connect site1="s" site2="w"/></equality></mujoco>"""
 
 
 def of_run(chain, *given, **more):
@@ -155,7 +162,18 @@ def crossings():
         v = flat.dependent_motion(q, ["crank_hinge"], [1.0])[0]
         return [flat.forward_dynamics(q, v, {"crank_hinge": 1.0}).a, flat.forward_dynamics(q, v).cautions]
 
+    weighed = ClosedChain.from_mjcf(FLAT)
+
+    def weak(angle, tolerance):
+        chain = weighed.with_tolerance(tolerance) if tolerance else weighed
+        q = chain.close([angle, -angle, angle])
+        held = [chain.inverse_dynamics(q, actuated=[name]) for name in ("j", "k")]
+        fallen = chain.forward_dynamics(q)
+        return [q, [[one.tau, one.multipliers, one.cautions] for one in held], fallen.a, fallen.cautions]
+
+    angles = [(angle, known) for known in (0.0, 1e-7, 1e-5) for angle in (1e-3, 0.01, 0.02, 0.1, 0.5)]
     return all_tried(
+        weak=lambda: [tried(lambda one=one: weak(*one)) for one in angles],
         windows=lambda: of_run(windows.chain, windows.q, windows.v, windows.times),
         flat=lambda: [tried(lambda angle=angle: beside(angle)) for angle in (1e-1, 1e-3)],
         flat_moving=lambda: [tried(lambda angle=angle: pressed(angle)) for angle in (0.3, 0.05)],

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from asked_chains import of_mobility, tried
 from asked_files import in_short, read
-from mechanisms import enlarged, four_bar
+from mechanisms import enlarged, four_bar, placed
 from rounded_files import rounded_mjcf, rounded_sdf, rounded_urdf
 from rounded_mechanisms import mechanism
 from scipy.spatial.transform import Rotation
@@ -68,6 +68,30 @@ def tilted(tilts=(0.0, 1e-7, 1e-6, 1e-5, 1e-4), tolerances=(0.0, 1e-8, 1e-7, 1e-
                 ]
             )
     return found
+
+
+def tilted_files(digits=(5, 8), tilts=(0.0, 0.6, 1.2, 2.4, 4.8, 8.0, 12.0, 20.0)):
+    """What is read of four-bars in files of so many digits, one hinge out of the plane by some last digits."""
+    named, found = four_bar(), []
+    (tip,) = named.closures.closures
+    for count in digits:
+        for tilt in tilts:
+            axis = Rotation.from_rotvec([tilt * 10.0**-count, 0.0, 0.0]).apply([0.0, 0.0, 1.0])
+            at = named.urdf.index('name="crank_hinge"')
+            words = " ".join(f"{x:.17g}" for x in axis)
+            urdf = named.urdf[:at] + named.urdf[at:].replace("0.0 0.0 1.0", words, 1)
+            # In a place that is known to as many digits.
+            urdf = urdf.replace('xyz="0.4 0.0 0.0"', f'xyz="{0.4 + 3.3 * 10.0**-count:.{count}f} 0.0 0.0"')
+            x = round(tip.placement_a.translation[0], count)
+            closures = replace(named.closures, closures=(replace(tip, placement_a=placed(np.array([x, 0.0, 0.0]))),))
+            text = re.sub(r'xyz="([^"]*)"', lambda one: _to_digits(one, count), urdf)  # noqa: B023
+            known = tried(lambda: ClosedChain.from_urdf(text, closures).description)  # noqa: B023
+            found.append([count, tilt, 1e6 * known.tolerance, 1e6 * known.rounding, known.left_out])
+    return found
+
+
+def _to_digits(found, count):
+    return f'xyz="{" ".join(repr(round(float(word), count)) for word in found[1].split())}"'
 
 
 def _judged(chain, q):

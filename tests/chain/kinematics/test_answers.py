@@ -3,7 +3,7 @@
 import pytest
 from answers import changes
 from asked_chains import kinematics_of
-from asked_digits import rounded_files, tilted
+from asked_digits import rounded_files, tilted, tilted_files
 from asked_poses import assembled, branches, rounded, singular, steps
 from moving_chains import moving
 from singular_poses import POSES, REGULAR
@@ -34,7 +34,7 @@ ASKED = {
         "prototype",
     )
 }
-ASKED |= {"branches": branches, "assembled": assembled, "steps": steps, "tilted": tilted}
+ASKED |= {"branches": branches, "assembled": assembled, "steps": steps, "tilted": tilted, "tilted_files": tilted_files}
 ASKED |= {
     f"rounded_to_{digits}": lambda digits=digits: rounded(
         digits, ("planar", "spherical", "bennett", "sarrus", "cranks")

@@ -268,3 +268,41 @@ def geared_arms():
         still_kept=lambda: locked(names[:1], q, still),
         rack=lambda: [slide.with_closure(rack).residual([0.1, 0.2, 0.3]), slide.with_closure(rack).metres],
     )
+
+
+def moves(chain, q):
+    """Rows of the loops, forces of springs and dampers, their energy and their changes."""
+    rng = np.random.default_rng(21)
+    v, a, off = rng.normal(size=(3, chain.model.nv))
+    away, names = pin.integrate(chain.model, q, 0.8 * off), list(chain.model.names)[1:]
+    v = chain.project_velocity(q, v)
+    a, parts = chain.project_acceleration(q, v, a), ("q", "energy", "dissipated")
+    return all_tried(
+        rows=lambda: [chain.residual(away), chain.constraint_jacobian(away), chain.constraint_drift(away, off)],
+        closed=lambda: [chain.constraint_jacobian(q), chain.constraint_drift(q, v), chain.close(away)],
+        efforts=lambda: [
+            chain.inverse_dynamics(q, v, a, actuated=names).tau,
+            chain.inverse_dynamics(q, actuated=names).tau,
+        ],
+        falls=lambda: [chain.forward_dynamics(q, v).a, chain.forward_dynamics(q).a],
+        stack=lambda: chain.inverse_dynamics([q, q], np.stack([v, 0.0 * v]), 0.0 * a, actuated=names).tau,
+        run=lambda: [getattr(run, name) for run in [chain.simulate(q, v, [0.0, 0.05])] for name in parts],
+        changes=lambda: chain.inverse_dynamics_derivatives(q, v, a, actuated=names).tau_q,
+        changes_forward=lambda: chain.forward_dynamics_derivatives(q, v).a_q,
+    )
+
+
+def flying():
+    """A free body on a spring with a hinge on it, which has a spring, too."""
+    model = _tree(
+        (pin.JointModelFreeFlyer(), 0, 2.0), (pin.JointModelRX(), 1, 1.0), (pin.JointModelTranslation(), 2, 0.5)
+    )
+    model.damping = np.linspace(0.1, 1.0, model.nv)
+    turn = tuple(pin.Quaternion(pin.exp3(np.array([0.3, -0.2, 0.5]))).coeffs().tolist())
+    springs = (
+        JointProperties("joint_0", 7.0, (0.1, -0.2, 0.3, *turn)), JointProperties("joint_1", 3.0, (0.4,)),
+        JointProperties("joint_2", 5.0, (0.1, 0.2, -0.1)),
+    )  # fmt: skip
+    tie = Closure("tie", "distance", "link_0", "universe", Placement((0.1, 0.0, 0.2)), distance=0.9)
+    chain = ClosedChain(model, Closures("flying", closures=(tie,), joints=springs))
+    return moves(chain, chain.close(pin.integrate(model, chain.neutral(), 0.3 * np.arange(-4.0, 6.0) / 4.0)))

@@ -52,6 +52,7 @@ ASKED |= {
 
 #: Those that take longer than 0.15 s.
 LONGER = {
+    "tilted_files",
     "tilted",
     "heavy_wrist_of_both_kinds_of_limbs",
     "assembled",

@@ -4,7 +4,7 @@ import pytest
 import several_coordinates
 from answers import changes
 from asked_dynamics import loaded
-from asked_structure import geared_arms, parts_of, refused, unfit
+from asked_structure import flying, geared_arms, moves, parts_of, refused, unfit
 
 
 def of(name):
@@ -30,6 +30,15 @@ ASKED |= {
 ASKED |= {
     kind: lambda kind=kind: parts_of(*several_coordinates.chain(kind, passive=True)) for kind in ("spherical", "planar")
 }
+ASKED |= {
+    f"moves_{name.replace(' ', '_')}": lambda name=name: moves(loaded(name).chain, loaded(name).q)
+    for name in ("rigid loop", "revolute loop", "universal loop", "prismatic loop", "cylindrical loop", "coupling loop")
+}
+ASKED |= {
+    f"moves_{kind}_{loop}": lambda kind=kind, loop=loop: moves(*several_coordinates.chain(kind, loop, passive=True))
+    for kind, loop in (("spherical", "rigid"), ("spherical", "distance"), ("planar", "revolute"))
+}
+ASKED["flying"] = flying
 
 #: Those that take longer than 0.15 s.
 LONGER = {"heavy_wrist_of_both_kinds_of_limbs"}

@@ -26,7 +26,7 @@ def tried(question):
 
 def all_tried(**questions):
     """The answers to questions by name."""
-    return {name: tried(question) for name, question in questions.items()}
+    return {name: [tried(question)] for name, question in questions.items()}
 
 
 def short(text):

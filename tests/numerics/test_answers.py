@@ -85,6 +85,7 @@ def programs():
     }
     found |= {f"wrong {name}": lambda name=name: of(solve(crossed[name]))[5:7] for name in crossed}
     found |= {
+        "no room": lambda: one.violation(np.zeros(5)),
         "no z": lambda: judged(one, np.zeros(5), np.zeros(1), np.zeros(3)),
         "no y": lambda: judged(one, np.zeros(6), NONE, np.zeros(3)),
         "no n": lambda: judged(one, np.zeros(6), np.zeros(1), NONE),
@@ -97,16 +98,19 @@ def forces():
     """Least forces of one to six variables: bounds that bind, dependent and weak columns, and what is refused."""
     found = {}
     for size in range(1, 7):
-        for seed in range(6):
+        for seed in range(24):
             rng = np.random.default_rng([size, seed])
             c, G = 20.0 * rng.normal(size=3), rng.normal(size=(3, size))
-            low, high = -rng.uniform(0.0, 12.0, size), rng.uniform(0.0, 12.0, size)
-            if seed == 1:
+            most = 12.0 if seed < 6 else 80.0 / size
+            low, high = -rng.uniform(0.0, most, size), rng.uniform(0.0, most, size)
+            if seed in (1, 7, 8, 9):
                 G[:, -1] = 2.0 * G[:, 0]
-            if seed == 2:
+            if seed in (2, 10, 11):
                 low, high = np.zeros(size), np.full(size, np.inf)
             if seed == 3:
                 low, high = np.full(size, -np.inf), np.full(size, np.inf)
+            if seed % 8 == 6:
+                low[-1], high[0] = -np.inf, 0.0
             if seed == 4:
                 G[2], low[0] = 1e-7 * G[2], high[0]
             found[f"{size} of {seed}"] = lambda c=c, G=G, low=low, high=high: [

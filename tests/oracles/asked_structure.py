@@ -306,3 +306,38 @@ def flying():
     tie = Closure("tie", "distance", "link_0", "universe", Placement((0.1, 0.0, 0.2)), distance=0.9)
     chain = ClosedChain(model, Closures("flying", closures=(tie,), joints=springs))
     return moves(chain, chain.close(pin.integrate(model, chain.neutral(), 0.3 * np.arange(-4.0, 6.0) / 4.0)))
+
+
+def limited():
+    """A tree of joints of one to six coordinates with limits: which are passed, and where a gear closes within them."""
+    kinds = (
+        pin.JointModelFreeFlyer(), pin.JointModelPlanar(), pin.JointModelTranslation(), pin.JointModelRUBX(),
+        pin.JointModelPZ(), pin.JointModelRY(),
+    )  # fmt: skip
+    model = _tree(*((kind, parent, 1.0) for kind, parent in zip(kinds, (0, 1, 1, 3, 3, 0), strict=True)))
+    model.lowerPositionLimit, model.upperPositionLimit = -0.1 * np.arange(1.0, model.nq + 1), np.full(model.nq, 0.7)
+    at = model.idx_qs[3]
+    model.upperPositionLimit = np.array(
+        [*model.upperPositionLimit[: at + 1], np.inf, *model.upperPositionLimit[at + 2 :]]
+    )
+    gear = Closure("gear", "coupling", "joint_4", "joint_5", polynomial=(0.2, 1.5))
+    chain = ClosedChain(model, Closures("limited", closures=(gear,)))
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    rng, start = np.random.default_rng(3), chain.neutral()
+    far = [pin.integrate(model, start, size * rng.normal(size=model.nv)) for size in (0.1, 0.5, 1.0, 2.0)]
+    edge, past = start.copy(), start.copy()
+    for k in (3, 5, 6):
+        own = slice(model.idx_qs[k], model.idx_qs[k] + model.nqs[k])
+        edge[own], past[own] = np.clip(high[own], -9.0, 0.7), low[own] - 1e-12
+    held = chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:])
+    return all_tried(
+        beyond=lambda: [chain.beyond_limits(q) for q in (*far, start, edge, past, edge + 1e-12 * (edge != start))],
+        within=lambda: [tried(lambda q=q: chain.close(q, respect_limits=True)) for q in far],
+        held=lambda: chain.close(far[2], hold=["joint_4"], respect_limits=True),
+        free=lambda: [chain.close(far[2]), chain.metres, chain.characteristic_length],
+        moved=lambda: [chain.constraint_jacobian(far[1]), chain.frame_jacobian(chain.close(far[1]), "link_4")],
+        weight=lambda: chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:]).tau,
+        base=lambda: (
+            chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:]).wrench_on("universe").wrench
+        ),
+    )

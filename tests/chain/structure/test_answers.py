@@ -4,7 +4,7 @@ import pytest
 import several_coordinates
 from answers import changes
 from asked_dynamics import loaded
-from asked_structure import flying, geared_arms, moves, parts_of, refused, unfit
+from asked_structure import flying, geared_arms, limited, moves, parts_of, refused, unfit
 
 
 def of(name):
@@ -38,7 +38,7 @@ ASKED |= {
     f"moves_{kind}_{loop}": lambda kind=kind, loop=loop: moves(*several_coordinates.chain(kind, loop, passive=True))
     for kind, loop in (("spherical", "rigid"), ("spherical", "distance"), ("planar", "revolute"))
 }
-ASKED["flying"] = flying
+ASKED |= {"flying": flying, "limited": limited}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"heavy_wrist_of_both_kinds_of_limbs"}

@@ -336,8 +336,5 @@ def limited():
         held=lambda: chain.close(far[2], hold=["joint_4"], respect_limits=True),
         free=lambda: [chain.close(far[2]), chain.metres, chain.characteristic_length],
         moved=lambda: [chain.constraint_jacobian(far[1]), chain.frame_jacobian(chain.close(far[1]), "link_4")],
-        weight=lambda: chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:]).tau,
-        base=lambda: (
-            chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:]).wrench_on("universe").wrench
-        ),
+        weight=lambda: [held.tau, held.wrench_on("universe").wrench],
     )

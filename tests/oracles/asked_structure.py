@@ -329,11 +329,17 @@ def limited():
     for k in (3, 5, 6):
         own = slice(model.idx_qs[k], model.idx_qs[k] + model.nqs[k])
         edge[own], past[own] = np.clip(high[own], -9.0, 0.7), low[own] - 1e-12
+    above = model.copy()
+    above.lowerPositionLimit = np.full(model.nq, -np.inf)
+    above.upperPositionLimit = np.where(np.arange(model.nq) % 2, 0.3, np.inf)
+    above = ClosedChain(above, chain.description)
     held = chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:])
     return all_tried(
         beyond=lambda: [chain.beyond_limits(q) for q in (*far, start, edge, past, edge + 1e-12 * (edge != start))],
         within=lambda: [tried(lambda q=q: chain.close(q, respect_limits=True)) for q in far],
         held=lambda: chain.close(far[2], hold=["joint_4"], respect_limits=True),
+        held_beyond=lambda: chain.close(far[2], hold=["joint_2"], respect_limits=True),
+        above=lambda: [[above.beyond_limits(q), tried(lambda q=q: above.close(q, respect_limits=True))] for q in far],
         free=lambda: [chain.close(far[2]), chain.metres, chain.characteristic_length],
         moved=lambda: [chain.constraint_jacobian(far[1]), chain.frame_jacobian(chain.close(far[1]), "link_4")],
         weight=lambda: [held.tau, held.wrench_on("universe").wrench],

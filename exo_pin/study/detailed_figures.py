@@ -275,13 +275,18 @@ def misalignment_figures(exo: ShoulderExo, poses: Rotation, question: Question) 
 
 def change_on_cuff(exo: ShoulderExo, poses: Rotation) -> float:
     """Largest change of F_s, N, by 10 mm on the design's cuff, or one as measured; NaN where no cuff is known."""
-    interfaces, soft = exo.device.interfaces, exo
-    if interfaces.cuff is None:
-        distance = cuff_distance(exo.chain)
-        if not distance > 0.0:
-            return float("nan")
-        soft = exo.replace(interfaces=replace(interfaces, cuff=Interface.upper_arm_cuff(distance)))
-    return _worst_change(soft, sampled(poses, _OFF_POSES), {"split": "elastic"})[1]
+    soft = _on_cuff(exo)
+    return float("nan") if soft is None else _worst_change(soft, sampled(poses, _OFF_POSES), {"split": "elastic"})[1]
+
+
+def _on_cuff(exo: ShoulderExo) -> ShoulderExo | None:
+    """The design on its own cuff, or on one as measured; None where no cuff is known."""
+    interfaces = exo.device.interfaces
+    if interfaces.cuff is not None:
+        return exo
+    distance = cuff_distance(exo.chain)
+    cuff = Interface.upper_arm_cuff(distance) if distance > 0.0 else None
+    return None if cuff is None else exo.replace(interfaces=replace(interfaces, cuff=cuff))
 
 
 def change_of_rigid(exo: ShoulderExo, poses: Rotation) -> float:
@@ -372,6 +377,8 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
         return "its wearer's muscles hold none of its poses" if holds or passive else _NONE_HELD
     if name in ("follows_10_mm", "change_by_10_mm_N"):
         return "it follows none of the moved centres" if row.get("follows_10_mm") == 0.0 else "no pose is reached"
+    if name == "change_on_cuff_N" and _on_cuff(exo) is not None:
+        return "on a soft cuff it follows none of the moved centres"
     if name == "common_peak_F_s_N" and (holds or passive):
         return "it and the other designs hold no pose in common"
     if name.endswith("F_s_N"):

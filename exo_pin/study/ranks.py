@@ -24,6 +24,8 @@ _SAME_SHARE, _SAME_PEAK = 1e-9, 1e-6
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 #: Most names in a list of equals.
 _MOST = 6
+#: What is said of a row of a sweep that could not be built.
+_NO_DESIGN = "no design"
 
 
 def places(columns: Mapping[str, NDArray[Any]]) -> tuple[tuple[int, ...], ...]:
@@ -83,7 +85,7 @@ def rule_words(common: bool) -> str:
 def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
     """Who is first and who is next, with what decides."""
     if not np.nan_to_num(np.asarray(columns["holdable"], dtype=float)[list(groups[0])]).any():
-        names, peak = _names(columns, groups[0]), ranked_peak(columns)[groups[0][0]]
+        names, peak = _names(columns, groups[0], "row"), ranked_peak(columns)[groups[0][0]]
         if np.isnan(peak):
             return "No design holds any of the poses."
         verb = "have" if len(groups[0]) > 1 else "has"
@@ -94,7 +96,8 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
         place = _ORDINALS[rank - 1] if rank <= len(_ORDINALS) else f"number {rank}"
         names, held = _names(columns, group), _held(columns, group[0])
         if len(group) > 1:
-            texts.append(f"Equal {place}: {names}, which hold {held} each.")
+            does = "are no designs" if held == _NO_DESIGN else f"hold {held} each"
+            texts.append(f"Equal {place}: {names}, which {does}.")
         elif rank == 1:
             texts.append(f"{names} ranks first: it holds {held}.")
         else:
@@ -103,19 +106,19 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
     return " ".join(texts)
 
 
-def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int]) -> str:
+def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int], one: str = "Row") -> str:
     named = "design" in columns
     shown = [str(columns["design"][row]) if named else str(row + 1) for row in group]
     if len(shown) > _MOST:
         shown = [*shown[: _MOST - 1], f"{len(shown) - _MOST + 1} others"]
     words = enumerated(shown)
-    return words if named else f"{'rows' if len(group) > 1 else 'Row'} {words}"
+    return words if named else f"{'rows' if len(group) > 1 else one} {words}"
 
 
 def _held(columns: Mapping[str, NDArray[Any]], row: int) -> str:
     share, far, peak = columns["can_hold"][row], columns["holdable"][row], ranked_peak(columns)[row]
     if np.isnan(far):
-        return "no design"
+        return _NO_DESIGN
     if not far > 0.0:
         return "none of the poses"
     text = f"{share:.1%} of the poses"

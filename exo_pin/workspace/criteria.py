@@ -338,7 +338,7 @@ class Criteria(Record):
         for name, criterion in CRITERIA.items():
             lacking = criterion.missing(mechanism, self, is_grid)
             if lacking and self.names is not None and name in self.names:
-                raise MissingData(lacking, f"the criterion {name!r}", mechanism.name)
+                raise MissingData(_lacked(lacking), f"the criterion {name!r}", mechanism.name)
             if lacking:
                 left_out[name] = _why(lacking)
             elif self.names is not None and name not in self.names:
@@ -367,6 +367,12 @@ def _body(
     wearers: tuple[Wearer, ...], side: str, elbow_range: tuple[float, float] | None, obstacles: tuple[str, ...]
 ) -> BodyShape:
     return BodyShape.of(wearers, side, elbow_range, obstacles)
+
+
+def _lacked(lacking: list[str]) -> list[str]:
+    """What a design lacks, as it stands after "has no"."""
+    nouns = {NO_UNIVERSAL_JOINTS: "limb with universal joints", NO_SPRINGS: "spring with a law"}
+    return [nouns.get(text, text.removeprefix("no ")) for text in lacking]
 
 
 def _why(lacking: list[str]) -> str:

@@ -314,9 +314,8 @@ def swivelled(place: FloatArray, wearer: Wearer, bend: float, swivels: FloatArra
     line = place / np.linalg.norm(place)
     axis, cosine = np.cross(hand, place), float(hand @ place)
     sine = float(np.linalg.norm(axis))
-    # Straight up the turn has no axis: the arm goes up in front.
-    axis = axis / sine if sine > 1e-12 * abs(cosine) else np.array([0.0, -1.0, 0.0])
-    first = Rotation.from_rotvec(np.arctan2(sine, cosine) * axis)
+    # No place of a day is on the line of the hand at rest, on which the turn would have no axis.
+    first = Rotation.from_rotvec(np.arctan2(sine, cosine) / sine * axis)
     return np.asarray((Rotation.from_rotvec(swivels[:, None] * line) * first).as_matrix())
 
 

@@ -206,7 +206,6 @@ def _drive_row(
 def _order(product: _Product, speed: float, rate: float, winds: bool) -> str:
     """A product, what is not stated of it, and how slow it makes the arm."""
     lacking = [what for what, value in (("speed", product.speed), ("mass", product.mass)) if np.isnan(value)]
-    lacking += ["stroke"] if product.unit == "N" and np.isnan(product.strokes[1]) else []
     texts = [f"{product.name} with a drum of {2e3 * _DRUM:.0f} mm" if winds else product.name]
     if lacking:
         texts.append(f"{' and '.join(lacking)} not stated")

@@ -11,8 +11,6 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import InvalidInput, SuspectMeasurements
 from exo_pin.calibration import pose_information
-from exo_pin.calibration.length_model import CalibrationProblem
-from exo_pin.calibration.report import contradiction
 
 JOINTS = ("base_points", "platform_points")
 NOISE = 3e-4
@@ -134,60 +132,3 @@ def test_a_constant_that_a_limb_lacks_is_named(constant, varies, named):
         ep.calibrate(arm, lengths, exo, unknowns="base_offset", length_noise=NOISE)
     words = f"by a constant: limb 3 by {1e3 * constant:+.3g} mm; where they leave out"
     assert [words in str(each.message) for each in said] == [True] * named
-
-
-def told(exo, z, probability, length_noise=NOISE):
-    """What residuals of this shape, over their deviation, say."""
-    arm = poses(np.random.default_rng(73), len(z))
-    found = ep.calibrate(arm, exo.inverse_kinematics(arm).lengths, exo, unknowns="length_offsets", length_noise=NOISE)
-    errors = found.errors._replace(length_noise=length_noise)
-    problem = CalibrationProblem(found.model, arm.as_matrix(), found.lengths, errors, found.information.prior)
-    return contradiction(problem, found.estimate._replace(residuals=z.ravel()), z, probability)
-
-
-def test_what_residuals_say_by_their_squares():
-    """One length with over 0.4 of the squares, one limb with over 0.9 of them; else only that they are too large."""
-    exo, rng = ep.load("prototype"), np.random.default_rng(74)
-    plain = rng.normal(size=(40, 3))
-    rest = (plain**2).sum() - plain[7, 1] ** 2
-    for share, named in ((0.39, False), (0.41, True)):
-        z = plain.copy()
-        z[7, 1] = np.sqrt(share / (1.0 - share) * rest)
-        text = told(exo, z, 1e-4)
-        assert text.startswith(
-            f"The residuals contradict the stated noise: they are {np.sqrt((z**2).mean()):.2g} times as large"
-        )
-        assert ("most of it is pose 7, limb 2, an outlier" in text) == named
-    squares = (plain**2).sum(axis=0)
-    for share, named in ((0.89, False), (0.91, True)):
-        z = plain.copy()
-        z[:, 2] *= np.sqrt(share / (1.0 - share) * squares[:2].sum() / squares[2])
-        assert ("nearly all of it is of limb 3, whose" in told(exo, z, 1e-4)) == named
-    assert told(exo, plain, 2e-3) == ""
-    assert told(exo, plain, np.nan, None) == ""
-
-
-def test_residuals_without_a_stated_noise_are_judged_by_their_median():
-    exo, rng = ep.load("prototype"), np.random.default_rng(75)
-    plain = rng.normal(size=(40, 3))
-    bound = np.exp(5.0 * 1.17 / np.sqrt(120)) * 1.4826
-    for factor, named in ((0.97, False), (1.03, True)):
-        z = plain.copy()
-        far = np.argsort(np.abs(z), axis=None)[-8:]  # the median stays
-        rest = (np.delete(z.ravel(), far) ** 2).sum()
-        size = factor * bound * np.median(np.abs(z))
-        z.ravel()[far] = np.sqrt((120 * size**2 - rest) / 8) * np.where(np.arange(8) % 2, 1.0, -1.0)
-        text = told(exo, z, np.nan, None)
-        assert text.startswith("The residuals are not those of one normally distributed noise") == named
-        if named:
-            assert f"mean square is {factor * bound / 1.4826:.2g} times what their median says" in text
-
-
-def test_residuals_that_change_with_the_pose_are_no_noise():
-    exo, rng = ep.load("prototype"), np.random.default_rng(76)
-    arm = poses(np.random.default_rng(73), 60)
-    z = rng.normal(size=(60, 3))
-    smooth = 3.0 * arm.as_matrix()[:, 0, 2]
-    text = told(exo, z + smooth[:, None], 0.5)
-    assert text.startswith("The residuals change with the pose as no noise does")
-    assert told(exo, z, 0.5) == ""

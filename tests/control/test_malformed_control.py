@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput, control
+from exo_pin import control
 from exo_pin.control.controllers.model_controller import gains_for
 from exo_pin.design import Tackle
 
@@ -96,23 +96,3 @@ def test_numbers_of_numpy_count_as_whole_numbers():
     for limb in (True, 1.0, -1):
         with pytest.raises(ep.InvalidInput, match="limb"):
             ep.Fault("burst", limb)
-
-
-@pytest.mark.parametrize(("name", "wrong"), [
-    ("mechanism", 3), ("reference", 3), ("options", 3), ("imu", 3), ("feedback", 3), ("controller", 3),
-    ("controller", "best"), ("duration", -1.0), ("rate", 0.0),
-])  # fmt: skip
-def test_fields_of_an_experiment_are_checked(name, wrong):
-    with pytest.raises(InvalidInput, match=name):
-        ep.experiment("flexion").replace(**{name: wrong})
-
-
-@pytest.mark.parametrize(("name", "wrong"), [
-    ("supply", 3), ("muscle_damping", 3), ("winch", 3), ("linear_actuator", 3), ("joint_motor", 3),
-    ("muscle_friction", 3), ("valves", 3), ("valves", ()), ("second_flange", 1), ("polytropic_exponent", 0.99),
-    ("polytropic_exponent", 1.41),
-])  # fmt: skip
-def test_fields_of_the_options_of_a_plant_are_checked(name, wrong):
-    with pytest.raises(InvalidInput, match=name):
-        ep.PlantOptions(**{name: wrong})
-    assert [ep.PlantOptions(polytropic_exponent=end).polytropic_exponent for end in (1.0, 1.4)] == [1.0, 1.4]

@@ -36,24 +36,6 @@ def test_good_arguments_pass():
     assert example(np.int64(1).item(), np.eye(2), ["ab"], {"x": 2.0}, loud=np.True_) == 7.0
 
 
-@pytest.mark.parametrize(
-    ("values", "named", "message"),
-    [
-        (("x",), {}, "expected count to be of type int, got 'x'"),
-        ((1, "x"), {}, r"expected weights to be of type ArrayLike \| None, got 'x'"),
-        ((1, [np.nan, None]), {}, "expected weights to be of type"),
-        ((1,), {"names": 3}, "expected names to be of type"),
-        ((1,), {"names": np.array(2.0)}, "expected names to be of type"),
-        ((1,), {"table": {"x": "y"}}, "expected table to be of type"),
-        ((1,), {"loud": "no"}, "expected loud to be True or False, got 'no'"),
-        ((1,), {"loud": np.ones(2)}, "expected loud to be True or False"),
-    ],
-)
-def test_an_argument_that_does_not_fit_is_named(values, named, message):
-    with pytest.raises(InvalidInput, match=message):
-        example(*values, **named)
-
-
 #: Faults of the package: what a typing error, a lost check or a wrong index within a function raises.
 FAULTS = [
     *(kind("planted") for kind in (AttributeError, AssertionError, IndexError, KeyError, NameError, OverflowError)),

@@ -8,7 +8,39 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import control
 
-__all__ = ["Worn", "angles_apart", "law_of_drives"]
+__all__ = ["PERSON", "Worn", "angles_apart", "law_of_drives"]
+
+#: The parts of MyoArm that count, of a right arm without a side in its names: 5 joints of the shoulder, elbow, wrist.
+PERSON = """
+<mujoco>
+  <compiler meshdir="bones"/>
+  <worldbody><body name="trunk" pos="0 0 1.4" euler="90 -90 0">
+    <geom type="sphere" size="0.1"/>
+    <body name="clavicle"><joint name="girdle" axis="0 1 0"/><geom type="sphere" size="0.01" mass="0.1"/>
+      <body name="helper" pos="0 0 0.17">
+        <inertial pos="0 0 0" mass="0.001" diaginertia="1 1 1"/>
+        <joint name="elv_angle" axis="0 1 0" damping="1"/>
+        <body name="helper1">
+          <inertial pos="0 0 0" mass="0.001" diaginertia="1 1 1"/>
+          <joint name="shoulder_elv" axis="-1 0 0"/><joint name="shoulder1_r2" axis="0 1 0"/>
+          <body name="humerus"><joint name="shoulder_rot" axis="0 1 0"/>
+            <geom type="capsule" fromto="0 0 0 0.02 -0.28 0" size="0.04" mass="2"/>
+            <site name="shaft" pos="0 -0.1 0"/>
+            <body name="ulna" pos="0 -0.29 0"><joint name="elbow_flexion" axis="0 0 1"/>
+              <geom type="sphere" size="0.02" mass="0.5"/>
+              <body name="radius"><joint name="pro_sup" axis="0 1 0"/>
+                <geom type="capsule" fromto="0 0 0 0 -0.24 0" size="0.03" mass="1"/>
+                <body name="hand" pos="0 -0.26 0"><joint name="flexion" axis="1 0 0"/>
+                  <geom type="sphere" size="0.03" mass="0.4"/><site name="palm"/></body>
+              </body></body></body></body></body></body></body></worldbody>
+  <equality><joint joint1="girdle" joint2="shoulder_elv" polycoef="0 0.2 0 0 0"/>
+    <joint joint1="shoulder1_r2" joint2="elv_angle" polycoef="0 -1 0 0 0"/></equality>
+  <tendon><spatial name="biceps"><site site="shaft"/><site site="palm"/></spatial></tendon>
+  <actuator><motor name="biceps" tendon="biceps"/><motor name="wrist" joint="flexion"/></actuator>
+  <sensor><jointpos joint="elbow_flexion"/></sensor>
+  <keyframe><key name="rest" qpos="0 0 0 0 0 0 0 0"/></keyframe>
+</mujoco>
+"""
 
 SHOULDER = ("elv_angle", "shoulder_elv", "shoulder1_r2", "shoulder_rot")
 

@@ -10,7 +10,6 @@ import exo_pin as ep
 from exo_pin.cli.documents.registry import schema
 from exo_pin.design import preset_file
 from exo_pin.exo.questions import QUESTIONS, answered
-from exo_pin.service import ServiceOptions
 from exo_pin.service.problems import reply
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -74,13 +73,6 @@ WRONG = [
     ({"poses": {"flexion": 1}, "design": {"path": "x"}}, "UnknownName", "member of design"),
     ([1], "InvalidInput", "JSON object"),
 ]  # fmt: skip
-
-
-@pytest.mark.parametrize(("question", "kind", "said"), WRONG)
-def test_wrong_questions_are_problems(question, kind, said):
-    status, found = asked(question)
-    assert (status, found["kind"], found["status"]) == (422, kind, 422)
-    assert said in found["detail"]
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"NaN", b"\xff", b"[" * 100_000])
@@ -153,17 +145,3 @@ def test_the_description_has_every_question_and_valid_schemas():
     for question, _, said in WRONG:
         if "JSON object" not in said and "alone" not in said and "unit" not in said and "design.toml" not in said:
             assert not checks.is_valid(question), question
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"host": "0.0.0.0"}, "give a token"),
-        ({"host": "lab.example.org", "token": "short"}, "16 ASCII characters"),
-        ({"workers": 0}, "workers"),
-        ({"seconds": float("nan")}, "seconds"),
-    ],
-)
-def test_options_are_checked(options, said):
-    with pytest.raises(ep.InvalidInput, match=said):
-        ServiceOptions(**options)

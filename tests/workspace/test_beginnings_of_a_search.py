@@ -1,4 +1,4 @@
-"""Where a search begins and where it judges: variables, sketches and poses."""
+"""Where a search judges: poses and their weights."""
 
 import numpy as np
 import pytest
@@ -7,42 +7,9 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin import InvalidInput
 from exo_pin.load_case import ADL_BOX
-from exo_pin.workspace import free_joints, lifting_poses, starting_design
+from exo_pin.workspace import lifting_poses
 
 SearchPoses = type(lifting_poses())
-ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-
-
-def sketch(actuator=None, count=3):
-    return starting_design(actuator or ep.Actuator("cable", pull_limit=400.0), ARM, count)
-
-
-def test_sketch_spreads_its_joints_evenly():
-    for count in (3, 5):
-        geometry = sketch(count=count).geometry
-        for points, radius, height in ((geometry.base_points, 0.15, 0.1), (geometry.platform_points, 0.1, -0.2)):
-            np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), radius)
-            np.testing.assert_allclose(points[:, 2], height)
-            turns = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
-            np.testing.assert_allclose(np.diff(turns), 2.0 * np.pi / count)
-            assert turns[0] == pytest.approx(0.3)
-    with pytest.raises(InvalidInput, match="at least 3 limbs"):
-        sketch(count=2)
-
-
-def test_which_variables_are_searched():
-    assert free_joints(1) == {
-        "A[1].radius": (0.12, 0.25),
-        "A[1].azimuth": (-np.pi, np.pi),
-        "A[1].elevation": (-np.pi / 2, np.pi / 2),
-        "B[1].radius": (0.05, 0.14),
-        "B[1].azimuth": (-np.pi, np.pi),
-        "B[1].drop": (0.08, 0.28),
-    }
-    assert len(free_joints(5)) == 30
-    for count in (0, 1001):
-        with pytest.raises(InvalidInput, match="limb_count"):
-            free_joints(count)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

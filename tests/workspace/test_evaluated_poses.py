@@ -51,7 +51,7 @@ def test_it_is_asked_where_there_are_springs(exo):
         assert found.not_checked["evaluated"] == "does not apply: no spring has a law"
         assert "evaluated" not in str(found)
         assert not found.not_evaluated.any()
-        with pytest.raises(MissingData, match="no spring has a law"):
+        with pytest.raises(MissingData, match="no spring with a law"):
             other.workspace(other.pose([30, 60]), ["evaluated"])
 
 

@@ -37,7 +37,7 @@ def test_what_is_checked_of_cables_and_why_not_the_others():
     assert limits.chosen(worn, False)[0] == (
         "stroke", "singularity", "forces", "shoulder_force", "elbow", "limb_loss", "clearance"
     )  # fmt: skip
-    with pytest.raises(MissingData, match="no limb has universal joints"):
+    with pytest.raises(MissingData, match="no limb with universal joints"):
         Criteria(names=("joint_angles",)).chosen(worn, True)
     prototype = ep.load("prototype").mechanism
     assert Criteria().chosen(prototype, True)[1]["joint_angles"] == (

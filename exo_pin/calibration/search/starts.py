@@ -233,16 +233,16 @@ def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> Fl
     columns = np.column_stack([np.ones(len(measured)), -2.0 * measured.reshape(-1, 9)])
     if len(measured) <= columns.shape[1] + free:
         return np.zeros((0, model.size))
-    us, vs, offsets = list[FloatArray](), list[FloatArray](), model.offsets.copy()
+    us, vs, offsets = list[FloatArray](), list[FloatArray](), np.zeros(model.limb_count)
     for i, own in enumerate(lengths.T):
         # An error of l is one of 2 l dl.
         left = np.column_stack([columns, -2.0 * own]) if free else columns
-        right, root = (own if free else own + offsets[i]) ** 2, 1.0 / np.maximum(np.abs(own), 1e-3)
+        right, root = own**2, 1.0 / np.maximum(np.abs(own), 1e-3)
         found = np.linalg.lstsq(left * root[:, None], right * root, rcond=None)[0]
         if free:
             offsets[i] = found[10]
         u, sizes, v = np.linalg.svd(found[1:10].reshape(3, 3))
-        total = found[0] + (offsets[i] ** 2 if free else 0.0)
+        total = found[0] + offsets[i] ** 2
         # |u|² and |v|² have this sum and this product.
         half, product = 0.5 * max(total, 2.0 * sizes[0]), sizes[0]
         long = np.sqrt(half + np.sqrt(max(half**2 - product**2, 0.0)))

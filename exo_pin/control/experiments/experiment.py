@@ -111,6 +111,9 @@ class Experiment(Record):
             options=PlantOptions,
             imu=Imu | None,
             feedback=FeedbackGains | None,
+            torso=Torso | None,
+            cuff=Padding | None,
+            harness=Padding | None,
         )
         if self.controller is None:
             object.__setattr__(self, "controller", default_controller(self.mechanism))

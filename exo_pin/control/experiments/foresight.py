@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import shoulder_angles
 from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.wrist_device import as_device
+from ...reaction.holding.verdict import angle_words
 from ..controllers.planning import planner_of
 from ..controllers.tension_program import HELD
 from ..plant.plant import Plant
@@ -47,7 +47,7 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
     found = []
     lacking = ~holdable(experiment.plant, poses)
     if lacking.any():
-        share, words = 100.0 * lacking.mean(), _words(poses[int(lacking.argmax())], side)
+        share, words = 100.0 * lacking.mean(), angle_words(poses[int(lacking.argmax())], side)
         found.append(
             f"the drives cannot hold {share:.0f} % of the wanted poses at rest, the first at {words}: the arm will "
             "not follow there"
@@ -59,8 +59,8 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
             worst = int(np.where(doubtful, seen.rate, np.inf).argmin())
             found.append(
                 f"lengths alone do not place the arm in {100.0 * doubtful.mean():.0f} % of the wanted poses; at "
-                f"{_words(poses[worst], side)} {seen.sensitivity(worst)}. A sensor of the arm's orientation does: "
-                "--controller model"
+                f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation "
+                "does: --controller model"
             )
     elif experiment.controller == "model" and measures and "arm" not in measures:
         found.append(
@@ -84,8 +84,3 @@ def holdable(plant: Plant, poses: Rotation) -> NDArray[np.bool_]:
         if drive.is_motor:
             held &= drive.spans(length)
     return np.asarray(held)
-
-
-def _words(pose: Rotation, side: str) -> str:
-    angles = shoulder_angles(pose, side, degrees=True).round() + 0.0
-    return "({:.0f}, {:.0f}, {:.0f})°".format(*angles)

@@ -175,6 +175,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, str | int | NoneType) and value in arguments
     if origin is np.ndarray:
         return _is_numeric(value)
+    if hint is bool:
+        return isinstance(value, _FLAGS)
     if hint in (int, float):
         kind = Integral if hint is int else Real
         return isinstance(value, kind) and not isinstance(value, bool) and _is_numeric(value)

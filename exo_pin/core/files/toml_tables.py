@@ -117,8 +117,12 @@ def naming_file(path: str | PathLike[str] | None) -> Iterator[None]:
     """
     try:
         yield
-    except (FileFormatError, UnknownName):
+    except UnknownName:
         raise
+    except FileFormatError as error:
+        if error.path is not None:
+            raise
+        raise FileFormatError(str(error), path, error.key) from error
     except ExoPinError as error:
         raise FileFormatError(str(error), path) from error
 

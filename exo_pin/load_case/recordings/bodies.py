@@ -60,6 +60,8 @@ class Bodies(Record):
 
     def poses(self, times: FloatArray, rows: np.ndarray, side: str, forward: str | None, still: float) -> Reading:
         """The arm, and what trunk and forearm show, in some rows."""
+        if not rows.any():
+            raise FileFormatError("no row has the orientations of arm and trunk, and a time", self.path)
         parts = [self._rotations(each, rows) for each in (self.trunk, self.arm)]
         forearm = None if self.forearm is None else self._rotations(self.forearm, rows)
         if self.segments:
@@ -138,7 +140,7 @@ def bodies_of(source: Source, times: FloatArray, side: str, sensors: Mapping[str
         elif given is not None and Path(given).is_file():
             chosen[role] = _of_file(given, times)
         elif given is not None:
-            raise _unknown(source, found, f"no {role} {given!r}")
+            raise _unknown(source, found, f"no {role} {given!r}.")
     missing = [role for role in ("arm", "trunk") if role not in chosen]
     if missing:
         raise _unknown(source, found, f"which is on the {missing[0]}?")
@@ -187,7 +189,7 @@ def _of_file(path: str, times: FloatArray) -> FloatArray:
     clock = other.times(None, None)
     there = np.isfinite(values).all(axis=1) & np.isfinite(clock)
     rotations = np.full((len(times), 4), np.nan)
-    within = (times >= clock[there].min()) & (times <= clock[there].max())
-    if there.sum() > 1 and within.any():
+    if there.sum() > 1:
+        within = (times >= clock[there].min()) & (times <= clock[there].max())
         rotations[within] = Slerp(clock[there], Rotation.from_quat(values[there]))(times[within]).as_quat()
     return rotations

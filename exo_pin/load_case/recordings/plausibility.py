@@ -151,19 +151,23 @@ class Evidence(NamedTuple):
 
 def turned_about_own_axis(matrices: FloatArray, side: str) -> FloatArray:
     """Inward rotation of the arm from the middle of its interval in each direction, rad, shape (N,)."""
-    sign = 1.0 if side == "left" else -1.0
-    quaternions = Rotation.from_matrix(matrices).as_quat()
-    inward = -sign * 2.0 * np.arctan2(quaternions[:, 2], quaternions[:, 3])
-    plane = np.arctan2(-matrices[:, 0, 2], -sign * matrices[:, 1, 2])
+    _, _, z, w = Rotation.from_matrix(matrices).as_quat().T
+    inward = 2.0 * np.arctan2(-z if side == "left" else z, w)
+    plane = np.arctan2(-matrices[:, 0, 2], _outward(matrices, side))
     above = (np.arccos(matrices[:, 2, 2].clip(-1.0, 1.0)) / (0.5 * np.pi) - 1.0).clip(0.0, 1.0)
     middle = above * (2.0 * plane - 0.5 * np.pi)
     return np.asarray(np.remainder(inward - middle + np.pi, 2.0 * np.pi) - np.pi)
 
 
+def _outward(matrices: FloatArray, side: str) -> FloatArray:
+    """Component of the arm's direction away from the body, shape (N,)."""
+    return np.asarray(-matrices[:, 1, 2] if side == "left" else matrices[:, 1, 2])
+
+
 def unreachable(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
     """Whether no shoulder brings the arm into a pose, shape (N,)."""
     inward = turned_about_own_axis(matrices, side)
-    forward, outward = -matrices[:, 0, 2], (-1.0 if side == "left" else 1.0) * matrices[:, 1, 2]
+    forward, outward = -matrices[:, 0, 2], _outward(matrices, side)
     raised = np.arccos(matrices[:, 2, 2].clip(-1.0, 1.0))
     most = np.interp(raised, np.radians([30.0, 90.0]), _OUTWARD)
     turned = (inward > _INWARD) | (inward < -most)
@@ -178,8 +182,7 @@ def evidence(reading: Reading, side: str, start: Rotation | None = None) -> Evid
     inward = turned_about_own_axis(matrices, side)
     outside = unreachable(matrices, side)
     # Behind the trunk and across it an arm is seldom.
-    sign = 1.0 if side == "left" else -1.0
-    behind = np.maximum(matrices[:, 0, 2], 0.0) + np.maximum(sign * matrices[:, 1, 2], 0.0)
+    behind = np.maximum(matrices[:, 0, 2], 0.0) + np.maximum(-_outward(matrices, side), 0.0)
     effort = float((0.5 * np.abs(inward) / np.pi + 0.5 * behind).mean())
     first = matrices[0]
     moved = float((few * few[0].inv()).magnitude().max())

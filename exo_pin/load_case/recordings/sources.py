@@ -341,7 +341,8 @@ def _seconds_of_dates(cells: list[str]) -> list[float] | None:
     found: list[datetime] = []
     for cell in cells:
         text = _FRACTION.sub(lambda digits: "." + digits[1][:6].ljust(6, "0"), cell.strip())
-        text = f"1970-01-01T{text}" if re.match(r"[0-9]{1,2}:", text) else text
+        hour = re.match(r"[0-9]{1,2}(?=:)", text)
+        text = f"1970-01-01T{hour[0]:0>2}{text[hour.end() :]}" if hour else text
         try:
             time = datetime.fromisoformat(text)
         except ValueError:

@@ -72,7 +72,7 @@ def _column(header: str) -> tuple[str, str] | None:
     if not known:
         return None
     if known[0] == "length":
-        return "contraction", f"length in {unit}" if unit else ""
+        return "contraction", f"length in {unit}"
     if known[0] == "mass":
         return "force", unit if unit == "kg" else ""
     if known[0] == "pressure" and unit and any(word in _ABSOLUTE for word in words):

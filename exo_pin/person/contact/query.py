@@ -175,21 +175,20 @@ def contact_forces(
     velocity = None if motion is None else _length_rates(person, query)
     muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
     loads = external_loads(person, limb.elbow_axis, pull, query, options.load_on == "forearm")
-    if options.socket_turn:
-        # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
-        turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
-        limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
+    # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
+    turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
+    limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
     shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
     action = None if action is None else action.about(shift)
     arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads, shift), options, progress, executor)
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
-        held = np.array(np.broadcast_to(action.held, query.shape))
         kept = (
             options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
         )
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by}, kept)
+        held = np.array(np.broadcast_to(action.held, query.shape))
         result = replace(
             with_device, without_device=result, caution=action.caution, held=held, drive_units=action.drive_units
         )

@@ -21,8 +21,8 @@ from ..splits.limb_and_side_forces import Pose, force_scale
 if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
 
-#: Missing force, relative to the scale of the forces, below which a pose counts as held: rounding, not slack.
-HELD = 1e-12
+#: Missing force, relative to the scale of the forces, below which a pose counts as held, as tensions alone do.
+HELD = 1e-10
 #: Margin of the moments, relative to the same scale, beyond which rounding does not decide.
 _CLEAR = 1e-9
 #: Multiplier, relative to the missing force, above which its limit blocks.

@@ -278,7 +278,7 @@ def _estimates(check: HoldCheck) -> str:
     named: dict[str, list[int]] = {}
     for key in check.estimated:
         owner, _, name = key.partition(".")
-        quantity = name.split(".")[-1].replace("_", " ")
+        quantity = name.rpartition(".")[2].replace("_", " ")
         named.setdefault(quantity, []).append(int(owner.removeprefix("limbs[").removesuffix("]")) + 1)
     return ", ".join(f"{quantity} of {limb_list(numbers)}" for quantity, numbers in named.items())
 

@@ -143,8 +143,10 @@ def optimise(
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InvalidInput(f"expected {label} as a number of designs, got {count!r}")
     criteria = Criteria.of(constraints)
-    if "weakest_rate" in wanted and criteria.least_rate is None:
-        criteria = criteria.replace(least_rate=_ANY_RATE)
+    if "weakest_rate" in wanted:
+        # Only where it is asked is the rate known.
+        names = None if criteria.names is None else (*criteria.names, "accuracy")
+        criteria = criteria.replace(names=names, least_rate=criteria.least_rate or _ANY_RATE)
     if person is not None:
         require_method("person", person, "joint_contact", "a Person")
         exo, person = exo.worn_by(person), person.on_side(exo.side)

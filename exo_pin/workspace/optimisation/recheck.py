@@ -273,7 +273,7 @@ def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
     return None if given is None else CentreOffset(given.base.reshape(shape)[chosen], given.cuff.reshape(shape)[chosen])
 
 
-def _persons(design: Any, criteria: Criteria, centre_offset: Centre, step: float = 8.0) -> dict[str, float]:
+def _persons(design: Any, criteria: Criteria, centre_offset: Centre, step: float) -> dict[str, float]:
     """Φ by person, on a wide grid; the gap is there for such differences, so no gap is demanded besides.
 
     The elbow bends as that of the wearers of the check.
@@ -287,7 +287,7 @@ def _persons(design: Any, criteria: Criteria, centre_offset: Centre, step: float
     return shares
 
 
-def _offsets(design: Any, criteria: Criteria, centre_offset: Centre, step: float = 8.0) -> dict[str, float]:
+def _offsets(design: Any, criteria: Criteria, centre_offset: Centre, step: float) -> dict[str, float]:
     """Φ with the device's centre further off the shoulder's, on a wide grid: joints on torso and arm moved alike.
 
     As for other persons, no gap is demanded besides.

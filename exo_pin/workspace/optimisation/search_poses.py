@@ -247,7 +247,8 @@ class SearchPoses(ReadOnly):
         if isinstance(value, SearchPoses):
             return value
         if not isinstance(value, Rotation) or value.as_quat().size == 0:
-            raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {type(value).__name__}")
+            got = "an empty stack" if isinstance(value, Rotation) else type(value).__name__
+            raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {got}")
         flat = Rotation.from_quat(value.as_quat().reshape(-1, 4))
         return cls(flat, np.ones(len(flat)))
 
@@ -284,12 +285,19 @@ def lifting_poses(
     -------
     SearchPoses
 
+    Raises
+    ------
+    InvalidInput
+        If the share is not from 0 to 1.
+
     Examples
     --------
     >>> from exo_pin.workspace import lifting_poses
     >>> lifting_poses(counts=(3, 3, 2)).poses.shape
     (38,)
     """
+    if not 0.0 <= lifting_weight <= 1.0:
+        raise InvalidInput(f"expected lifting_weight as a share from 0 to 1, got {lifting_weight:g}")
     angles = [np.linspace(low, high, count) for (low, high), count in zip(box.intervals, counts, strict=True)]
     flexion, abduction, internal = (nodes.ravel() for nodes in np.meshgrid(*angles, indexing="ij"))
     grid = shoulder_rotation(flexion, abduction, internal, side, degrees=True)

@@ -33,9 +33,9 @@ from .search_poses import Centre
 
 #: Greatest pull of a limb, N, and gauge pressure of a muscle's supply, Pa, of a new design that states none.
 PULL, SUPPLY = 400.0, 4e5
-#: Variables of full circle: their two ends are one and the same value.
 #: More limbs than any device has.
 _MOST_LIMBS = 1000
+#: Variables of full circle: their two ends are one and the same value.
 _AZIMUTH = (-np.pi, np.pi)
 #: In place of bounds, of which only it matters that they were given.
 _AS_GIVEN = (-np.inf, np.inf)

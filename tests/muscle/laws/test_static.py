@@ -14,7 +14,6 @@ from exo_pin.muscle import (
     muscle_model,
     muscle_models,
 )
-from exo_pin.muscle.laws.validity import as_outside
 
 WIDE = Validity(strain=(0.0, 0.25), pressure=(0.0, 4e5))
 
@@ -95,7 +94,6 @@ def test_outside_raises_with_the_bound_or_marks():
     )
     with pytest.raises(UnknownName, match="mark, raise"):
         model.force(0.05, 3e5, outside="ignore")
-    assert as_outside("mark") == "mark"
 
 
 def test_ends_of_the_range_are_inside():

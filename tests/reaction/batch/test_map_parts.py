@@ -114,7 +114,7 @@ def test_limits_of_every_form_hold_the_same_poses_as_an_answer(split):
 
 
 @pytest.mark.parametrize("n", [4, 7])
-@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-11, -1e-11, 1e-6])
+@pytest.mark.parametrize("share", [0.0, 1e-12, 1e-11, 5e-11, -1e-11, 1e-6])
 def test_tensions_that_limits_leave_no_choice(n, share):
     """Least and greatest tension are the same: where they balance the arm, to rounding, they hold it."""
     rng = np.random.default_rng(n)

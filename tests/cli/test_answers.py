@@ -1,0 +1,179 @@
+"""Answers of commands as they are stored: what they print and write, the errors of wrong ones, and their codes."""
+
+import functools
+
+import pytest
+from answers import changes
+from asked_commands import answered_in_turn
+
+POSE = "--flexion 50 --abduction 30 --internal-rotation -10"
+MAN, WOMAN = "--person 1.82,83,male --elbow-flexion 35 --payload 1.2", "--person 1.6,55,female"
+TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n100,20,30\n"
+#: Half a second of a movement.
+QUICK = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + "".join(
+    f"{0.02 * k:.2f},{20.0 + 0.5 * k:.1f},{30.0 + 0.01 * k * k:.2f},{0.2 * k:.1f}\n" for k in range(26)
+)
+QUESTIONS = """{"ask": "reaction", "design": "four-cables", "flexion": 60}
+{"ask": "nothing"}
+
+no json
+{"ask": "kinematics", "design": "prototype", "flexion": 20}
+"""
+
+#: Commands by what they are about; those of a person need what that extra brings.
+COMMANDS = {
+    "kinematics": [
+        f"kinematics prototype {POSE} --out lengths.json",
+        "kinematics prototype --lengths 262.96,330.50,384.21 --json", f"kinematics urdf/nesm.urdf {POSE}",
+        "kinematics urdf/spherical-3rrr.urdf --flexion 20 --frame world",
+        "kinematics urdf/dummy-shoulder.urdf --set shoulder_x=20deg", "kinematics prototype --theta-x 10,20,15",
+        "kinematics prototype --lengths 262.96,330.50", f"kinematics four-cables {POSE} --theta-y 1,2,3,4",
+        "kinematics nothing",
+        "kinematics prototype --flexion forty", "kinematics prototype --set shoulder_x=20deg",
+        "kinematics --flexion 200", "kinematics four-cables --side up",
+    ],
+    "singularity": [f"singularity prototype {POSE}", "singularity prototype --abduction 90 --json",
+    f"singularity four-cables {POSE} --out near.json", f"singularity urdf/serial-y-x-z.urdf {POSE}",
+    "singularity prototype --abduction 90 --plot map.txt"],
+    "reaction": [
+        f"reaction four-cables {POSE} --compare --table",
+        f"reaction prototype {POSE} --split minimal --side-force-limit 9 --out forces.csv",
+        f"reaction four-cables {POSE} --to 90,0,0 --poses 3 --json",
+        f"reaction four-cables {POSE} --limits 5,60 --require-hold --hand-force 0,0,-90",
+        "reaction four-cables --trajectory examples/lift.csv --static --out path.csv",
+        f"reaction urdf/nesm.urdf {POSE} --over-postures", f"reaction prototype {POSE} --split best",
+        f"reaction prototype {POSE} --limits some", "reaction four-cables --to 90,0",
+        "reaction four-cables --trajectory nothing.csv",
+        f"reaction four-cables {POSE} --shoulder-stiffness soft --split elastic",
+        f"reaction four-cables {POSE} --offset 5,0", f"reaction four-cables {POSE} --person 1.75,75",
+        f"reaction four-cables {POSE} --person 1.75,75,man",
+        f"reaction four-cables {POSE} {MAN} --clothing 8 --explain", "reaction --poses 3",
+    ],
+    "judged": [
+        "workspace prototype --step 45 --no-twins",
+        "workspace four-cables --step 30 --json --criteria limits --least-margin 0.1",
+        f"workspace four-cables --step 30 {WOMAN} --shoulder-force 90 --limb-table --out inside.csv",
+        "workspace four-cables --step 45 --limb-loss --one-by-one", "workspace four-cables --step 30 --criteria beauty",
+        "workspace four-cables --step 0",
+        "workspace four-cables --step 30 --fits 1.5,50,female --elbow-range 0,90 --gap 5 --cuff-pull 80 --pull-out 60",
+        "workspace urdf/serial-y-x-z.urdf --step 30", "tasks four-cables --step 40",
+        f"tasks four-cables --movement lifting=examples/lift.csv --no-ranges {WOMAN} --out tasks.csv",
+        "tasks --day --step 40", "tasks four-cables --movement lifting",
+        "parts four-cables --step 40 --drive-mass 0.3 --with-masses heavy.toml",
+        "parts four-linear-actuators-worn --step 40 --out parts.csv", "parts four-cables --step 45 --arm-speed 9",
+    ],
+    "compared": [
+        f"compare four-cables four-linear-actuators {POSE} --to 90,30,0 --poses 3 --out both.csv",
+        f"compare four-cables urdf/serial-y-x-z.urdf {WOMAN} --step 60",
+        "compare four-cables prototype --step 40 --json", "compare four-cables",
+        "compare four-cables nothing --step 40",
+        "sweep four-cables --vary cuff_height_mm=180:220:2 --vary scale=0.9,1 --step 40 --out table.csv",
+        f"sweep prototype --vary alpha_A[2]_deg=50,60 {POSE} --payload-at 0,0,-0.3",
+        "sweep four-cables --vary beauty=1,2 --step 40", "sweep four-cables --step 40",
+        "sweep four-cables --vary scale --step 40", "sweep four-cables --vary scale=0.9:1:1 --step 40 --json",
+        f"uncertainty four-cables {POSE}",
+        f"uncertainty prototype {POSE} --uncertain offset_mm=20 --uncertain cuff_height_mm=10 --out which.csv",
+        f"uncertainty four-cables {POSE} --uncertain beauty=1", f"uncertainty four-cables {POSE} {MAN} --all 4 --json",
+    ],
+    "designs": [
+        "presets", "presets four-linear-actuators", "presets three-linear-actuators --out mine.toml",
+        "presets nothing", "check examples/device.toml", "check urdf/dummy-shoulder.urdf",
+        "check prototype --out checked.json", "check urdf/nesm.urdf --leave-out nothing",
+        "mobility prototype --abduction 90", f"mobility urdf/spherical-3rrr.urdf {POSE}",
+        "mobility urdf/dummy-shoulder.urdf --set shoulder_x=20deg", "mobility four-cables --part orientation",
+        "forces prototype --flexion 45 --out joints.json",
+        "forces urdf/prototype.urdf --external arm=0,0,-20 --joint limb_1_base",
+        f"forces urdf/serial-y-x-z.urdf {POSE} {WOMAN} --json", "forces urdf/prototype.urdf --external hand=0,0,-20",
+        "forces prototype --actuated nothing",
+        "export four-cables --out cables.urdf", f"export examples/device.toml {WOMAN} --out device.sdf",
+        "export four-cables --out cables.step", "export four-cables --out", "schema", "schema singular_pose",
+        "schema nothing", "thesis --section 5.1.2", "thesis --section 9.9", "thesis --reasons",
+        "calibrate three-linear-actuators examples/measured.csv --out calibrated.toml",
+        "calibrate three-linear-actuators examples/measured.csv --unknowns beauty",
+        "calibrate prototype examples/lift.csv", "batch questions.jsonl", "batch nothing.jsonl", "beauty",
+        "reaction --beauty 3", "--version-of-nothing", "presets --help",
+    ],
+    "muscles": [
+        "muscle force --contraction-mm 20 --pressure-bar 2 4",
+        "muscle force --contraction-mm 0 30 --pressure-bar 1 --length-mm 250 --mark --out pulls.csv",
+        "muscle force --contraction-mm 20 --pressure-bar 9",
+        "muscle force --contraction-mm 20 --pressure-bar 2 --model nothing",
+        "muscle pressure --force-N 30 --contraction-mm 20", "muscle pressure --force-N 9000 --contraction-mm 20",
+        "muscle pressure --force-N 30 50 --contraction-mm 20 10 --mark --out bars.csv",
+        "muscle identify examples/muscle.csv --length-mm 300 --static tang --out mine.toml",
+        "muscle identify nothing.csv --length-mm 300",
+        "muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv",
+        "muscle step --mass-kg 1 --to-bar 3 --from-bar 1 --lag-s 0.2 --duration-s 1",
+        "muscle step --to-bar 3", "muscle loop --to-percent 15 --weight-N 12.74 --duration-s 2",
+        "muscle loop --to-percent 9 --mass-kg 1 --length-mm 250 --friction-N 2 --gain .02 --integral-s 0.7 --out l.csv",
+        "muscle loop --to-percent 99 --mass-kg 1", "muscle",
+    ],
+    "moved": [
+        "record examples/lift.csv", "record examples/lift.csv --angles isb --out isb.csv",
+        "record examples/lift.csv --against examples/lift.csv --json", "record nothing.csv",
+        "record examples/measured.csv", "record table.csv", "track --list",
+        "track four-cables --trajectory quick.csv --no-progress --out run.csv",
+        "track prototype --trajectory quick.csv --fault burst,3,0.2 --no-progress",
+        "track four-cables --trajectory quick.csv --fault torn,1,0.1 --lost-beyond 10 --lower-in 3 --json",
+        "track --experiment nothing", "track prototype --trajectory abduction --fault melt,1,1",
+        "track four-cables --trajectory quick.csv --controller nothing", "track prototype --fault burst,4,1",
+        "track four-cables --lost-imu 3,2", "view four-cables --plot view.txt",
+    ],
+    "options": [
+        "kinematics prototype --lengths 0.262,0.33,0.38",
+        "kinematics prototype --lengths 262,330,384 --theta-x 10,20,15",
+        "track prototype --flange --supply 3 --trajectory quick.csv --delay 0.02 --noise 0.5 --seed 3",
+        "track four-cables --play 0.5 --trajectory quick.csv", "track four-cables --flange --trajectory quick.csv",
+        "track four-cables --supply 3 --trajectory quick.csv", "track prototype --play 1 --trajectory quick.csv",
+        "track prototype --lost-beyond 10 --controller pi --trajectory quick.csv", "track quick.csv", "track abduction",
+        "track --trajectory four-cables", "track four-cables --noise -1 --trajectory quick.csv",
+        f"reaction four-cables {POSE} --to 90,0,0 --poses 1", f"reaction four-cables {POSE} --offset 0.005 0 0",
+        f"reaction prototype {POSE} --hand-force 0,0,-9", f"reaction prototype {POSE} --payload 1",
+        f"reaction four-cables {POSE} --payload 1.5 --elbow-flexion 40", "reaction four-cables --poses 3 --flexion 90",
+        f"reaction four-cables {POSE} --person 1.75,75,mail", "reaction four-cables --trajectory quick.csv --flexion 9",
+        "reaction four-cables --trajectory quick.csv --out path.csv --start 0.1 --duration 0.3",
+        "record quick.csv --sensor trunk", "record quick.csv --start -1", "record quick.csv --duration 1e9",
+        "workspace prototype --pull-out 50 --step 45", "workspace prototype --moving-centre --step 45",
+        "compare four-cables prototype --trajectory quick.csv",
+        "sweep four-cables --vary scale=0.9,1 --to 90,0,0 --poses 3",
+        "calibrate examples/measured.csv", "calibrate three-linear-actuators examples/measured.csv --length-noise 0",
+        "calibrate three-linear-actuators examples/measured.csv --orientation-noise -1",
+        "calibrate three-linear-actuators examples/measured.csv --tolerance base_points=2 --orientation-noise 0.5",
+        "muscle identify examples/muscle.csv", "muscle identify examples/muscle.csv --length-mm 300 --level 2",
+        "export four-cables --on-person myoarm --part arm --out worn.xml",
+        "export four-cables --published urdfs --out a.urdf",
+        "parts urdf/serial-y-x-z.urdf --step 45 --with-masses heavy.toml", "schema examples/questions.jsonl",
+        "reaction four-cables --out forces.txt", "--help", "", "--version 3", "check four-cables --out checked.json",
+        "reaction four-cables --split=spherical --flexion=-20 --abduction=10", "thesis --all --section 4",
+        "app nothing", "report nothing --person 1.6,55,female", "serve --port 70000", "serve --seconds 0",
+        "mobility urdf/nesm.urdf --leave-out dampers", "kinematics urdf/spring-support.urdf --flexion 40",
+    ],
+    "persons": [
+        "person prototype --flexion 40 --share 0.5 --least effort",
+        f"person four-cables {POSE} --range --out range.csv",
+        f"person --bare --map --step 45 {WOMAN}", "person urdf/spring-support.urdf --flexion 60 --share 50",
+        f"person four-cables {POSE}",
+        f"person four-cables {POSE} {MAN} --share 0.5 --strength 0.8 --cubes --passive --out contact.csv",
+        f"person --bare {POSE} {WOMAN} --volumes --any-direction", f"person prototype {POSE} --least effort",
+        f"person four-cables {POSE} --least contact --json --limits 0,90",
+        "person four-cables --trajectory examples/lift.csv --rate 5", f"person four-cables {POSE} --share 2",
+        f"person four-cables {POSE} --strength -1", "person --bare --flexion 40 --abduction -140",
+        f"reaction four-cables {POSE} {MAN} --muscles --strength 0.9",
+        f"reaction urdf/spring-support.urdf {POSE} {WOMAN} --muscles",
+    ],
+}  # fmt: skip
+
+ASKED = {
+    name: functools.partial(answered_in_turn, lines, table_csv=TABLE, questions_jsonl=QUESTIONS, quick_csv=QUICK)
+    for name, lines in COMMANDS.items()
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = set(ASKED) - {"singularity"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    if name not in {"kinematics", "singularity", "designs", "muscles"}:
+        pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    assert not changes(__file__, name, ASKED[name])

@@ -1,0 +1,241 @@
+"""Answers of experiments as they are stored: their catalogue, runs with what is found in them, loops, measured runs."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from answers import changes
+from asked_in_turn import in_a_folder, in_digits, in_turn
+from asked_plants import POSE, SPIN, TISSUE, device, waves
+from places import URDF
+
+import exo_pin as ep
+from exo_pin import control
+from exo_pin.control import PIGains, experiment
+from exo_pin.muscle import ConstantFriction, Valve, ValveUnit, muscle_model
+
+SHORT = control.AnglePath([0.0, 0.25], np.radians([[5, 20, 0], [20, 45, -10]]))
+
+
+def catalogue():
+    """What each experiment of the catalogue is made of."""
+    found = {}
+    for name in control.experiments():
+        one = experiment(name)
+        limbs = [(limb.stroke.nominal_length, limb.stroke.end_fitting) for limb in one.mechanism.limbs if limb.stroke]
+        state = one.reference([0.0, 0.37 * one.reference.duration, one.reference.duration])
+        own = {
+            "fields": {
+                key: str(getattr(one, key))
+                for key in ("title", "controller", "duration", "faults", "rate", "feedback", "source")
+            }
+        }
+        options = {key: value for key, value in vars(one.options).items() if value != getattr(ep.PlantOptions(), key)}
+        found[name] = own | {
+            "options": str(options), "imu": str(one.imu), "reference": (repr(one.reference),
+            state.orientation.as_rotvec(), state.angular_velocity),
+            "device": (one.mechanism.name, limbs, one.mechanism.arm.centre_of_mass, one.mechanism.geometry.base_points),
+        }  # fmt: skip
+    return found
+
+
+def assumed():
+    """What plants of the presets take for known."""
+    names = ("prototype", "four-cables", "three-linear-actuators", "four-muscle-cables", "optimised-table-5-3")
+    told = {name: lambda name=name: [str(each) for each in ep.Plant(ep.load(name)).assumptions] for name in names}
+    rubbing = ep.PlantOptions(muscle_friction=ConstantFriction(), shoulder_coulomb=0.1, second_flange=True)
+    flanged = ep.Plant(ep.load("prototype"), rubbing)
+    return in_turn(
+        **told,
+        flange=lambda: [str(each) for each in flanged.assumptions],
+        serial=lambda: [str(each) for each in ep.Plant(device("serial-y-x-z")).assumptions],
+        options=lambda: control.options_for(ep.load("four-muscle-cables")),
+    )
+
+
+def tracked(one, brief=False):
+    found = one.run()
+    told = {
+        "says": str(found).splitlines(),
+        "verdict": found.verdict,
+        "known": found.known,
+        "summary": found.summary(),
+        "foreseen": one.foreseen,
+    }
+    if brief:
+        return told
+    angles = [found.angles(wanted, convention) for wanted in (False, True) for convention in ("shoulder", "thesis")]
+    return told | {
+        "angles": angles,
+        "columns": [*found.columns().items()],
+        "rms": found.rms_error(found.reachable),
+        "parts": [found.error_vector, found.air_energy, found.energy_in, found.main_angle, found.missing_moment],
+    }
+
+
+def tracks():
+    """Short runs of muscles and cables along references, with faults, lost sensors, and motors at their limits."""
+    still = ep.load("prototype").mechanism
+    lost = control.Imu(drift=0.3, lost=((0.1, 0.17),), delay=0.02, noise=0.01, seed=3)
+    torn = (ep.Fault("torn", 0, 0.1), ep.Fault("torn", 2, 0.1), ep.Fault("no current", 1, 0.15))
+    cables = control.Experiment(
+        "cables", "Cables", ep.load("four-cables").mechanism, SHORT, duration=0.3, faults=torn, imu=lost
+    )
+    every = tuple(ep.Fault("burst", k, 0.05) for k in range(3))
+    return {
+        "muscles": tracked(replace(experiment("held-abduction"), duration=0.2)),
+        "burst": tracked(control.Experiment("burst", "Burst", still, SHORT, faults=every), True),
+        "cables": tracked(cables, True),
+        "pi": tracked(control.Experiment("pi", "Lengths", ep.load("three-linear-actuators").mechanism, SHORT, "pi"),
+        True),
+        "function": tracked(control.Experiment("own", "Own", ep.load("four-linear-actuators").mechanism, SHORT,
+        waves(4),
+        duration=0.1), True),
+        "late": tracked(control.Experiment("late", "Late", ep.load("four-cables").mechanism, SHORT, duration=0.2,
+        imu=control.Imu(lost=((3.0, 4.0),)), feedback=control.FeedbackGains(stiffness=30.0, damping=2.0)), True),
+    }  # fmt: skip
+
+
+def findings():
+    """What is found in runs that leave their stroke, stand still, end early, or move a chain."""
+    muscles, screws = ep.load("prototype").mechanism, ep.load("three-linear-actuators").mechanism
+    quick = control.flexion(1.5, 0.5, "minimum_jerk")
+    path = Valve(2e-9, 0.3)
+    vented = ep.PlantOptions(valves=ValveUnit(path, path, layout="fill and vent"))
+    gains = control.FeedbackGains(stiffness=9.0, damping=0.5, air_ahead=True)
+    serial = ep.load(URDF / "serial-y-x-z.urdf").device
+    jobs = {
+        "beyond": {"mechanism": muscles, "reference": quick, "controller": "model", "duration": 0.9,
+        "options": vented, "feedback": gains},
+        "lengths": {"mechanism": muscles, "reference": quick, "controller": "pi", "duration": 0.9},
+        "screws": {"mechanism": screws, "reference": control.flexion(2.6, 0.7), "controller": "pi", "duration": 0.8},
+        "ends": {"mechanism": muscles, "reference": SHORT, "controller": lambda t, seen: [0.3 / (t < 0.1)] * 3,
+        "duration": 0.2},
+        "chain": {"mechanism": serial, "reference": SHORT, "controller": "model", "duration": 0.03},
+        "start": {"mechanism": screws, "reference": control.AnglePath([0.0, 1.0], [[3.0, 1.5, 0.0], [0.0, 0.0, 0.0]])},
+    }  # fmt: skip
+    return in_turn(
+        **{
+            name: lambda name=name, job=job: tracked(control.Experiment(name, name.title(), **job), True)
+            for name, job in jobs.items()
+        }
+    )
+
+
+def refused_experiments():
+    own = lambda **more: lambda: control.Experiment("one", "One", ep.load("four-cables").mechanism, SHORT, **more)  # noqa: E731
+    parts = ("mechanism", "reference", "options", "imu", "feedback", "controller", "cuff", "harness", "torso")
+    return in_turn(
+        **{f"{name} as 3": lambda name=name: experiment("flexion").replace(**{name: 3}) for name in parts},
+        name=lambda: experiment("nothing"), rate=own(rate=0.0), duration=own(duration=-1.0),
+        controller=own(controller="best"), faults=own(faults=(3,)), imu=own(imu=3), options=own(options=3),
+        field=lambda: own()().replace(beauty=1),
+        many=lambda: own()().replace(duration=0.1, shoulder_viscous=0.3).options.shoulder_viscous,
+        muscles=lambda: control.Experiment("one", "One", ep.load("prototype").mechanism, 3),
+        reference=lambda: control.reference_of(3), words=lambda: repr(control.reference_of("flexion", "right")),
+        file=lambda: control.reference_of("nothing.csv"),
+        unknown=lambda: control.muscle_loop(muscle_model("best"), 1.0, 0.41),
+        mass=lambda: control.muscle_loop(muscle_model("best"), 0.0, 0.1),
+        short=lambda: control.muscle_loop(muscle_model("best"), 1.0, 0.1, duration=0.0),
+    )  # fmt: skip
+
+
+def loops():
+    """Steps of one muscle under its controller, with each kind of valve and friction."""
+    path = Valve(3e-10, 0.4)
+    options = [
+        ep.PlantOptions(valves=ValveUnit(path, path, layout="fill and vent", frequency=13.0),
+        muscle_friction=ConstantFriction(), polytropic_exponent=1.3),
+        ep.PlantOptions(valves=ValveUnit(path, path, modulation="averaged"), muscle_damping=None, dead_volume=4e-6),
+    ]  # fmt: skip
+    made = [
+        control.muscle_loop(muscle_model("best", 0.25), 1.3, 0.12, gains=PIGains(0.03, 0.6), options=each, duration=0.6)
+        for each in options
+    ]
+    made.append(control.muscle_loop(muscle_model("fitted-second-order", 0.15), 0.7, 0.15, duration=1.0))
+    return [(each, each.cautions) for each in made]
+
+
+def measurements():
+    """What sensors report under faults, and the motion of an arm at the ends of its shoulder, of chains."""
+    seen, cables = [], ep.Plant(ep.load("four-cables"))
+    faults = [
+        ep.Fault("encoder loss", 0, 0.01, reported_after=0.01),
+        ep.Fault("jam", 0, 0.0, 0.03, reported_after=0.0),
+        ep.Fault("torn", 2, 0.02, reported_after=0.0),
+    ]
+    run = cables.simulate(
+        lambda t, now: seen.append(now) or [0.1] * 4,
+        0.05,
+        replace(cables.held(POSE, [20.0] * 4), angular_velocity=SPIN),
+        faults=faults,
+    )
+    options = ep.PlantOptions(shoulder_viscous=0.2, shoulder_coulomb=0.3, stop_stiffness=70.0, stop_damping=0.6)
+    stopped = ep.Plant(ep.load("prototype"), options, wearer=TISSUE, payloads=control.Payload(0.4, (0.0, 0.03, -0.3)))
+    beyond = stopped.state(ep.shoulder_rotation(110.0, 20.0, 60.0, degrees=True), SPIN, 1e5)
+    ends = stopped.simulate(lambda t, now: [0.3, -0.2, 0.5], 0.006, beyond, 500.0, sample_rate=300.0, rtol=1e-4)
+    rest = stopped.rest([1e5, 0.5e5, 0.0], near=POSE)
+    later = [ep.Fault("torn", 3, 0.026), ep.Fault("jam", 1, 0.022, 0.025)]
+    stepped = cables.step(run.state(0.02), [0.3, -0.2, 0.5, 0.1], 0.0073, later)
+    return (
+        seen,
+        stepped,
+        run.commands,
+        {
+            name: getattr(ends, name)
+            for name in (
+                "stop_moment",
+                "friction_moment",
+                "angular_acceleration",
+                "shoulder_loss",
+                "tensions",
+                "energy_residual",
+            )
+        },
+        rest.quaternion,
+    )
+
+
+@in_a_folder
+def measured():
+    """Files of measured runs, written and read back, with columns in any order and unit, and those that are refused."""
+    poses = ep.shoulder_rotation([10.0, 20.0, 35.0], [30.0, 40.0, 45.0], [5.0, 0.0, -5.0], degrees=True)
+    whole = control.MeasuredRun(
+        poses, np.arange(9.0).reshape(3, 3) / 30.0 + 0.2, [0.0, 0.1, 0.3], 1e5 * np.arange(9.0).reshape(3, 3)
+    )
+    control.write_run(whole, "whole.csv", ["made by a test"])
+    control.write_run(replace(whole, times=None, pressures=None), "plain.csv")
+    angles = "flexion_deg,abduction_deg,internal_rotation_deg"
+    files = {
+        "order": f"length_2_m,{angles},length_1_m,pressure_1_Pa,force_1_N\n"
+        "0.2,30,40,10,0.1,200000,\n0.25,31,41,11,0.15,210000,a note\n",
+        "gap": f"{angles},length_1_mm,length_3_mm\n1,2,3,4,5\n",
+        "units": f"{angles},length_1_mm,length_2_m\n1,2,3,4,5\n",
+        "unit": f"{angles},length_1_cm\n1,2,3,4\n", "twice": f"{angles},length_1_mm,length_1_m\n1,2,3,4,5\n",
+        "none": f"{angles},time_s\n1,2,3,0\n", "lost": f"{angles},length_1_mm\n1,2,3,4\n,2,3,4\n",
+        "times": f"time_s,{angles},length_1_mm\n0.1,2,3,4,200\n0.1,2,3,4,200\n",
+    }  # fmt: skip
+    for name, text in files.items():
+        Path(f"{name}.csv").write_text(text)
+    read = {name: lambda name=name: control.read_run(f"{name}.csv", "right") for name in ("whole", "plain", *files)}
+    run = control.MeasuredRun
+    return [in_digits(Path(f"{name}.csv").read_text()).splitlines() for name in ("whole", "plain")], in_turn(
+        **read, missing=lambda: control.read_run("nothing.csv"), side=lambda: control.read_run("whole.csv", "up"),
+        single=lambda: run(poses[0], np.ones((1, 3))), rows=lambda: run(poses, np.ones((2, 3))),
+        still=lambda: run(poses, np.ones((3, 3)), [0.0, 0.1, 0.1]), kind=lambda: control.write_run(3, "x.csv"),
+    )  # fmt: skip
+
+
+ASKED = {
+    each.__name__: each
+    for each in (catalogue, assumed, tracks, findings, refused_experiments, loops, measurements, measured)
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = {"findings", "tracks", "catalogue", "measurements"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

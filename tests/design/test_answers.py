@@ -1,0 +1,435 @@
+"""Answers of the records of designs: parts, persons, geometries and their parameters, as they are stored."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from answers import changes
+from asked_in_turn import folder, in_turn, printed, words_and_numbers
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.design import CircleDimensions, Limb, LimbBody, LimbGuide, Mechanism, Stroke, Tackle, WristGeometry
+
+
+def seen(record):
+    """A record with the numbers that follow from it."""
+    more = ("effort_range", "length_range", "mass", "pulls_only", "speed_limit", "power_limit", "play", "resolution")
+    lacking = record.missing_limits() if isinstance(record, ep.Actuator) else None
+    return str(record), {name: str(getattr(record, name)) for name in more if hasattr(record, name)}, lacking
+
+
+def actuators():
+    """Actuators, tackles, strokes, halves and guides of limbs, and what is none."""
+
+    def tackle(**changes):
+        return Tackle(**{"ratio": 3.0, "muscle_length": 0.4, "force_law": "best", "supply_pressure": 4e5, **changes})
+
+    def actuator(family="cable", **given):
+        return seen(ep.Actuator(family, **given))
+
+    muscle = {"force_law": "best", "supply_pressure": 4e5}
+    cases = {
+        "cable": lambda: actuator(pull_limit=200, least_tension=3.0, play=0.001, resolution=0.0),
+        "of unknown pull": lambda: actuator(),
+        "muscle": lambda: actuator("pneumatic muscle", **muscle),
+        "linear": lambda: actuator("linear", pull_limit=300.0, push_limit=200.0, travel_limit=0.2),
+        "of unknown push": lambda: actuator("linear", speed_limit=0.1, power_limit=30.0),
+        "tackled": lambda: actuator(tackle=tackle(count=2.0)),
+        "pushing cable": lambda: actuator(push_limit=3.0),
+        "zero push": lambda: actuator(push_limit=0.0, pull_limit=0.0),
+        "family": lambda: actuator("hydraulic"),
+        "slack linear": lambda: actuator("linear", least_tension=3.0),
+        "least above": lambda: actuator(pull_limit=3.0, least_tension=3.1),
+        "least as greatest": lambda: actuator(pull_limit=3.0, least_tension=3.0),
+        "law alone": lambda: actuator("pneumatic muscle", force_law="best"),
+        "supply alone": lambda: actuator("pneumatic muscle", supply_pressure=4e5),
+        "law of a cable": lambda: actuator(**muscle),
+        "tackle of a muscle": lambda: actuator("pneumatic muscle", tackle=tackle()),
+        "no tackle": lambda: actuator(tackle=3),
+        "bar": lambda: actuator("pneumatic muscle", force_law="best", supply_pressure=4.0),
+        "least supply": lambda: actuator("pneumatic muscle", force_law="best", supply_pressure=100.0),
+        "too much": lambda: actuator("pneumatic muscle", force_law="best", supply_pressure=1.1e7),
+        "no law": lambda: actuator("pneumatic muscle", force_law="", supply_pressure=4e5),
+        "no speed": lambda: actuator(speed_limit=0.0),
+        "no travel": lambda: actuator(travel_limit=-1.0),
+        "negative play": lambda: actuator(play=-1.0),
+        "ratio": lambda: tackle(ratio=0.9),
+        "ratio of one": lambda: tackle(ratio=1),
+        "half a muscle": lambda: tackle(count=1.5),
+        "no muscle": lambda: tackle(count=0),
+        "true": lambda: tackle(count=True),
+        "supply of a tackle": lambda: tackle(supply_pressure=5.0),
+        "stroke": lambda: seen(Stroke(0.3, 0.7, 1.1, 0.05)),
+        "percent": lambda: Stroke(0.3, 70, 110),
+        "ten": lambda: Stroke(0.3, 0.7, 10.0).longest,
+        "falling": lambda: Stroke(0.3, 1.1, 0.7),
+        "fitting": lambda: Stroke(0.3, 0.7, 1.1, -0.01),
+        "rod": lambda: LimbBody.rod(0.2, 0.4, 0.01),
+        "thin": lambda: LimbBody(0.2, 0.1, 1e-4, 3e-4),
+        "no mass": lambda: LimbBody(0.0, 0.1, 1e-4, 1e-4),
+        "tube": lambda: LimbGuide.tube(0.01, 0.008, 2e11, 8e10).times(2.0),
+        "solid": lambda: LimbGuide.tube(0.01, 0.0, 2e11, 8e10),
+        "closed tube": lambda: LimbGuide.tube(0.01, 0.01, 2e11, 8e10),
+        "joints": lambda: LimbGuide(65.0, 50.0, 300.0, 200.0, 40.0, 30.0),
+        "no joint": lambda: LimbGuide(65.0, 50.0, -np.inf),
+        "limb": lambda: seen(Limb("SPS", LimbBody.rod(0.2, 0.4, 0.01), LimbBody.rod(0.1, 0.3, 0.02)).without_spin()),
+        "spinning": lambda: seen(Limb("UPU", LimbBody.rod(0.2, 0.4, 0.01)).without_spin()),
+        "turned": lambda: Limb(joint_straight=(1.0, 2.0, -2.0)).mirrored().joint_straight,
+        "driven": lambda: seen(
+            Limb(
+                actuator=ep.Actuator("cable", 9.0, speed_limit=0.2, power_limit=3.0, play=0.1),
+                stroke=Stroke(0.3, 0.7, 1.1),
+            )
+        ),
+        "known": lambda: (Limb(stroke=Stroke(0.3, 0.7, 1.1, 0.1)).missing_limits(True), Limb().missing_limits(False)),
+        "kind": lambda: Limb("RRR"),
+        "no stroke": lambda: Limb(stroke=3),
+        "joint limit": lambda: Limb(joint_limit=0.0),
+    }
+    return in_turn(cases)
+
+
+def weighs(arm):
+    """What an arm weighs, and its parts."""
+    own = [[part.mass, part.centre_of_mass, part.device] for part in arm.parts]
+    return [arm.mass, arm.centre_of_mass, arm.inertia, arm.device, arm.body_mass, own, arm.inertia_about_origin]
+
+
+def arms():
+    """Arms and persons, their sums and mirror images, and those that are none."""
+    wearer = ep.Wearer(1.62, 58.0, "female", elbow_flexion=0.7, payload=0.8)
+    own, part = ep.Arm.of_wearer(wearer), ep.Arm(0.6, [0.02, 0.01, -0.2], np.diag([2e-3, 3e-3, 1e-3]), device=True)
+    bare = ep.Arm(2.0, [0, 0, -0.3])
+    return in_turn(
+        {
+            "of a person": lambda: weighs(own),
+            "in degrees": lambda: (
+                ep.Arm.from_anthropometry(1.62, 58.0, "female", 40.0, 0.8, degrees=True).centre_of_mass
+            ),
+            "with a device": lambda: weighs((own + part).mirrored()),
+            "of another": lambda: weighs(own.with_device_of(replace(own, body_mass=None, wearer=None) + part)),
+            "of no other": lambda: own.with_device_of(None).mass,
+            "sum": lambda: (bare + part).inertia,
+            "person of a device": lambda: (part.person, weighs((own + part).person)),
+            "about O": lambda: weighs(
+                ep.Arm.from_inertia_about_origin(0.6, [0.02, 0.01, -0.2], np.diag([0.03, 0.03, 0.004]), True)
+            ),
+            "no inertia": lambda: bare.inertia_about_origin,
+            "weight": lambda: own.weight_moment([0.0, 3.0, -9.0]),
+            "no sum": lambda: str(bare.__add__(3)),
+            "two persons": lambda: own + ep.Arm.of_wearer(ep.Wearer(1.7, 70, "male")),
+            "grams": lambda: ep.Arm(101.0, [0, 0, -0.3]),
+            "millimetres": lambda: ep.Arm(1.0, [0, 0, -3.1]),
+            "g mm2": lambda: ep.Arm(1.0, [0, 0, -0.3], np.diag([9.1, 9.1, 9.1])),
+            "not symmetric": lambda: ep.Arm(1.0, [0, 0, -0.3], [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]),
+            "no body": lambda: ep.Arm(1.0, [0, 0, -0.3], np.diag([1.0, 1.0, 2.1])),
+            "no wearer": lambda: ep.Arm(1.0, [0, 0, -0.3], wearer=3),
+            "nobody": lambda: ep.Arm.of_wearer(3),
+            "wearer": lambda: (wearer, wearer.dimensions(), len(wearer.segments())),
+            "man": lambda: ep.Wearer(1.9, 100.0, "male", clothing=0.01, arm_girth=0.36).dimensions(),
+            "drawn": lambda: [str(each) for each in ep.Wearer.drawn(3, 5)],
+            "centimetres": lambda: ep.Wearer(162.0, 58.0, "female"),
+            "small": lambda: ep.Wearer(0.49, 58.0, "female"),
+            "light": lambda: ep.Wearer(1.62, 2.9, "female"),
+            "heavy": lambda: ep.Wearer(1.62, 401.0, "female"),
+            "sex": lambda: ep.Wearer(1.62, 58.0, "woman"),
+            "elbow": lambda: ep.Wearer(1.62, 58.0, "female", elbow_flexion=2.9),
+            "elbow back": lambda: ep.Wearer(1.62, 58.0, "female", elbow_flexion=-0.31),
+            "elbow in degrees": lambda: ep.Wearer(1.62, 58.0, "female", elbow_flexion=40.0, degrees=True).elbow_flexion,
+            "clothing": lambda: ep.Wearer(1.62, 58.0, "female", clothing=2.0),
+            "thick": lambda: ep.Wearer(1.62, 58.0, "female", arm_girth=0.81),
+            "thin": lambda: ep.Wearer(1.62, 58.0, "female", arm_girth=0.09),
+            "payload": lambda: ep.Wearer(1.62, 58.0, "female", payload=-1.0),
+        }
+    )
+
+
+POINTS = np.array([[0.1, 0.2, 0.05], [-0.12, 0.18, 0.1], [0.03, 0.21, -0.1], [0.2, 0.1, 0.12]])
+ENDS = np.array([[0.08, 0.02, -0.2], [-0.05, 0.07, -0.22], [0.01, -0.09, -0.19], [0.06, 0.05, -0.25]])
+
+
+def geometries():
+    """Joint centres on circles and points, with their frames, and those that are none."""
+    circles = WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, np.radians([30, 60, 120]))
+    points = WristGeometry(POINTS, ENDS, neutral=Rotation.from_rotvec([0.1, -0.2, 0.3]))
+    split = WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, [0.5, 1.0, 2.0], [0.4, 1.1, 2.2], "right")
+    turned = points.replace(base_axis=[0.1, 1.0, 0.2], platform_axis=[0.0, 0.1, 1.0])
+
+    def of(geometry):
+        names = ("base_points", "platform_points", "base_frames", "platform_frames", "base_axis", "platform_axis")
+        return {name: getattr(geometry, name) for name in names} | {
+            "more": [geometry.platform_radius, geometry.limb_count, geometry.neutral, str(geometry.circles)]
+        }
+
+    return in_turn(
+        {
+            "circles": lambda: of(circles),
+            "on the right": lambda: of(circles.mirrored()),
+            "split": lambda: of(split),
+            "points": lambda: of(points),
+            "mirrored": lambda: of(points.mirrored()),
+            "turned": lambda: of(turned.mirrored()),
+            "wider": lambda: of(circles.replace(r_A=0.15, alpha_A=[0.3, 1.0, 2.0])),
+            "wider apart": lambda: of(
+                split.replace(alpha_A=[0.3, 1.0, 2.0], neutral=Rotation.from_rotvec([0, 0.1, 0]))
+            ),
+            "elsewhere": lambda: of(circles.replace(base_points=POINTS[:3])),
+            "both": lambda: circles.replace(base_points=POINTS[:3], r_A=0.1),
+            "no circle": lambda: points.replace(r_A=0.1),
+            "colour": lambda: points.replace(colour=0.1),
+            "fewer": lambda: WristGeometry(POINTS, ENDS[:3]),
+            "two": lambda: WristGeometry(POINTS[:2], ENDS[:2]),
+            "far": lambda: WristGeometry(POINTS * 30.0, ENDS),
+            "at O": lambda: WristGeometry(POINTS * [[1], [1], [0], [1]], ENDS),
+            "folded": lambda: WristGeometry(POINTS, np.r_[ENDS[:3], -POINTS[3:]]),
+            "nearly folded": lambda: of(WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 6e-10]]]))["more"],
+            "on its axis": lambda: WristGeometry(POINTS, ENDS, base_axis=POINTS[1], platform_axis=[0, 0, 1]),
+            "no axis": lambda: WristGeometry(POINTS, ENDS, base_axis=[0, 0, 0]),
+            "degrees": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [30.0, 60.0, 90.0], [30.0, 60.0, 90.0]),
+            "angles": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6]),
+            "radius": lambda: CircleDimensions(0.0, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6, 0.9]),
+        }
+    )
+
+
+def joints():
+    """Shoulders and interfaces, their mirror images and ranges, and those that are none."""
+    K = np.diag([5e4, 6e4, 7e4, 800.0, 900.0, 700.0])
+    K[0, 4] = K[4, 0] = 300.0
+    soft = ep.Interface(K, (0.01, 0.02, -0.2), "a book")
+    skew, weak = K.copy(), K.copy()
+    skew[0, 1] = 100.0
+    weak[0, 1] = weak[1, 0] = 6e4
+    stiff = np.array([[2e4, 3e3, 0], [3e3, 1e4, 0], [0, 0, 1.5e4]])
+    shoulder = ep.Shoulder(np.radians(90.0), np.radians(95.0), stiff)
+    poses = ep.shoulder_rotation(
+        [0, 20, 90, 60, 170, 0], [0, 80, 40, 110, 5, 150], [0, 20, -50, 60, 0, 170], degrees=True
+    )
+    wrench = np.array([[10.0, 3.0, -5.0, 0.5, 0.2, 0.1]])
+    return in_turn(
+        {
+            "shoulder": lambda: (shoulder, shoulder.mirrored().stiffness),
+            "range": lambda: (shoulder.allows(poses), shoulder.allows(poses, "right"), ep.Shoulder().allows(poses)),
+            "of a number": lambda: ep.Shoulder(stiffness=2e4).stiffness,
+            "free": lambda: ep.Shoulder(stiffness=0.0).stiffness,
+            "skew": lambda: ep.Shoulder(stiffness=stiff + np.diag([10.0, 0.0], 1)),
+            "negative": lambda: ep.Shoulder(stiffness=[[1, 2, 0], [2, 1, 0], [0, 0, 1]]),
+            "no range": lambda: ep.Shoulder(half_diagonal=0.0),
+            "interface": lambda: (soft, soft.mirrored(), soft.slip(wrench, poses[:1].as_matrix())),
+            "cuff": lambda: ep.Interface.upper_arm_cuff(0.17, 2.0),
+            "plain": lambda: ep.Interface.of(1e4, [3.0, 2.0, 1.0], (0, 0, -0.1)).stiffness,
+            "not symmetric": lambda: ep.Interface(skew),
+            "weak": lambda: ep.Interface(weak),
+            "loose": lambda: ep.Interface(np.diag([1, 1, 1, 1, 1, 0.0])),
+            "far": lambda: ep.Interface(K, (0, 0, -2.1)),
+            "no source": lambda: ep.Interface(K, source=3),
+            "no spring": lambda: ep.Interface.of(0.0, 1.0),
+            "interfaces": lambda: (
+                ep.Interfaces(soft, None, 0.01).mirrored().harness.at,
+                ep.Interfaces().are_rigid,
+                ep.Interfaces(cuff=soft).are_rigid,
+            ),
+            "area": lambda: ep.Interfaces(cuff_area=0.11),
+            "no cuff": lambda: ep.Interfaces(cuff=3),
+        }
+    )
+
+
+def records():
+    """Designs as records: changed, mirrored, and those that are none."""
+    own = ep.load("prototype").mechanism
+    geometry = own.geometry
+
+    def brief(found):
+        return [
+            found.summary,
+            found.side,
+            found.gravity,
+            dict(found.sources),
+            found.estimated,
+            found.limbs_are_massless,
+        ]
+
+    mixed = [Limb(), Limb("SPS"), Limb("SPS", LimbBody.rod(0.1, 0.3, 0.01))]
+    return in_turn(
+        {
+            "own": lambda: [*brief(own), own.radius, own.driven_moments, own.drive_units, own.force_words, own.springs],
+            "mixed": lambda: brief(own.replace(limbs=mixed)),
+            "another arm": lambda: brief(own.replace(arm=ep.Arm(3.0, [0, 0, -0.3]))),
+            "moved": lambda: brief(own.replace(geometry=geometry.replace(r_A=0.15)).replace(geometry=geometry)),
+            "one limb": lambda: own.replace(limbs=[replace(own.limbs[0], joint_limit=0.5), *own.limbs[1:]]).estimated,
+            "four limbs": lambda: brief(Mechanism(geometry).replace(geometry=WristGeometry(POINTS, ENDS))),
+            "sources": lambda: brief(own.replace(sources={"arm": "a book"}, estimated=["arm"])),
+            "right": lambda: brief(own.replace(gravity=[0.3, 0.5, -9.7]).on_side("right")),
+            "same side": lambda: own.on_side("left") is own,
+            "no side": lambda: own.on_side("up"),
+            "other side": lambda: own.replace(side="right"),
+            "laid out": lambda: Mechanism(geometry, side="right"),
+            "more limbs": lambda: own.replace(limbs=own.limbs[:2]),
+            "no limbs": lambda: own.replace(limbs=[3, 4, 5]),
+            "gravity": lambda: own.replace(gravity=[0, 0, -9810.0]),
+            "name": lambda: own.replace(name=3),
+            "no sources": lambda: own.replace(sources={"a": 3}),
+            "no estimates": lambda: own.replace(estimated="arm"),
+            "measures": lambda: own.replace(measures="arm").measures,
+            "no measure": lambda: own.replace(measures=["force"]),
+            "no arm": lambda: own.replace(arm=None).require_arm("weight"),
+            "no inertia": lambda: own.replace(arm=ep.Arm(3.0, [0, 0, -0.3])).require_arm("motion", inertia=True),
+        }
+    )
+
+
+def parameters():
+    """Designs with other values of their parameters, in whatever units, of limbs and of all."""
+    circles, points = ep.load("prototype").device, ep.load("four-cables").device
+    pressed = ep.load("four-linear-actuators").device
+
+    def changed(device, side="left", **values):
+        own = device if side == "left" else device.mirrored()
+        found = own.with_dimensions(**values)
+        before, after = own.dimensions(), found.dimensions()
+        limbs = [
+            (str(a.actuator), a.effort_range, a.length_range)
+            for a, b in zip(found.limbs, own.limbs, strict=True)
+            if a != b
+        ]
+        return {name: [before.get(name), each] for name, each in after.items() if abs(before[name] - each) > 1e-9} | {
+            "limbs": limbs,
+            "points": (found.geometry.base_points, found.geometry.platform_points),
+        }
+
+    def asked(device, values, at=None):
+        found = device.with_values(dict(zip(device.parameters(values), values.values(), strict=True)), at)
+        return [found.arm and (found.arm.mass, found.arm.centre_of_mass), found.gravity, found.summary]
+
+    person = ep.Wearer(1.62, 58.0, "female")
+    of_circles = ("scale", "cuff_height_mm", "alpha[2]", "alpha_A[1]_deg", "r_B_mm", "nominal_length", "end_fitting[1]")
+    of_joints = ("A[2].elevation", "A.azimuth_deg", "B.drop", "B[3].radius_mm", "cuff_height")
+    return in_turn(
+        {
+            "of circles": circles.dimensions,
+            "of points": points.dimensions,
+            "radius": lambda: changed(circles, r_A_mm=150.0, h_B=0.21),
+            "angles": lambda: changed(circles, **{"alpha[2]_deg": 70.0, "alpha_B[3]": 2.2}),
+            "cuff height": lambda: (
+                changed(circles, cuff_height_mm=190.0),
+                changed(points, cuff_height=0.26)["points"],
+            ),
+            "scale": lambda: (changed(circles, scale=1.1), changed(pressed, scale=0.9)["limbs"]),
+            "joint": lambda: changed(
+                points, **{"A[2].radius_mm": 260.0, "B[1].drop_m": 0.3, "A[3].elevation_deg": 10.0}
+            ),
+            "joint on the right": lambda: changed(points, "right", **{"A[2].azimuth_deg": 80.0, "B[4].radius": 0.09}),
+            "every joint": lambda: changed(points, **{"B.drop": 0.27, "B[2].drop": 0.25}),
+            "muscle": lambda: changed(circles, **{"nominal_length[1]_mm": 160.0, "end_fitting[2]_mm": 140.0})["limbs"],
+            "cable": lambda: changed(
+                points, **{"nominal_length_mm": 600.0, "pull_limit[2]": 90.0, "least_tension": 2.0}
+            )["limbs"],
+            "rod": lambda: changed(pressed, **{"nominal_length[3]": 0.7, "travel_limit": 0.15, "push_limit": 50.0})[
+                "limbs"
+            ],
+            "short rod": lambda: changed(pressed, nominal_length=0.09),
+            "no actuator": lambda: changed(circles.replace(limbs=[Limb()] * 3), nominal_length=0.2),
+            "no limits": lambda: changed(circles.replace(limbs=[Limb()] * 3), **{"pull_limit[2]": 9.0}),
+            "no stroke": lambda: changed(circles.replace(limbs=[Limb()] * 3), **{"end_fitting[1]": 0.1}),
+            "circle and joint": lambda: changed(circles, **{"r_A": 0.15, "A[1].radius": 0.2}),
+            "no circle": lambda: changed(points, r_A=0.15),
+            "fifth limb": lambda: changed(points, **{"A[5].radius": 0.2}),
+            "zeroth limb": lambda: changed(points, **{"A[0].radius": 0.2}),
+            "negative": lambda: changed(circles, scale=-1.0),
+            "unknown": lambda: changed(points, **{"C[1].radius": 0.2}),
+            "no unit": lambda: changed(points, **{"A[1].radius_N": 0.2}),
+            "kind": lambda: asked(circles, {"limb_kind": "SPS"}),
+            "lean": lambda: asked(circles, {"lean_forward": 0.1, "lean_left": 0.2}),
+            "person": lambda: asked(points, {"person": person, "payload": 1.5}, [0.0, 0.0, -0.5]),
+            "no payload": lambda: asked(points, {"payload": 0.0}, [0.0, 0.0, -0.5]),
+            "payload": lambda: asked(points, {"payload": 1.0}),
+            "values": lambda: [circles.value_of(own) for own in circles.parameters(of_circles)],
+            "values of joints": lambda: [points.value_of(own) for own in points.parameters(of_joints)],
+            "no value": lambda: [circles.value_of(own) for own in circles.parameters(["pull_limit"])],
+            "records": lambda: [str(own) for own in circles.parameters(["arm", "limbs", "gravity_m_s2", "payload_kg"])],
+        }
+    )
+
+
+def files():
+    """Design files as they are written, what is wrong with others, and the parts for a workshop."""
+
+    def read(change):
+        text = ep.design.preset_file("prototype")
+        for was, now in change:
+            assert was in text, was
+            text = text.replace(was, now, 1)
+        (place / "own.toml").write_text(text, encoding="utf-8")
+        found = ep.load("own.toml")
+        return repr(found), found.mechanism.limbs[0].stroke, found.arm.mass, found.geometry.base_points[0]
+
+    def written(exo):
+        exo.save("written.toml")
+        return words_and_numbers((place / "written.toml").read_text(encoding="utf-8"))
+
+    limbs = [
+        Limb(
+            "SPS",
+            LimbBody.rod(0.2, 0.4, 0.01),
+            None,
+            Stroke(0.3, 0.7, 1.1),
+            0.4,
+            (0, 0, 1.0),
+            LimbGuide(65.0, 50.0, 9.0),
+        )
+    ]
+    rich = (
+        ep.load("prototype")
+        .mirrored()
+        .replace(
+            limbs=limbs * 3,
+            shoulder=ep.Shoulder(stiffness=np.diag([1e4, 2e4, 3e4])),
+            estimated=["arm"],
+            measures="arm",
+            interfaces=ep.Interfaces(
+                ep.Interface.of(1e4, 10.0), ep.Interface(np.diag([1e4] * 3 + [9.0] * 3), (0, 0, -0.2)), 0.01
+            ),
+            arm=ep.Arm.of_wearer(ep.Wearer(1.62, 58.0, "female", elbow_flexion=0.3, payload=0.5))
+            + ep.Arm(0.5, [0, 0, -0.2], device=True),
+        )
+    )
+    with folder() as place:
+        found = in_turn(
+            {
+                "as it is": lambda: read([]),
+                "rich": lambda: written(rich),
+                "points": lambda: written(ep.load("four-cables")),
+                "schema": lambda: read([("schema = 1", "schema = 3")]),
+                "unit": lambda: read([("mass_g", "mass_lb")]),
+                "kilograms": lambda: read([("mass_g", "mass_kg")]),
+                "no name": lambda: read([("name", "nome")]),
+                "presets": lambda: [
+                    (name, repr(ep.load(name)), ep.load(name).mechanism.title) for name in ep.presets()
+                ],
+                "published": lambda: sorted(ep.design.published()),
+                "no preset": lambda: ep.design.preset("none"),
+                "no file": lambda: ep.design.preset_file("none"),
+            }
+        )
+    return found | {"parts": {name: printed("parts", name) for name in ("four-cables", "four-linear-actuators")}}
+
+
+ASKED = {
+    "actuators": actuators,
+    "arms": arms,
+    "geometries": geometries,
+    "joints": joints,
+    "records": records,
+    "parameters": parameters,
+    "files": files,
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = {"files"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

@@ -1,0 +1,428 @@
+"""Answers of recordings in files, as they are stored."""
+
+import functools
+from dataclasses import replace
+from pathlib import Path
+from unittest import mock
+
+import foreign_records as foreign
+import numpy as np
+import planted_records as planted
+import pytest
+from answers import changes
+from asked_in_turn import folder, in_turn, words_and_numbers
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+
+HEAD = ",".join(foreign.CLINICAL)
+#: Flexion, abduction and internal rotation of a dozen rows, degrees.
+DOZEN = np.array([[3.0 * k, 0.2 * k * k, 5.0 - k] for k in range(12)])
+
+
+def texts(**texts_of_files):
+    """Write files into the current folder, by name."""
+    for name, text in texts_of_files.items():
+        with open(name.replace("__", "."), "w", encoding="utf-8") as file:
+            file.write(text)
+
+
+def read(path, side="left", **options):
+    """Of a record, what was read and not how it was smoothed."""
+    found = ep.read_movement(path, side, smoothing=None, reading=ep.RecordingOptions(**options))
+    return {
+        "times": found.times,
+        "angles": ep.shoulder_angles(found.poses, side, degrees=True),
+        "elbow": found.elbow_flexion,
+        "cautions": found.cautions,
+        "judged": found.judged_for,
+    }
+
+
+def formats(*sides):
+    """Every format of other programs, of a movement with another seed each; the sides take turns."""
+    found = {}
+    with folder() as place:
+        for seed, (name, writer) in enumerate(foreign.WRITERS.items()):
+            side = sides[seed % 2]
+            path, options = writer(place, foreign.movement(seed, side, noise=0.0, rate=25))
+
+            def some(path=path, options=options, side=side):
+                own = read(path, side, **options)
+                own |= {key: own[key][::17] for key in ("times", "angles")}
+                return own | {"elbow": None if own["elbow"] is None else own["elbow"][::17]}
+
+            found |= in_turn({name: some})
+    return found
+
+
+def timed(column, cells, name="a.csv", head="", count=12, reading="as-named", **options):
+    """A record with one column of times, and what its times are read as."""
+    rows = [f"{cell},{','.join(map(str, row))}" for cell, row in zip(cells, DOZEN.tolist()[:count], strict=True)]
+    texts(**{name.replace(".", "__"): "\n".join([*([head] if head else []), f"{column},{HEAD}", *rows, ""])})
+    found = ep.read_movement(name, smoothing=None, reading=ep.RecordingOptions(reading, **options))
+    return {"times": found.times, "cautions": found.cautions, "speed": found.motion.angular_velocity[-1]}
+
+
+def clocks():
+    """Times as other programs write them."""
+    k = np.arange(12)
+    stamps = [f"2026-05-03T12:00:{each / 10:04.1f}Z" for each in k]
+    cases = {
+        "ms": ("time_ms", 700 + 50 * k, {}),
+        "us": ("time_us", 50_000 * k, {}),
+        "ns": ("time_ns", 50_000_000 * k, {}),
+        "plain s": ("time", 3.0 + 0.25 * k, {}),
+        "plain ms": ("t", 12 + 40 * k, {}),
+        "just below 1": ("t", 0.99 * k, {}),
+        "just 1": ("t", np.where(k > 5, k + 0.5, k), {}),
+        "epoch s": ("timestamp", [f"{1.7e9 + 0.05 * each:.2f}" for each in k], {}),
+        "epoch ms": ("timestamp", [f"{1.7e12 + 50 * each:.0f}" for each in k], {}),
+        "epoch us": ("timestamp", [f"{1.7e15 + 5e4 * each:.0f}" for each in k], {}),
+        "epoch of 1999": ("timestamp", [f"{9.4e8 + 0.05 * each:.2f}" for each in k], {}),
+        "seconds since 1970 as such": ("time_s", [f"{1.7e9 + 0.05 * each:.2f}" for each in k], {}),
+        "milliseconds since 1970 as s": ("time_s", [f"{1.7e12 + 50 * each:.0f}" for each in k], {}),
+        "iso": ("timestamp", stamps, {}),
+        "comma": ("t", [f'"12:00:{each // 10:02d},{each % 10}001234567"' for each in k], {}),
+        "time of day": ("t", [f"9:00:{each:02d}" for each in k], {}),
+        "with zone": ("t", [f"2026-05-03T12:00:{each / 10:04.1f}+02:00" for each in k], {}),
+        "no date": ("t", [f"12:xx:{each}" for each in k], {}),
+        "blank": ("time_s", ["0", "0.1", "", "0.3", "nan", *(0.1 * each for each in k[5:])], {}),
+        "counted": ("t", k, {}),
+        "counted from 7": ("timestamp", 7 + k, {}),
+        "frames": ("Frame", 3 + k, {"rate": 40.0}),
+        "frames without rate": ("Frame#", 3 + k, {}),
+        "rate of a clock": ("time_s", 3 + 2 * k, {"rate": 40.0}),
+        "packets": ("PacketCounter", (65_530 + k) % 65_536, {"rate": 30.0}),
+        "samples": ("Sample", 2 * k, {"rate": 30.0}),
+        "rate and no counter": ("other", k, {"rate": 20.0}),
+        "no times": ("other", k, {}),
+        "fine": ("SampleTimeFine", (2**32 - 200_000 + 50_000 * k) % 2**32, {}),
+        "no fine": ("SampleTimeFine", [""] * 12, {}),
+        "percent": ("time_percent", 100 * k / 11, {"duration": 2.5}),
+        "percent without": ("percent", 100 * k / 11, {}),
+        "falls": ("time_s", 0.1 * k[::-1], {}),
+    }  # fmt: skip
+    found = {}
+    with folder():
+        for name, (column, cells, options) in cases.items():
+            found |= in_turn({name: lambda c=column, x=cells, o=options: timed(c, x, **o)})
+        twice = [f"{x / 10},{x * 100}" for x in k]
+        found |= in_turn(
+            {
+                "stated rate": lambda: timed("frame", 5 + k, head="// Update Rate: 50.0Hz"),
+                "rate without counter": lambda: timed("other", k, head="Sample Rate:,40"),
+                "no other clock": lambda: timed("frame", k, rate=20.0, reading="seconds"),
+                "other clock": lambda: timed("theta_x_deg,time_ms", twice, reading="seconds"),
+                "two": lambda: timed("time_s,time_ms", twice),
+                "four": lambda: timed("time_s", 0.1 * k[:4], count=4),
+                "three": lambda: timed("time_s", 0.1 * k[:3], count=3),
+                "one known": lambda: timed("t", ["1", *[""] * 11]),
+            }
+        )
+    return found
+
+
+def sensors_said():
+    """Where sensors are found, or not, and what is wrong with their numbers."""
+    truth = foreign.movement(5, "left", noise=0.0, rate=25)
+
+    def asked(names=("torso_imu", "humerus_{s}_imu", "radius_{s}_imu"), side="left", more=lambda text: text, **options):
+        path, own = foreign.opensense(place, truth, names)
+        path.write_text(more(path.read_text()))
+        found = read(path, side, **{**own, **options})
+        return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
+
+    def dot(sensors, rows=slice(10, 80), **options):
+        parts = foreign.sensors(truth)
+        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows])
+        arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t)
+        return read(arm, sensors=sensors, forward="z", **options)
+
+    def mvnx(change):
+        path, _ = foreign.mvnx(place, truth)
+        path.write_text(change(path.read_text()))
+        return {key: own[::15] for key, own in read(path).items() if key in ("times", "angles", "elbow")}
+
+    turned = {"forearm": "hand_imu", "trunk": "Back_imu", "arm": "biceps"}
+    own = ("Back_imu", "biceps", "hand_imu")
+    with folder() as place:
+        return in_turn(
+            {
+                "words": lambda: asked(("sternum", "left_upper_arm", "left_lowerarm")),
+                "other side": lambda: asked(("chest", "arm.r", "ulna_l")),
+                "no side": lambda: asked(("t8", "Humerus", "FOREARM")),
+                "unknown": lambda: asked(own),
+                "named": lambda: asked(own, sensors=turned),
+                "by other case": lambda: asked(own, sensors={key: name.upper() for key, name in turned.items()}),
+                "misnamed": lambda: asked(own, sensors={**turned, "trunk": "Bck"}),
+                "two arms": lambda: asked(("torso", "humerus_l_1", "arm_l_2")),
+                "no forward": lambda: asked(forward=None),
+                "wrong forward": lambda: asked(forward="u"),
+                "up": lambda: asked(forward="x"),
+                "down": lambda: asked(forward="-x"),
+                "left": lambda: asked(forward="y", reading="as-named"),
+                "back": lambda: asked(forward="-z"),
+                "turned": lambda: asked(forward="-z", reading="turned-trunk"),
+                "plus": lambda: asked(forward="+z"),
+                "not still": lambda: asked(still=1.6),
+                "longer still": lambda: asked(still=1.0),
+                "short still": lambda: asked(still=0.01),
+                "no cell": lambda: asked(more=lambda text: text.replace("1", "x", 40)),
+                "blank cells": lambda: asked(
+                    more=lambda text: text.replace(text.splitlines()[20].split("\t")[1], "nan")
+                ),
+                "long": lambda: asked(more=lambda text: text.replace("0.7", "0.8")),
+                "dot": lambda: dot({"trunk": "trunk.csv"}),
+                "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
+                "dot without": lambda: dot({}),
+                "dot of none": lambda: dot({"trunk": "nowhere.csv"}),
+                "dot in a reading": lambda: dot({"trunk": "trunk.csv"}, reading="w-last, inverse"),
+                "mvnx": lambda: mvnx(lambda text: text),
+                "no normal frame": lambda: mvnx(lambda text: text.replace('"normal"', '"other"')),
+                "fewer numbers": lambda: mvnx(lambda text: text.replace("<orientation>1 0 0 0 ", "<orientation>")),
+                "no number": lambda: mvnx(lambda text: text.replace("1 0 0 0", "1 0 0 a")),
+                "no time": lambda: mvnx(lambda text: text.replace('<frame time="240"', "<frame")),
+                "entities": lambda: mvnx(lambda text: "<!DOCTYPE a>" + text),
+                "no place": lambda: mvnx(lambda text: text.replace("http://www.xsens.com/mvn/mvnx", "else")),
+            }
+        )
+
+
+def columns_said():
+    """Tables by their columns, maps of columns, gaps, and elbows."""
+    t = [0.05 * k for k in range(12)]
+
+    def table(names, values, name="a.csv", **options):
+        rows = "\n".join(",".join(map(str, (s, *row))) for s, row in zip(t, values, strict=True))
+        texts(**{name.replace(".", "__"): f"time_s,{names}\n{rows}\n"})
+        return read(name, **options)
+
+    def mapped(text, **options):
+        texts(m__toml=text)
+        return table("Bend,Out,In,Elbow", np.c_[DOZEN, 7 * DOZEN[:, 1]], columns="m.toml", **options)
+
+    def mot(names, side, degrees="yes"):
+        rows = np.c_[t, DOZEN * [1, 1.5, 2], 9 * DOZEN[:, 1]].tolist()
+        rows = np.array(rows)[:, : 1 + len(names)] * [1.0, *[1.0 if degrees == "yes" else 0.02] * len(names)]
+        path = foreign.lines(
+            place / "a.mot", foreign.opensim_head(12, len(names)), ("time", *names), rows.tolist(), "\t"
+        )
+        path.write_text(path.read_text().replace("inDegrees=yes", f"inDegrees={degrees}"))
+        return read("a.mot", side, reading="as-named")
+
+    good = 'schema = 1\n[columns]\ntime_s = "time_s"\nflexion_deg = "Bend"\nabduction_deg = "-Out"\n'
+    good += 'internal_rotation_deg = "In"\n'
+    holes = DOZEN.astype(object)
+    holes[2, 1], holes[7, 0], holes[8, 2] = "", "nan", "NA"
+    quaternions = ep.shoulder_rotation(*DOZEN.T, degrees=True).as_quat()
+    matrices = ep.shoulder_rotation(*DOZEN.T, degrees=True).as_matrix().reshape(12, 9)
+    with folder() as place:
+        return in_turn(
+            {
+                "rad": lambda: table(HEAD.replace("deg", "rad"), np.radians(DOZEN)),
+                "elbow": lambda: table(HEAD + ",elbow_flexion_rad", np.c_[DOZEN, 0.1 * DOZEN[:, 0]]),
+                "elbow without unit": lambda: table(HEAD + ",elbow_flexion", np.c_[DOZEN, DOZEN[:, 0]])["elbow"],
+                "holes": lambda: table(HEAD, holes),
+                "both": lambda: table(HEAD + ",qx,qy,qz,qw", np.c_[DOZEN, quaternions]),
+                "none": lambda: table("a,b,c", DOZEN),
+                "long": lambda: table("qx,qy,qz,qw", 1.0012 * quaternions),
+                "less long": lambda: table("qx,qy,qz,qw", 1.0009 * quaternions)["angles"],
+                "matrices": lambda: table(",".join(foreign.MATRIX), 1.003 * matrices)["angles"],
+                "no matrices": lambda: table(",".join(foreign.MATRIX), 1.006 * matrices),
+                "left-handed": lambda: table(",".join(foreign.MATRIX), -matrices),
+                "matrices with a gap": lambda: table(
+                    ",".join(foreign.MATRIX), np.where(np.arange(12)[:, None] == 4, np.nan, matrices)
+                ),
+                "map": lambda: mapped(good + 'elbow_flexion_deg = "Elbow"\n'),
+                "map of no column": lambda: mapped(good.replace("In", "Inn")),
+                "map of nothing": lambda: mapped("schema = 1\n[columns]\n"),
+                "map of another schema": lambda: mapped(good.replace("= 1", "= 2")),
+                "map with more": lambda: mapped(good + "[more]\n"),
+                "rajagopal": lambda: mot(("arm_flex_r", "arm_add_r", "arm_rot_r", "elbow_flex_r"), "right"),
+                "rajagopal left": lambda: mot(("arm_flex_l", "arm_add_l", "arm_rot_l"), "left"),
+                "rajagopal of the other": lambda: mot(("arm_flex_r", "arm_add_r", "arm_rot_r"), "left"),
+                "mobl": lambda: mot(("elv_angle", "shoulder_elv", "shoulder_rot", "elbow_flexion"), "right"),
+                "mobl left": lambda: mot(("elv_angle_l", "shoulder_elv_l", "shoulder_rot_l"), "left", "no"),
+                "thoracoscapular": lambda: mot(("plane_elv", "shoulder_elv", "axial_rot"), "right"),
+                "arm26": lambda: mot(("r_shoulder_elev", "r_elbow_flex"), "right"),
+                "arm26 left": lambda: mot(("r_shoulder_elev", "r_elbow_flex"), "left"),
+                "options": lambda: ep.RecordingOptions(" w-first ,, as-named", sensors={"arm": "a"}, start=[1, 2, 3]),
+                "no role": lambda: ep.RecordingOptions(sensors={"leg": "a"}),
+                "no reading": lambda: ep.RecordingOptions("x-first"),
+                "still": lambda: ep.RecordingOptions(still=0.0),
+            }
+        )
+
+
+def mistakes(*seeds):
+    """What is said of records with a mistake; their movements take turns."""
+    found, slower = {}, functools.partial(foreign.movement, rate=30)
+    for turn, (mistake, _) in enumerate(planted.MISTAKES):
+        seed = seeds[turn % len(seeds)]
+        side = planted.side_of(seed)
+        with folder() as place, mock.patch("planted_records.movement", slower):
+            path, options, _ = mistake(place, seed)
+
+            def said(path=path, side=side, options=options):
+                own = ep.RecordingOptions(**options)
+                return ep.read_movement(path, side, smoothing=None, reading=own).cautions
+
+            found |= in_turn({mistake.__name__: said})
+    return found
+
+
+def swept(fixed, over, low, high, side="left"):
+    """Share of a record outside the range that goes evenly from one value of an angle to another, degrees."""
+    own = np.tile(np.array(fixed, dtype=float), (101, 1))
+    own[:, over] = np.linspace(low, high, 101)
+    rows = np.c_[0.02 * np.arange(101), own].tolist()
+    path = foreign.lines(Path("sweep.csv"), [], ("time_s", *foreign.CLINICAL), rows)
+    return ep.read_movement(path, side, smoothing=None).cautions
+
+
+def ranges(side):
+    """Where the range of a shoulder ends: shares of records that pass its limits."""
+    cases = {
+        "inward": ((30, 5, 0), 2, 90, 130),
+        "inward sideways": ((3, 80, 0), 2, 90, 130),
+        "outward, hanging": ((12, 3, 0), 2, -85, -125),
+        "outward, at 60 degrees": ((60, 3, 0), 2, -95, -145),
+        "outward, horizontal": ((95, 3, 0), 2, -120, -160),
+        "backward": ((0, 10, 5), 0, -40, -70),
+        "across, in front": ((45, 0, 5), 1, -20, -75),
+        "across, behind": ((5, 0, 5), 1, -25, -55),
+        "in front of it": ((0, -48, 5), 0, 0, 60),
+        "overhead": ((140, 20, 0), 2, -100, 100),
+        "overhead sideways": ((10, 140, 0), 2, -30, 170),
+        "round": ((20, 10, 0), 2, 100, 330),
+        "up and over": ((0, 15, 0), 0, 60, 260),
+    }
+    with folder():
+        return in_turn({name: lambda case=case: swept(*case, side) for name, case in cases.items()})
+
+
+def judged():
+    """Records of speeds, turns, starts, elbows and noise about the limits of a person's."""
+    t, s = np.arange(121) / 40, np.sin(np.pi * np.arange(121) / 120) ** 2
+    rng = np.random.default_rng(11)
+    noise = rng.normal(size=(121, 3))
+
+    def asked(angles, t=t, names=foreign.CLINICAL, column="time_s", side="left", movement=None, **options):
+        rows = np.c_[t, np.broadcast_to(angles, (len(t), 3))].tolist()
+        path = foreign.lines(place / "a.csv", [], (column, *names), rows)
+        return ep.read_movement(path, side, smoothing=None, reading=ep.RecordingOptions(**options)).cautions
+
+    def bent(share, turn, aside=180.0):
+        """The elbow is bent for a share of the time, and seems to bend to where the trunk's sensor is turned."""
+        truth = foreign.Truth(t, np.outer(s, [9, 2, 0]), "left", turn * (np.arange(121) > 121 * (1 - share)))
+        with mock.patch("foreign_records.ON_TRUNK", foreign.ON_TRUNK * Rotation.from_euler("x", aside, degrees=True)):
+            path, options = foreign.opensense(place, truth)
+        own = ep.RecordingOptions(**options, still=0.1)
+        return ep.read_movement(path, "left", smoothing=None, reading=own).cautions
+
+    line, radians = np.array([80.0, 12.0, 5.0]), planted.in_radians(foreign.CLINICAL)
+    with folder() as place:
+        return in_turn(
+            {
+                "slow enough": lambda: asked(np.outer(s, line), 0.065 * t),
+                "too fast": lambda: asked(np.outer(s, line), 0.045 * t),
+                "faster as ms": lambda: asked(np.outer(s, line), t, column="time_ms"),
+                "longer as s": lambda: asked(np.outer(s, line), 1e3 * t),
+                "tiny": lambda: asked(np.outer(s, line) / 57.3),
+                "tiny of a little": lambda: asked(np.outer(s, 0.3 * line) / 57.3),
+                "tiny of less": lambda: asked(np.outer(s, 0.15 * line) / 57.3),
+                "3.4 degrees": lambda: asked(np.outer(s, [3.4, 0, 0])),
+                "3.2 degrees": lambda: asked(np.outer(s, [3.2, 0, 0])),
+                "tiny and turned": lambda: asked(np.outer(s, [3.0, 0, 0]) - np.array([60, 0, 0])),
+                "begins at 29": lambda: asked(np.outer(s, line), start=(29.0, 0, 0)),
+                "begins at 31": lambda: asked(np.outer(s, line), start=(31.0, 0, 0)),
+                "begins turned": lambda: asked(np.outer(s, line), start=(0, 0, 75)),
+                "begins as radians": lambda: asked(np.outer(s, line) / 57.3 + [0.5, 0, 0], start=(29.0, 0, 0)),
+                "raised": lambda: asked([95, 5, 0] - np.outer(s, [40, 0, 0])),
+                "raised 99": lambda: asked([99, 5, 0] - np.outer(s, [40, 0, 0])),
+                "raised 101": lambda: asked([101, 5, 0] - np.outer(s, [40, 0, 0])),
+                "inverse, raised": lambda: asked(np.array([-120, 5, 0]) + np.outer(s, [120, 0, 0])),
+                "few outside": lambda: asked(np.outer(np.where(s > 0.994, 1, 0.3 * s), [-70.0, 2, 0])),
+                "more outside": lambda: asked(np.outer(np.where(s > 0.98, 1, 0.3 * s), [-70.0, 2, 0])),
+                "a quarter outside": lambda: asked(np.outer(np.where(s > 0.83, 1, 0.3 * s), [-65.0, 2, 0])),
+                "a third outside": lambda: asked(np.outer(np.where(s > 0.75, 1, 0.3 * s), [-65.0, 2, 0])),
+                "noisy radians": lambda: asked(np.radians(np.outer(s, line)) + 0.03 * noise),
+                "noisier radians": lambda: asked(np.radians(np.outer(s, line)) + 0.1 * noise),
+                "thesis": lambda: asked(np.outer(s, [-75, 5, 5]), names=planted.THESIS[1:]),
+                "isb": lambda: asked(
+                    np.outer(s, [5, -80, 0]) + np.array([60, 0, 0]), names=planted.ISB[1:], side="right"
+                ),
+                "in degrees": lambda: asked(np.outer(s, line), names=radians),
+                "as it is": lambda: asked(np.outer(s, -line), reading="as-named"),
+                "minus": lambda: asked(np.outer(s, -line)),
+                "nothing fits": lambda: asked(np.outer(s, [40, 0, 0]) + np.array([0, 0, 170])),
+                "radians, just raised": lambda: asked(np.outer(s, line) / 57.3 + [1.77, 0, 0], names=radians),
+                "radians, not raised": lambda: asked(np.outer(s, line) / 57.3 + [1.72, 0, 0], names=radians),
+                "bent forward": lambda: bent(0.5, 60.0, 0.0),
+                "bent backward": lambda: bent(0.5, 60.0),
+                "seldom bent": lambda: bent(0.04, 60.0),
+                "now and then": lambda: bent(0.06, 60.0),
+                "bent less": lambda: bent(0.5, 29.5),
+                "bent more": lambda: bent(0.5, 30.5),
+                "74 aside": lambda: bent(0.5, 60.0, 74.0),
+                "76 aside": lambda: bent(0.5, 60.0, 76.0),
+                "-74 aside": lambda: bent(0.5, 60.0, -74.0),
+                "-76 aside": lambda: bent(0.5, 60.0, -76.0),
+            }
+        )
+
+
+def written():
+    """Files of a movement in every convention, without the last digits of their numbers."""
+    t = np.linspace(0.3, 1.4, 14)
+    angles = np.stack([150.0 * t - 60.0, 40.0 * t, 175.0 + 12.0 * t])
+    found = {}
+    with folder():
+        for side in ("left", "right"):
+            movement = ep.Movement.from_samples(t, ep.shoulder_rotation(*angles, side, degrees=True), smoothing=None)
+            bent = replace(movement, elbow_flexion=0.3 + 0.5 * t)
+            cases = [("a.csv", movement, own) for own in ("thesis", "isb", "quaternions")] + [
+                ("A.CSV", bent, "clinical")
+            ]
+            for name, own, kind in (
+                *cases,
+                ("a.mot", bent, "clinical"),
+                ("b.mot", movement, "clinical"),
+                ("a.sto", bent, "isb"),
+            ):
+                ep.write_movement(name, own, side, kind)
+                with open(name, encoding="utf-8") as file:
+                    found[f"{side} {name} {kind}"] = words_and_numbers(file.read().replace(",", " , "))
+        found |= in_turn(
+            {
+                "no ending": lambda: ep.write_movement("a.txt", movement),
+                "no angles": lambda: ep.write_movement("a.csv", movement, angles="euler"),
+                "no side": lambda: ep.write_movement("a.csv", movement, "up"),
+                "no movement": lambda: ep.write_movement("a.csv", movement.poses),
+            }
+        )
+    return found
+
+
+ASKED = {
+    "formats": lambda: formats("left", "right"),
+    "more_formats": lambda: formats("right", "left"),
+    "clocks": clocks,
+    "sensors": sensors_said,
+    "columns": columns_said,
+    "mistakes": lambda: mistakes(0, 1, 2, 3),
+    "more_mistakes": lambda: mistakes(1, 2, 4, 5, 0),
+    "ranges": lambda: ranges("left"),
+    "ranges_right": lambda: ranges("right"),
+    "judged": judged,
+    "written": written,
+}
+
+#: Those that take longer than 0.15 s.
+LONGER = {"more_formats", "more_mistakes", "ranges_right", "judged"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

@@ -1,0 +1,69 @@
+"""What commands print, write and end with, in a folder of their own beside the examples."""
+
+import contextlib
+import io
+import json
+import shlex
+import tempfile
+from pathlib import Path
+
+from asked_in_turn import in_digits
+from places import REPOSITORY
+
+from exo_pin.cli import main
+
+#: Of a document, and of the comments of a table, what says where it comes from.
+_ABOUT = {"provenance", "notes", "sha256"}
+
+
+def _written(path):
+    """Text of a file without its comments; of a document what is asked and answered; of others that they are there."""
+    if path.suffix not in {".csv", ".json", ".toml", ".sto", ".mot", ".urdf", ".html"}:
+        return path.stat().st_size > 0
+    if path.suffix == ".html":
+        return len(path.read_text(encoding="utf-8")) > 0
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".json":
+        return _said(text)
+    lines = in_digits(text).splitlines()
+    return [line for line in lines if not line.lstrip("<!- ").startswith("#")][:40]
+
+
+def _said(text):
+    """Lines of a text, of each document in it what is answered."""
+    if not text.startswith("{"):
+        return in_digits(text).splitlines()
+    try:
+        documents = [json.loads(text)]
+    except json.JSONDecodeError:
+        documents = [json.loads(line) for line in text.splitlines()]
+    return _without_source(documents)
+
+
+def _without_source(value):
+    if isinstance(value, list):
+        return [_without_source(each) for each in value]
+    if isinstance(value, dict):
+        return {key: _without_source(each) for key, each in value.items() if key not in _ABOUT}
+    return value
+
+
+def answered(line):
+    """Code, output and errors of a command, and what it writes."""
+    out, err = io.StringIO(), io.StringIO()
+    before = {path.name for path in Path().iterdir()}
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(shlex.split(line))
+    files = sorted(path for path in Path().iterdir() if path.name not in before)
+    found = {"code": code, "out": _said(out.getvalue()), "err": err.getvalue().splitlines()}
+    return found | {path.name: _written(path) for path in files}
+
+
+def answered_in_turn(lines, **files):
+    """The same of several commands one after the other, in a folder with the examples and with files of their own."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        for name in ("examples", "urdf"):
+            Path(name).symlink_to(REPOSITORY / name)
+        for name, text in files.items():
+            Path(name.replace("_", ".")).write_text(text, encoding="utf-8")
+        return {line: answered(line) for line in lines}

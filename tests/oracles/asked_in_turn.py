@@ -1,0 +1,79 @@
+"""Several questions in one stored answer: what each returns or refuses, and all that a run of a plant says."""
+
+import contextlib
+import functools
+import io
+import os
+import re
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from unittest import mock
+
+import exo_pin as ep
+from exo_pin.cli import main
+
+#: A number of a text, with its exponent.
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e-\d+")
+
+
+def in_digits(text):
+    """A text whose numbers have six digits, and are zero where they are rounding."""
+
+    def written(found):
+        value = float(found[0])
+        return "0" if abs(value) < 1e-9 else f"{value:.6g}" if len(found[0].strip("-0.")) > 7 else found[0]
+
+    return _NUMBER.sub(written, text)
+
+
+@contextlib.contextmanager
+def folder():
+    """An empty folder that is the current one, so that messages name files alone."""
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
+        yield Path()
+
+
+def in_a_folder(question):
+    """The question, asked in an empty folder, so that what it says of files has no path."""
+
+    @functools.wraps(question)
+    def asked():
+        with folder():
+            return question()
+
+    return asked
+
+
+def in_turn(asked=(), /, **more):
+    """Answers by name; of a question that is refused the kind of error and its words."""
+    found = {}
+    for name, question in {**dict(asked), **more}.items():
+        try:
+            found[name] = question()
+        except (ep.ExoPinError, NotImplementedError) as error:
+            found[name] = f"{type(error).__name__}: {error}"
+    return found
+
+
+def of_run(run, *more):
+    """A run, the state at its end, and what it says when it is asked."""
+    said = in_turn(**{name: getattr(run, name) for name in ("summary", *more)})
+    return {"run": replace(run, snapshots=()), "end": run.state(run.times[-1])} | said
+
+
+def printed(*words):
+    """Lines that a command prints on a screen of 100 columns."""
+    out = io.StringIO()
+    # What is compiled for the first time is said on the other stream.
+    streams = contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO())
+    with mock.patch.dict(os.environ, {"COLUMNS": "100"}), streams[0], streams[1]:
+        main([str(word) for word in words])
+    return out.getvalue().splitlines()
+
+
+def words_and_numbers(text):
+    """Lines of a text without its numbers, each line once and in order, and the numbers."""
+    number = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.])")
+    lines = dict.fromkeys(number.sub("#", line) for line in text.splitlines())
+    return {"words": list(lines), "numbers": [float(each) for each in number.findall(text)]}

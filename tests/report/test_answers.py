@@ -1,0 +1,74 @@
+"""Answers of design reports of all kinds: their fields and their words, as stored."""
+
+import re
+from dataclasses import fields
+
+import pytest
+from answers import changes
+from places import URDF
+from refusals import refused
+
+import exo_pin as ep
+
+MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
+
+
+def load(name):
+    return ep.load(URDF / f"{name}.urdf" if (URDF / f"{name}.urdf").exists() else name)
+
+
+def told(report):
+    """Fields and words, but for versions, hashes and the picture."""
+    left_out = ("picture", "design_hash", "file_hash")
+    words = str(report).rsplit("\n\n", 1)[0]
+    return words, {each.name: getattr(report, each.name) for each in fields(report) if each.name not in left_out}
+
+
+def pages(tmp):
+    """What a browser shows, but for the picture and the last line."""
+    path = tmp / "report.html"
+    exo = load("four-linear-actuators-worn").worn_by(MAN)
+    exo.report(ep.Wearer(1.6, 55, "female"), 45.0, URDF / "prototype.urdf").save(path)
+    text = re.sub(r"base64,[A-Za-z0-9+/=]+", "", path.read_text(encoding="utf-8"))
+    return re.sub(r"exo_pin [\d.]+.*", "", text)
+
+
+def refusals():
+    exo = load("four-cables")
+    return refused(
+        lambda: exo.report(arm_speed=0.0),
+        lambda: exo.replace(arm=None).report(),
+        lambda: exo.report("a man"),
+    )
+
+
+def of_a_person():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    return told(load("four-linear-actuators-worn").report(MAN, 40.0, URDF / "prototype.urdf"))
+
+
+def of_a_support():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    return told(load("spring-support").mirrored().report(ep.Wearer(1.6, 55, "female")))
+
+
+ASKED = {
+    "of_a_person": of_a_person,
+    "of_a_support": of_a_support,
+    "of_nobody": lambda: told(load("prototype").report()),
+    "of_hinges": lambda: told(load("serial-y-x-z").replace(arm=ep.Arm(3.1, [0.0, 0.01, -0.2])).report()),
+    "of_unknown_limits": lambda: told(load("appendix-d").report()),
+    "refusals": refusals,
+}
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ASKED)
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])
+
+
+@pytest.mark.full
+def test_a_page_is_as_stored(tmp_path):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    assert not changes(__file__, "pages", lambda: pages(tmp_path))

@@ -168,10 +168,7 @@ def _tree(root: Element) -> tuple[pin.Model, list[str], dict[str, FloatArray]]:
                 actuated.append(name + suffix)
         physical = _only(link, "physical")
         centres[name] = _place(physical, "com_location")
-        try:
-            model.appendBodyToJoint(index, _inertia(physical, centres[name]), place)
-        except ValueError as error:
-            raise physical.error(str(error)) from None
+        model.appendBodyToJoint(index, _inertia(physical, centres[name]), place)
         add_frame(model, name, index, place, pin.FrameType.BODY)
     model.referenceConfigurations["q_initial"] = np.array(start)
     return model, actuated, centres
@@ -185,8 +182,11 @@ def _inertia(physical: Element, centre: FloatArray) -> pin.Inertia:
         moments -= mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     elif given.attributes.get("ref") != "com":
         raise given.error("expected ref='com' or ref='joint'")
-    if mass < 0.0 or np.linalg.eigvalsh(moments)[0] < -1e-9 * max(1e-9, float(np.abs(moments).max())):
+    principal, axes = np.linalg.eigh(moments)
+    if mass < 0.0 or principal[0] < -1e-9 * max(1e-9, float(np.abs(moments).max())):
         raise physical.error("a mass or a moment of inertia is below zero")
+    # Pinocchio takes none below zero, not even by rounding.
+    moments = moments if principal[0] >= 0.0 else (axes * np.maximum(principal, 0.0)) @ axes.T
     return pin.Inertia(mass, centre, moments)
 
 

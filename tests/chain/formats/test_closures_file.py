@@ -8,64 +8,11 @@ import pytest
 from joint_arrays import ARRAYS
 from mechanisms import five_bar
 from places import page
-from said_of_files import SAID
 
 import exo_pin as ep
-from exo_pin import FileFormatError, InvalidInput, UnknownName
+from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures, JointProperties, read_closures, write_closures
 from exo_pin.wrist_chain import wrist_of
-
-FILE = """schema = 1
-name = "r"
-[[joints]]
-name = "j0"
-"""
-
-
-def two_joints(kind):
-    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
-    return (
-        f'<robot name="r"><link name="a"/><link name="b"/><joint name="j0" type="{kind}"><parent link="a"/>'
-        f'<child link="b"/><axis xyz="0 0 1"/>{limit}</joint></robot>'
-    )
-
-
-@pytest.mark.parametrize(
-    ("lines", "kind", "expected"),
-    [
-        ("stiffness_N_m_rad = 2.5", "revolute", JointProperties("j0", 2.5, unit="rad")),
-        ("stiffness_N_m = 2.5", "prismatic", JointProperties("j0", 2.5, unit="m")),
-        ("stiffness_N_mm = 2.5", "prismatic", JointProperties("j0", 2500.0, unit="m")),
-        ("stiffness = 2.5", "prismatic", JointProperties("j0", 2.5)),
-        ("armature_kg_m2 = [0.1]", "revolute", JointProperties("j0", armature=(0.1,), unit="rad")),
-        ("armature_kg = [1]", "prismatic", JointProperties("j0", armature=(1.0,), unit="m")),
-    ],
-)
-def test_joints_of_a_closures_file(lines, kind, expected, tmp_path):
-    (tmp_path / "r.urdf").write_text(two_joints(kind))
-    (tmp_path / "r.closures.toml").write_text(FILE + lines + "\n")
-    chain = ClosedChain.from_urdf(tmp_path / "r.urdf")
-    assert chain.description.joints == (expected,)
-    np.testing.assert_array_equal(chain.model.armature, expected.armature or 0.0)
-
-
-@pytest.mark.parametrize(("lines", "kind", "said"), SAID["joints_refused"])
-def test_bad_data_of_joints_are_refused(lines, kind, said, tmp_path):
-    (tmp_path / "r.urdf").write_text(two_joints(kind))
-    (tmp_path / "r.closures.toml").write_text(FILE + lines + "\n")
-    with pytest.raises(InvalidInput, match=said):
-        ClosedChain.from_urdf(tmp_path / "r.urdf")
-
-
-def test_a_joint_that_is_not_there_is_refused():
-    described = Closures("r", joints=(JointProperties("j1", 1.0),))
-    with pytest.raises(UnknownName, match="unknown moving joint 'j1' in joints; there are: j0"):
-        ClosedChain.from_urdf(two_joints("revolute"), described)
-    # A fixed joint moves nothing.
-    with pytest.raises(UnknownName, match="moving joint"):
-        ClosedChain.from_urdf(two_joints("fixed"), Closures("r", joints=(JointProperties("j0", 1.0),)))
-    with pytest.raises(InvalidInput, match="length 1"):
-        ClosedChain.from_urdf(two_joints("continuous"), Closures("r", joints=(JointProperties("j0", 1.0, (0.6, 0.9)),)))
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -7,10 +7,8 @@ import pinocchio as pin
 import pytest
 from exported_robots import exported
 from mechanisms import five_bar
-from said_of_files import SAID
 from scipy.spatial.transform import Rotation
 
-import exo_pin
 from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain
 
@@ -49,13 +47,6 @@ def test_robot_yaml(kind, tmp_path, monkeypatch):
         closed = chain.close(named.q + 0.1, hold=chain.roles.actuated)
         ours = named.chain().close(named.q + 0.1, hold=chain.roles.actuated)
         np.testing.assert_allclose(closed, ours, atol=1e-12)
-
-
-@pytest.mark.parametrize(("old", "new", "error", "said"), SAID["robot_yaml_refused"])
-def test_a_bad_robot_yaml_is_refused(old, new, error, said, tmp_path):
-    assert old in YAML
-    with pytest.raises(getattr(exo_pin, error), match=said):
-        ClosedChain.from_parallel_robot(parallel_robot(tmp_path, YAML.replace(old, new, 1)))
 
 
 def test_robot_yaml_changes_joints(tmp_path):

@@ -5,19 +5,11 @@ import pinocchio as pin
 import pytest
 from mechanisms import five_bar, random_loop
 
-from exo_pin import ExoPinError, InvalidInput
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin import ExoPinError
 from exo_pin.chain.structure.memory.chain_buffers import Forest, _window, packed_constants, unpacked_constants
 from exo_pin.chain.structure.motion_axes import symmetric
 
 pytestmark = pytest.mark.usefixtures("plain")
-
-
-def test_joints_whose_axes_change_are_refused():
-    model = pin.Model()
-    model.addJoint(0, pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), pin.SE3.Identity(), "cross")
-    with pytest.raises(InvalidInput, match="the axes of cross change"):
-        ClosedChain(model, Closures("one"))
 
 
 def branched(count):

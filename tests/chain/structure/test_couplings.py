@@ -4,7 +4,6 @@ import dataclasses
 import pickle
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from geared_arms import arm, geared
 from tree_forces import tree_forces
@@ -113,44 +112,6 @@ def test_closures_file_and_pickle(tmp_path):
     q = np.linspace(-0.4, 0.4, 5)
     np.testing.assert_array_equal(chain.residual(q), again.residual(q))
     assert chain.residual(q)[2] == pytest.approx(0.4 - 0.1 - 0.3)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"polynomial": None}, "expected a polynomial for a coupling"),
-        ({"polynomial": (1.0,) * 6}, "1 to 5 coefficients, got 6"),
-        ({"polynomial": ()}, "1 to 5 coefficients, got 0"),
-        ({"polynomial": (0.0, np.nan)}, "finite"),
-        ({"frame_a": "joint_2"}, "couples joint 'joint_2' with itself"),
-        ({"frame_b": "universe"}, "got the world"),
-        ({"frame_a": "universe"}, "held at a constant"),
-        ({"axis": (0.0, 0.0, 1.0)}, "has no axis"),
-        ({"distance": 1.0}, "distance"),
-        ({"type": "rigid"}, "for a coupling and for no other"),
-        ({"type": "rigid", "polynomial": None, "references": (0.1, 0.0)}, "only a coupling has references"),
-    ],
-)
-def test_what_is_no_coupling_is_refused(change, said):
-    with pytest.raises(InvalidInput, match=said):
-        dataclasses.replace(HALF, **change)
-
-
-def test_joints_that_cannot_be_coupled_are_refused():
-    with pytest.raises(UnknownName, match="joint_9"):
-        chain_of(dataclasses.replace(HALF, frame_b="joint_9"))
-    with pytest.raises(UnknownName, match="link_2"):
-        chain_of(dataclasses.replace(HALF, frame_b="link_2"))
-    model = pin.Model()
-    for parent, (kind, name) in enumerate([(pin.JointModelSpherical(), "ball"), (pin.JointModelRUBX(), "endless")]):
-        joint = model.addJoint(parent, kind, pin.SE3.Identity(), name)
-        model.addJointFrame(joint, -1)
-        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Identity())
-    for joint, said in (("ball", "a hinge or slide"), ("endless", "do not count turns: make it revolute")):
-        with pytest.raises(InvalidInput, match=said):
-            ClosedChain(
-                model, Closures("x", closures=(Closure("c", "coupling", "universe", joint, polynomial=(0.1,)),))
-            )
 
 
 def test_a_bad_coupling_in_a_file_is_refused(tmp_path):

@@ -9,7 +9,6 @@ from moving_chains import moving
 from scipy.linalg import expm
 from tree_forces import tree_forces
 
-from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, Closures, JointProperties
 from exo_pin.core import errors
 
@@ -163,40 +162,3 @@ def test_dry_friction_at_rest_is_refused_by_name_where_forces_have_to_be_known()
     free = rubbing.without_friction()
     np.testing.assert_array_equal(free.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)
     assert np.count_nonzero(rubbing.model.upperDryFrictionLimit) == 1
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.1, 0.2), (-0.2, -0.1), (-np.inf, 0.1), (-0.1, np.inf)])
-def test_one_range_of_dry_friction_that_would_drive_its_joint_is_refused(low, high):
-    case = mechanisms.five_bar()
-    model = case.chain().model.copy()
-    model.lowerDryFrictionLimit[3], model.upperDryFrictionLimit[3] = low, high
-    with pytest.raises(InvalidInput, match=rf"got {low} and {high} in coordinate 3 of v"):
-        ClosedChain(model, case.chain().description).forward_dynamics(case.q)
-
-
-@pytest.mark.parametrize(
-    ("properties", "error"),
-    [
-        (JointProperties("nobody", 1.0), UnknownName),
-        (JointProperties("universe", 1.0), UnknownName),
-        (JointProperties("joint", 1.0, (0.0, 0.0)), InvalidInput),
-        (JointProperties("joint", 1.0, (0.0, 0.0, 0.0, 2.0)), InvalidInput),
-        (JointProperties("joint", armature=(1.0,)), InvalidInput),
-    ],
-)
-def test_joint_properties_that_do_not_fit_are_refused(properties, error):
-    with pytest.raises(error):
-        single(pin.JointModelSpherical(), [properties])
-
-
-def test_a_spring_on_an_endless_hinge_is_refused():
-    with pytest.raises(InvalidInput, match="count turns"):
-        single(pin.JointModelRUBX(), [JointProperties("joint", 1.0)])
-
-
-@pytest.mark.parametrize(
-    "given", [{"stiffness": np.nan}, {"armature": (-1.0,)}, {"spring_reference": (np.inf,)}, {"joint": ""}]
-)
-def test_joint_properties_that_nothing_has_are_refused(given):
-    with pytest.raises(InvalidInput):
-        JointProperties(**{"joint": "joint", **given})

@@ -17,15 +17,6 @@ NAMED = [
 NAMES = sorted({name for name, *_ in ROWS["mjcf_named"]})
 
 
-@pytest.mark.parametrize(("parts", "said"), SAID["mjcf_refused"])
-def test_what_a_chain_cannot_hold_is_refused_by_name(parts, said, tmp_path):
-    path = tmp_path / "arm.xml"
-    path.write_text(arm(**parts))
-    with pytest.raises(FileFormatError, match=said) as caught:
-        ClosedChain.from_mjcf(path, leave_out=NAMES)
-    assert "arm.xml" in str(caught.value)
-
-
 def _accelerations(chain):
     rng = np.random.default_rng(0)
     q = chain.neutral() if chain.model.nq > 7 else chain.close(chain.neutral())
@@ -55,13 +46,6 @@ def test_other_names_to_leave_out_are_refused():
         ClosedChain.from_mjcf(arm(), ["tendon"])
     with pytest.raises(InvalidInput, match="leave_out"):
         ClosedChain.from_mjcf(arm(), "tendons")
-
-
-@pytest.mark.parametrize(("parts", "said"), SAID["mjcf_left_out"])
-def test_what_has_no_effect_or_is_no_part_of_a_chain_is_said(parts, said):
-    chain = read(**parts)
-    assert any(said in text for text in chain.description.left_out), chain.description.left_out
-    assert chain.roles.actuated == ()
 
 
 SERVOS = [

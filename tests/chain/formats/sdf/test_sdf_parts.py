@@ -12,19 +12,6 @@ from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
 
 
-@pytest.mark.parametrize(("inside", "named", "said"), SAID["sdf_links"])
-def test_what_changes_no_motion_may_stand_in_a_link(inside, named, said):
-    text = f'<sdf version="1.9"><model name="m"><link name="l">{inside}</link></model></sdf>'
-    if said is None:
-        assert ClosedChain.from_sdf(text).description.left_out == ()
-        return
-    with pytest.raises(FileFormatError, match=said):
-        ClosedChain.from_sdf(text)
-    if named is not None:
-        (entry,) = ClosedChain.from_sdf(text, leave_out=[named]).description.left_out
-        assert entry.startswith(f"{named}: model 'm': link 'l': ")
-
-
 def test_what_is_left_out_is_counted_and_pictures_are_not():
     sensor = '<sensor name="{}" type="imu"/>'
     inside = sensor.format("a") + sensor.format("b") + '<visual name="v"/><visual name="w"/><collision name="c"/>'

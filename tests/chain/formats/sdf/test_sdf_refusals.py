@@ -5,21 +5,12 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
-from said_of_files import SAID
+from sdf_arm import ARM, ELBOW, SHOULDER
 from sdf_mutations import mutated_sdf
 from sdf_oracle import DrakeSdf
 
 from exo_pin import FileFormatError, UnknownName
 from exo_pin.chain import ClosedChain
-
-ARM = """<sdf version="1.9"><model name="arm">
-  <link name="base"/><link name="upper"><pose>0 0 1 0 0 0</pose><inertial><mass>2</mass></inertial></link>
-  <link name="fore"><pose relative_to="upper">0.5 0 0 0 0 0</pose></link><frame name="tip" attached_to="fore"/>
-  <joint name="weld" type="fixed"><parent>world</parent><child>base</child></joint>
-  <joint name="shoulder" type="revolute"><parent>base</parent><child>upper</child><axis><xyz>0 1 0</xyz></axis></joint>
-  <joint name="elbow" type="prismatic"><parent>upper</parent><child>fore</child><axis><xyz>1 0 0</xyz></axis></joint>
-</model></sdf>"""
-SHOULDER, ELBOW = "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>1 0 0</xyz></axis>"
 
 
 def read(old="", new="", text=ARM):
@@ -82,17 +73,6 @@ def test_what_is_left_out_is_listed():
     ]  # fmt: skip
     with pytest.warns(RuntimeWarning, match="<drake:rotor_inertia> in <joint>, of other programs"):
         read("</joint>", '<drake:rotor_inertia xmlns:drake="d">1</drake:rotor_inertia></joint>')
-
-
-@pytest.mark.parametrize(("old", "new", "said"), SAID["sdf_tolerated"])
-def test_what_does_not_affect_the_motion_is_tolerated(old, new, said):
-    chain, plain = read(old, new), read()
-    q, v = np.array([0.3, 0.4]), np.array([1.0, -2.0])
-    np.testing.assert_array_equal(chain.forward_dynamics(q, v).a, plain.forward_dynamics(q, v).a)
-    assert chain.closures == ()
-    (entry,) = chain.description.left_out or ("",)
-    assert (said or "") in entry
-    assert bool(said) == bool(entry)
 
 
 def test_old_versions_mean_what_they_meant():
@@ -185,28 +165,6 @@ def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
     with pytest.raises(FileFormatError, match=f"the chain has two joints '{name}': rename this one"):
         ClosedChain.from_sdf(free)
     assert ClosedChain.from_sdf(free.replace(f'"{name}"', '"other"')).description.joints[0].joint == "other"
-
-
-@pytest.mark.parametrize(("inner", "said"), SAID["sdf_ball"])
-def test_of_the_axis_of_a_ball_only_the_damping_is_read(inner, said):
-    ball = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="ball"')
-    text = ball.replace(SHOULDER, f"<axis>{inner}</axis>")
-    if said is None:
-        assert ClosedChain.from_sdf(text).model.damping[:3].tolist() == [2.0] * 3
-        return
-    with pytest.raises(FileFormatError, match=said):
-        ClosedChain.from_sdf(text)
-
-
-@pytest.mark.parametrize(("old", "new", "said"), SAID["sdf_refused"])
-def test_what_cannot_be_read_is_refused_by_name(old, new, said, tmp_path):
-    path = tmp_path / "arm.sdf"
-    assert old in ARM
-    path.write_text(ARM.replace(old, new, 1))
-    with pytest.raises(FileFormatError, match=said) as caught:
-        ClosedChain.from_sdf(path)
-    assert "arm.sdf" in str(caught.value)
-    assert caught.value.path == str(path)
 
 
 def test_other_bad_input(tmp_path):

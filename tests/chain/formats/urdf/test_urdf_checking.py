@@ -8,33 +8,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from said_of_files import SAID
 from urdf_knee import BARE, GOOD, same_as_good
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain, Closures, Root, read_closures
-
-
-@pytest.mark.parametrize(("old", "new", "key", "said"), SAID["urdf_refused"])
-def test_a_mistake_is_refused_with_its_place(old, new, key, said, tmp_path):
-    assert old in GOOD
-    xml = GOOD.replace(old, new, 2 if old == "joint" else 1)
-    with pytest.raises(FileFormatError, match=said) as caught:
-        ClosedChain.from_urdf(xml, BARE)
-    assert caught.value.key == key
-    path = tmp_path / "robot.urdf"
-    path.write_text(xml)
-    with pytest.raises(FileFormatError, match=said) as caught:
-        ClosedChain.from_urdf(path, BARE)
-    assert caught.value.path == str(path)
-    assert str(caught.value).startswith(str(path))
-
-
-@pytest.mark.parametrize(("old", "new"), SAID["urdf_same"])
-def test_what_means_the_same_is_read_the_same(old, new):
-    chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)
-    if "izz" not in old:
-        same_as_good(chain)
 
 
 @pytest.mark.parametrize(

@@ -3,22 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from said_of_files import SAID
-from urdf_knee import BARE, GOOD, same_as_good
+from urdf_knee import BARE, GOOD
 
 from exo_pin import FileFormatError, InvalidInput
 from exo_pin.chain import ClosedChain
-
-
-@pytest.mark.parametrize(("old", "new", "said"), SAID["urdf_left_out"])
-def test_what_has_no_effect_is_left_out_and_said(old, new, said):
-    assert old in GOOD
-    chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)
-    same_as_good(chain)
-    if said is None:
-        assert chain.description.left_out == ()
-    else:
-        assert said in " ".join(chain.description.left_out)
 
 
 def test_an_axis_with_angles_is_refused():

@@ -5,31 +5,12 @@ import itertools
 import numpy as np
 import pinocchio as pin
 import pytest
-from said_of_files import SAID
 from urdf_knee import BARE, GOOD
 
 from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures
 
 INF = np.inf
-INERTIA = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-
-
-@pytest.mark.parametrize(("mass", "moments", "said"), SAID["urdf_inertias"])
-def test_inertias_are_those_of_a_body_or_explained_by_their_digits(mass, moments, said):
-    values = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), [*moments, "0", "0", "0"], strict=False))
-    given = " ".join(f'{key}="{value}"' for key, value in values.items())
-    text = GOOD.replace('mass value="2"', f'mass value="{mass}"').replace(INERTIA, f"<inertia {given}/>")
-    if said not in (None, "rounding"):
-        with pytest.raises(FileFormatError, match=said):
-            ClosedChain.from_urdf(text, BARE)
-        return
-    chain = ClosedChain.from_urdf(text, BARE)
-    body = chain.model.inertias[1]
-    found = [body.mass, *np.diag(body.inertia), *body.inertia[[0, 0, 1], [1, 2, 2]]]
-    expected = [float(word) for word in (mass, *values.values())]
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-15 * np.abs(expected).max())
-    assert [text.partition(":")[0] for text in chain.description.left_out] == ([said] if said else [])
 
 
 def joint(version, kind, inside):
@@ -39,35 +20,12 @@ def joint(version, kind, inside):
     )
 
 
-@pytest.mark.parametrize(("version", "kind", "inside", "said"), SAID["urdf_joints_read"])
-def test_elements_of_a_joint_are_read(version, kind, inside, said):
-    report = ClosedChain.from_urdf(joint(version, kind, inside), BARE).description.left_out
-    assert len(report) == (said is not None)
-    assert (said or "") in "".join(report)
-
-
-@pytest.mark.parametrize(("version", "kind", "inside", "said"), SAID["urdf_joints_refused"])
-def test_elements_of_a_joint_are_refused(version, kind, inside, said):
-    with pytest.raises(FileFormatError, match=said):
-        ClosedChain.from_urdf(joint(version, kind, inside), BARE)
-
-
 def links(names, joints):
     """A URDF of links and of fixed joints from one to another."""
     text = "".join(f'<link name="{name}"/>' for name in names)
     for parent, child in joints:
         text += f'<joint name="{parent}-{child}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
     return f'<robot name="r">{text}</robot>'
-
-
-@pytest.mark.parametrize(("names", "joints", "said"), SAID["urdf_trees"])
-def test_links_make_one_tree(names, joints, said):
-    if said is None:
-        model = ClosedChain.from_urdf(links(names, joints), BARE).model
-        assert all(model.existBodyName(name) for name in names)
-        return
-    with pytest.raises(FileFormatError, match=said):
-        ClosedChain.from_urdf(links(names, joints), BARE)
 
 
 @pytest.mark.parametrize("count", [1000, 1001])
@@ -79,15 +37,6 @@ def test_a_thousand_links_are_one_on_the_other_at_most(count):
         return
     with pytest.raises(FileFormatError, match="more than 1000 links"):
         ClosedChain.from_urdf(text, BARE)
-
-
-@pytest.mark.parametrize(("version", "inside", "said"), SAID["urdf_pictures"])
-def test_pictures_are_one_shape_of_their_version(version, inside, said):
-    link = f'<link name="a"><visual><geometry>{inside}</geometry></visual></link>'
-    found = ClosedChain.from_urdf(f'<robot name="r" version="{version}">{link}</robot>', BARE).description
-    assert len(found.shapes) == (said is None)
-    assert len(found.left_out) == (said is not None)
-    assert (said or "") in "".join(found.left_out)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,151 @@
+"""Answers of quadratic programs and least forces, as they are stored."""
+
+import numpy as np
+import pytest
+from answers import changes
+from asked_chains import all_tried
+
+from exo_pin.numerics import LeastSquares, judged, least_force, least_forces, solve
+
+NONE = np.zeros(0)
+
+
+def program(seed, rows=4, size=6, equalities=1, limits=3, weak=0.0, width=0.8, endless=True):
+    """A program with bounds on some variables, some of them equal, and equalities that a point within them meets."""
+    rng = np.random.default_rng(seed)
+    E, A, C = (rng.normal(size=(count, size)) for count in (rows, equalities, limits))
+    if weak:
+        E[:, -1] = E[:, 0] + weak * E[:, 1]
+    inside, low = rng.uniform(-width, width, size), -width * np.ones(size)
+    high = -low
+    low[2] = inside[2]
+    if endless:
+        low[0], high[1] = -np.inf, np.inf
+    high[2] = inside[2] if seed % 2 else width
+    return LeastSquares(
+        E, 2.0 * rng.normal(size=rows), A, A @ inside, low, high, C, C @ inside + rng.uniform(0.0, 0.3, limits)
+    )
+
+
+def of(solution):
+    return [
+        solution.z,
+        solution.residual,
+        np.abs(solution.equality),
+        solution.inequality,
+        solution.bound,
+        solution.unique,
+        solution.is_optimal,
+        bool(solution.kkt < 1e-12),
+        bool(solution.gap < 1e-12),
+        bool(solution.residual_gap < 1e-12),
+    ]
+
+
+def judgement(seed):
+    """How far candidates are from the optimum."""
+    given = program(seed, endless=seed == 7)
+    best = solve(given)
+    rng = np.random.default_rng(seed)
+    z = best.z + 0.1 * rng.normal(size=given.size)
+    found = [judged(given, z, np.array([y]), given.c * k) for y, k in ((0.2, 0.0), (-0.4, 0.5), (0.3, -0.2))]
+    found += [judged(given, best.z, np.array([0.1]), 0.0 * given.c)]
+    return [[*of(one), one.kkt, min(one.gap, 1e6), min(one.residual_gap, 1e6), given.violation(z)] for one in found]
+
+
+def programs():
+    shapes = [
+        {},
+        {"equalities": 0},
+        {"limits": 0},
+        {"rows": 8},
+        {"rows": 2, "weak": 1e-3},
+        {"rows": 3, "equalities": 3},
+    ]
+    found = {
+        f"{k} of {seed}": lambda k=k, seed=seed: of(solve(program(seed, **shapes[k])))
+        for k in range(6)
+        for seed in range(4)
+    }
+    found |= {
+        f"any {seed}": lambda seed=seed: of(solve(program(seed, rows=3, size=7, limits=0), shortest=False))[1:2]
+        for seed in (5, 6)
+    }
+    found |= {f"judged {seed}": lambda seed=seed: judgement(seed) for seed in (7, 8, 9)}
+    one = program(3)
+    crossed = {
+        name: LeastSquares(**(vars(one) | {name: value}))
+        for name, value in (
+            ("E", one.E * np.nan),
+            ("d", one.d * np.inf),
+            ("low", one.low * np.nan),
+            ("c", one.c * np.nan),
+            ("b", one.b + 50.0),
+        )
+    }
+    found |= {f"wrong {name}": lambda name=name: of(solve(crossed[name]))[5:7] for name in crossed}
+    found |= {
+        "no room": lambda: one.violation(np.zeros(5)),
+        "no z": lambda: judged(one, np.zeros(5), np.zeros(1), np.zeros(3)),
+        "no y": lambda: judged(one, np.zeros(6), NONE, np.zeros(3)),
+        "no n": lambda: judged(one, np.zeros(6), np.zeros(1), NONE),
+        "not finite": lambda: of(judged(one, np.full(6, np.nan), np.zeros(1), np.zeros(3)))[5:8],
+    }
+    return all_tried(**found)
+
+
+def forces():
+    """Least forces of one to six variables: bounds that bind, dependent and weak columns, and what is refused."""
+    found = {}
+    for size in range(1, 7):
+        for seed in range(24):
+            rng = np.random.default_rng([size, seed])
+            c, G = 20.0 * rng.normal(size=3), rng.normal(size=(3, size))
+            most = 12.0 if seed < 6 else 80.0 / size
+            low, high = -rng.uniform(0.0, most, size), rng.uniform(0.0, most, size)
+            if seed in (1, 7, 8, 9):
+                G[:, -1] = 2.0 * G[:, 0]
+            if seed in (2, 10, 11):
+                low, high = np.zeros(size), np.full(size, np.inf)
+            if seed == 3:
+                low, high = np.full(size, -np.inf), np.full(size, np.inf)
+            if seed % 8 == 6:
+                low[-1], high[0] = -np.inf, 0.0
+            if seed == 4:
+                G[2], low[0] = 1e-7 * G[2], high[0]
+            found[f"{size} of {seed}"] = lambda c=c, G=G, low=low, high=high: [
+                *least_force(c, G, low, high)[:2],
+                least_force(c, G, low, high).unique,
+                *least_forces(c[None], G[None], low[None], high[None]),
+            ]
+    c, G, b = np.ones(3), np.eye(3), np.ones(3)
+    return all_tried(
+        **found,
+        crossed=lambda: least_force(c, G, b, -b),
+        crossed_stack=lambda: least_forces(c[None], G[None], np.array([[0.0, 2.0, 0.0]]), b[None]),
+        shape=lambda: least_force(c, G, b, np.ones(2)),
+        shape_of_force=lambda: least_force(np.ones(2), G, b, b),
+        shape_of_effects=lambda: least_forces(c[None], G, b[None], b[None]),
+        shape_of_bounds=lambda: least_forces(c[None], G[None], b, b[None]),
+        shape_of_upper=lambda: least_forces(c[None], G[None], b[None], b),
+        one_force=lambda: least_forces(c, G[None], b[None], b[None]),
+        nan=lambda: least_force(c * np.nan, G, -b, b),
+        nan_effect=lambda: least_force(c, G * np.nan, -b, b),
+        nan_low=lambda: least_force(c, G, b * np.nan, b),
+        nan_high=lambda: least_force(c, G, -b, b * np.nan),
+        infinite=lambda: least_force(c * np.inf, G, -b, b),
+        none=lambda: least_force(0.0 * c, G, -b, b),
+        at_rest=lambda: least_force(0.0 * c, 0.0 * G, 0.0 * b, 0.0 * b),
+        far=lambda: least_force(1e6 * c, 1e-3 * G, -b, np.inf * b),
+    )
+
+
+ASKED = {"programs": programs, "forces": forces}
+
+#: Those that take longer than 0.15 s.
+LONGER = set()
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+def test_an_answer_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

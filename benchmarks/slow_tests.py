@@ -21,8 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 LIST = ROOT / "tests" / "slow_tests.toml"
 #: From which on a test is full, and long, s: of the processor, or of waiting where that is more.
 FULL, LONG = 0.15, 1.2
-#: Never long: the only tests that look at the page of the app.
-KEPT = "tests/app/test_page.py"
+#: Never long: the only tests that look at the page of the app, and stored answers, which notice most.
+KEPT = ("tests/app/test_page.py", "test_an_answer_is_as_stored")
 HEAD = """# Tests that take longer than others: 'python benchmarks/slow_tests.py' measures them and writes this file.
 """
 
@@ -90,7 +90,7 @@ def main():
         sys.exit("a test failed: no list is written")
     slow = {"full": [], "long": []}
     for name, (seconds, mark) in sorted(read(path).items()):
-        if seconds >= LONG and not name.startswith(KEPT):
+        if seconds >= LONG and not any(kept in name for kept in KEPT):
             slow["long"].append(name)
         elif seconds >= FULL and mark == "quick":
             slow["full"].append(name)

@@ -5,7 +5,7 @@
 
 A file ``test_answers.py`` has a mapping ``ASKED`` of questions by name, functions without arguments. In the folder
 ``answers`` beside it there is a file for each: all public data of what the function returns, or the error that it
-raises, and its warnings. What an answer has besides, such as a new column, changes none.
+raises, and its warnings. What an answer has besides, such as a new column or a new name in a list, changes none.
 """
 
 import argparse
@@ -31,6 +31,8 @@ from exo_pin.core.results import Result
 DIGITS, CLOSE = 8, 1e-5
 #: Records within records within an answer that are described.
 _DEPTH = 3
+#: What comes before all names that there are, which may become more.
+_LISTS = "there are: "
 #: What says where an answer comes from, and not what it is.
 _ABOUT = {"provenance", "notes"}
 
@@ -135,6 +137,9 @@ def _named_in(stored, found):
         return {name: _named_in(stored[name], found[name]) for name in stored if name in found}
     if isinstance(stored, list) and isinstance(found, list) and len(stored) == len(found):
         return [*map(_named_in, stored, found)]
+    if isinstance(stored, str) and isinstance(found, str) and _LISTS in stored and _LISTS in found:
+        known, (said, _, names) = stored.partition(_LISTS)[2].split(", "), found.partition(_LISTS)
+        return said + _LISTS + ", ".join(name for name in names.split(", ") if name in known)
     return found
 
 

@@ -1,5 +1,7 @@
 """Answers of the parts of devices and of their files, as they are stored."""
 
+from dataclasses import replace
+
 import device_doors as doors
 import numpy as np
 import pytest
@@ -68,6 +70,7 @@ def drives():
         "no gear": lambda: Drive.geared("a", "elbow", 0.4, 0.0),
         "cable": lambda: Drive("a", route=LINE, actuator=CABLE, power_limit=50.0, speed_limit=0.2, least=0.1),
         "narrower": lambda: Drive("a", route=LINE, actuator=CABLE, lower=5.0, upper=180.0, power_limit=30.0),
+        "loose": lambda: Drive("a", route=LINE, actuator=replace(CABLE, play=0.002, resolution=1e-4), play=0.001),
         "unlimited": lambda: Drive("a", route=LINE),
         "pushes": lambda: Drive("a", route=LINE, lower=-4.0),
         "muscle": lambda: Drive("a", "slide", pulls=True, actuator=MUSCLE, stroke=stroke, zero_length=0.3),

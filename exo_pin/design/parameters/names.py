@@ -114,7 +114,7 @@ class DesignParameter(Record):
     @property
     def si_name(self) -> str:
         """The name without its unit."""
-        return self.name.removesuffix(f"_{self.unit}") if self.unit else self.name
+        return self.name.removesuffix(f"_{self.unit}")
 
     @property
     def full_name(self) -> str:

@@ -228,6 +228,23 @@ def test_points_of_c3d_by_a_map(tmp_path):
         ep.read_movement(tmp_path / "a.c3d")
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_rotations_of_c3d_are_those_of_trunk_and_arm(tmp_path, side):
+    ezc3d = pytest.importorskip("ezc3d", reason="needs the extra recordings: pip install '.[recordings]'")
+    truth, trunk = foreign.movement(3, side, noise=0.0), Rotation.from_euler("z", 0.7)
+    file, turned = ezc3d.c3d(), np.tile(np.eye(4)[..., None, None], (1, 1, 2, len(truth.t)))
+    for k, each in enumerate((trunk.as_matrix()[..., None], np.moveaxis((trunk * truth.poses).as_matrix(), 0, -1))):
+        turned[:3, :3, k] = each
+    file["parameters"]["POINT"]["RATE"]["value"] = [100]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ("mark",)
+    for name, value in (("USED", [2]), ("RATE", [100.0]), ("LABELS", ["trunk", "upperarm"])):
+        file.add_parameter("ROTATION", name, value)
+    file["data"]["points"], file["data"]["rotations"] = np.ones((4, 1, len(truth.t))), turned
+    file.write(str(tmp_path / "a.c3d"))
+    found = ep.read_movement(tmp_path / "a.c3d", side, reading=ep.RecordingOptions(forward="x"))
+    assert np.degrees((found.poses * truth.poses.inv()).magnitude().max()) < 1e-2
+
+
 HEAD = "time_s;flexion_deg;abduction_deg;internal_rotation_deg\n"
 
 

@@ -76,7 +76,7 @@ COMMANDS = {
         f"uncertainty four-cables {POSE} --uncertain beauty=1", f"uncertainty four-cables {POSE} {MAN} --all 4 --json",
     ],
     "designs": [
-        "presets", "presets four-linear-actuators", "presets three-linear-actuators --out mine.toml",
+        "presets four-linear-actuators", "presets three-linear-actuators --out mine.toml",
         "presets nothing", "check examples/device.toml", "check urdf/dummy-shoulder.urdf",
         "check prototype --out checked.json", "check urdf/nesm.urdf --leave-out nothing",
         "mobility prototype --abduction 90", f"mobility urdf/spherical-3rrr.urdf {POSE}",

@@ -405,9 +405,10 @@ def files():
                 "unit": lambda: read([("mass_g", "mass_lb")]),
                 "kilograms": lambda: read([("mass_g", "mass_kg")]),
                 "no name": lambda: read([("name", "nome")]),
-                "presets": lambda: [
-                    (name, repr(ep.load(name)), ep.load(name).mechanism.title) for name in ep.presets()
-                ],
+                # By name, so that one more changes no answer.
+                "presets": lambda: {
+                    name: (repr(ep.load(name)), ep.load(name).mechanism.title) for name in ep.presets()
+                },
                 "published": lambda: sorted(ep.design.published()),
                 "no preset": lambda: ep.design.preset("none"),
                 "no file": lambda: ep.design.preset_file("none"),

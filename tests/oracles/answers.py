@@ -32,7 +32,7 @@ DIGITS, CLOSE = 8, 1e-5
 #: Records within records within an answer that are described.
 _DEPTH = 3
 #: What comes before all names that there are, which may become more.
-_LISTS = "there are: "
+_LISTS = re.compile(r"there are: |presets with all of it: ")
 #: What says where an answer comes from, and not what it is.
 _ABOUT = {"provenance", "notes"}
 
@@ -124,9 +124,9 @@ def answer(question):
     return json.loads(written({"warns": said, "answer": found} if said else {"answer": found}))
 
 
-def changes(file, name, question):
-    """What differs from the stored answer of a test file, a line each."""
-    stored, found = _stored(file, name), answer(question)
+def changes(file, name, found):
+    """What differs from the stored answer of a test file, a line each; of a question, its answer is computed."""
+    stored, found = _stored(file, name), answer(found) if isinstance(found, Callable) else found
     warned = [{"warns": one.get("warns")} for one in (stored, found)]
     return [*differences(*warned), *differences(stored, _named_in(stored, found), close=CLOSE)]
 
@@ -137,9 +137,10 @@ def _named_in(stored, found):
         return {name: _named_in(stored[name], found[name]) for name in stored if name in found}
     if isinstance(stored, list) and isinstance(found, list) and len(stored) == len(found):
         return [*map(_named_in, stored, found)]
-    if isinstance(stored, str) and isinstance(found, str) and _LISTS in stored and _LISTS in found:
-        known, (said, _, names) = stored.partition(_LISTS)[2].split(", "), found.partition(_LISTS)
-        return said + _LISTS + ", ".join(name for name in names.split(", ") if name in known)
+    if isinstance(stored, str) and isinstance(found, str):
+        ends = [part.end() if (part := _LISTS.search(text)) else len(text) for text in (stored, found)]
+        known = stored[ends[0] :].split(", ")
+        return found[: ends[1]] + ", ".join(name for name in found[ends[1] :].split(", ") if name in known)
     return found
 
 
@@ -165,7 +166,7 @@ def main():
     spec.loader.exec_module(module)
     for name in options.names or module.ASKED:
         found = answer(module.ASKED[name])
-        print(name, *differences(_stored(options.file, name), found, close=CLOSE), sep="\n    ", flush=True)
+        print(name, *changes(options.file, name, found), sep="\n    ", flush=True)
         if options.store:
             _path(options.file, name).parent.mkdir(exist_ok=True)
             _path(options.file, name).write_text(written(found) + "\n", encoding="utf-8")

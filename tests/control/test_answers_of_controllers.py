@@ -226,8 +226,12 @@ ASKED = {each.__name__: each for each in (actions, sensed, references, controlle
 
 #: Those that take longer than 0.15 s.
 LONGER = {"controllers"}
+#: Those that hang on how a machine rounds: they are asked by hand.
+BY_HAND = {"controllers"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
+)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

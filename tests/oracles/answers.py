@@ -28,7 +28,7 @@ import exo_pin as ep
 from exo_pin.core.results import Result
 
 #: Digits that are stored, and the share by which a number may differ.
-DIGITS, CLOSE = 8, 1e-5
+DIGITS, CLOSE = 8, 1e-4
 #: Records within records within an answer that are described.
 _DEPTH = 3
 #: What comes before all names that there are, which may become more.

@@ -58,7 +58,7 @@ def differences(stored, found, where="", close=CLOSE):
 def _close(stored, found, size, close):
     """Whether two values are the same; a number near zero as its neighbours are, in a text to its last digit."""
     if isinstance(stored, float | int) and isinstance(found, float | int) and not isinstance(stored, bool):
-        return abs(stored - found) <= close * abs(stored) + 1e-6 * size + 1e-9
+        return abs(stored - found) <= close * abs(stored) + 1e-6 * size + 1e-7
     if isinstance(stored, str) and isinstance(found, str) and stored != found:
         same_words = _NUMBER.sub("#", stored) == _NUMBER.sub("#", found)
         return same_words and all(map(_same_digits, _NUMBER.findall(stored), _NUMBER.findall(found)))

@@ -74,8 +74,12 @@ LONGER = {
     "wrong_mjcf_60",
     "wrong_sdf_30",
 }
+#: Those that hang on how a machine rounds: they are asked by hand.
+BY_HAND = {"even_heavy_wrist", "even_heavy_wrist_of_both_kinds_of_limbs", "heavy_floating", "heavy_whole"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
+)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

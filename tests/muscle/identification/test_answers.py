@@ -252,8 +252,12 @@ ASKED = {
 }
 #: Those that take longer than 0.15 s.
 LONGER = {"fits", "doubts", "dynamic_fits"}
+#: Those that hang on how a machine rounds: they are asked by hand.
+BY_HAND = {"dynamic_fits"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
+)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

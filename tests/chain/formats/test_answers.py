@@ -75,7 +75,13 @@ LONGER = {
     "wrong_sdf_30",
 }
 #: Those that hang on how a machine rounds: they are asked by hand.
-BY_HAND = {"even_heavy_wrist", "even_heavy_wrist_of_both_kinds_of_limbs", "heavy_floating", "heavy_whole"}
+BY_HAND = {
+    "even_heavy_wrist",
+    "even_heavy_wrist_of_both_kinds_of_limbs",
+    "heavy_floating",
+    "heavy_whole",
+    "wrong_mjcf_30",
+}
 
 
 @pytest.mark.parametrize(

@@ -171,7 +171,7 @@ ASKED = {
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"singularity"}
 #: Those that hang on how a machine rounds: they are asked by hand.
-BY_HAND = {"persons"}
+BY_HAND = {"moved", "persons", "singularity"}
 
 
 @pytest.mark.parametrize(

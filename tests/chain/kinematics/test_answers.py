@@ -62,6 +62,12 @@ LONGER = {
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+#: Those that hang on how a machine rounds: they are asked by hand.
+BY_HAND = {"singular_to_None"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
+)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -127,6 +127,8 @@ def answer(question):
 def changes(file, name, found):
     """What differs from the stored answer of a test file, a line each; of a question, its answer is computed."""
     stored, found = _stored(file, name), answer(found) if isinstance(found, Callable) else found
+    if not stored:
+        return [f"nothing is stored in {_path(file, name)}"]
     warned = [{"warns": one.get("warns")} for one in (stored, found)]
     return [*differences(*warned), *differences(stored, _named_in(stored, found), close=CLOSE)]
 

@@ -21,7 +21,7 @@ from ..trajectories import Movement
 from .angles import CONVENTIONS, Angles, angles_of, known_columns
 from .bodies import ROLES, Bodies, bodies_of
 from .plausibility import AS_NAMED, READINGS, Reading, doubt, evidence, of_orientations
-from .sources import PLAIN_TIMES, TIMES, Source, open_source
+from .sources import Source, open_source
 
 #: Readings that change the clock: s in a unit of the record.
 _CLOCKS = {"milliseconds": 1e-3, "seconds": 1.0}
@@ -146,10 +146,10 @@ class _Record:
 
     def _clock(self, unit: float) -> FloatArray:
         """Times if they were in another unit."""
-        name = next((name for name in (*TIMES, *PLAIN_TIMES) if name in self.source.names), None)
-        if name is None:
+        known = self.source.clocks()
+        if not known:
             raise FileFormatError("has no column of times whose unit may be another", self.source.path)
-        return np.asarray(self.source.numbers((name,))[:, 0] * unit)
+        return np.asarray(self.source.numbers(known[:1])[:, 0] * unit)
 
     def read(self, *names: str) -> Reading:
         """The rows that are there, in readings by name."""

@@ -124,6 +124,10 @@ class Source(Record):
                 bodies[body] = as_quaternions(values.reshape(-1, 3, 3), self.path)
         return bodies
 
+    def clocks(self) -> list[str]:
+        """Columns of times, in s or a unit of it, that hold something."""
+        return [name for name in (*TIMES, *PLAIN_TIMES) if name in self.names and self._is_filled(name)]
+
     def times(self, rate: float | None, duration: float | None) -> FloatArray:
         """Times of all rows, s, NaN where blank.
 
@@ -134,7 +138,7 @@ class Source(Record):
         duration : float, optional
             s, of a file whose times are percent.
         """
-        known = [name for name in (*TIMES, *PLAIN_TIMES) if name in self.names and self._is_filled(name)]
+        known = self.clocks()
         counted = [name for name in COUNTERS if name in self.names]
         percent = [name for name in PERCENT if name in self.names]
         if len(known) > 1:

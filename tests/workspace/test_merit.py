@@ -182,6 +182,12 @@ def test_a_search_needs_the_data_of_a_criterion_that_is_named():
         searched(variables=free_joints(4), constraints=("shoulder_force",), refine=False)
 
 
+@pytest.mark.parametrize("name", ["mean_shoulder_force", "peak_shoulder_force", "median_moment_margin"])
+def test_an_objective_that_the_named_criteria_leave_unknown_is_refused(name):
+    with pytest.raises(ep.InvalidInput, match=f"'{name}' needs 'forces'.* got stroke, singularity"):
+        searched(objectives=name, constraints=("stroke", "singularity"))
+
+
 def test_what_the_contact_force_needs():
     exo, person = ep.load("four-cables"), ep.Person(1.75, 75.0, "male")
     with pytest.raises(ep.MissingData, match="person"):

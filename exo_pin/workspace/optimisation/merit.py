@@ -48,6 +48,12 @@ OBJECTIVES = {
     "contact_force": False,
     "device_mass": False,
 }
+#: Of criteria that are named, one of these makes an objective known.
+_KNOWN_BY = {
+    "mean_shoulder_force": ("forces", "shoulder_force"),
+    "peak_shoulder_force": ("forces", "shoulder_force"),
+    "median_moment_margin": ("forces",),
+}
 #: Merit of a design that cannot be built or evaluated.
 WORST = 100.0
 #: Forces, moments and rates that count as one in the merit, N, N m and m/rad, 1 mm/°; of masses 1 kg does.
@@ -414,3 +420,20 @@ def as_point(table: TomlTable, key: str, count: int) -> FloatArray:
     if point.min() < 0.0 or point.max() > 1.0:
         raise table.error("expected numbers from 0 to 1", key)
     return point
+
+
+def require_known(wanted: tuple[str, ...], criteria: Criteria) -> None:
+    """Refuse objectives that the named criteria leave unknown.
+
+    Raises
+    ------
+    InvalidInput
+        If no criterion is among them that computes the forces of an objective.
+    """
+    for name in wanted:
+        needed = _KNOWN_BY.get(name, ())
+        if criteria.names is not None and needed and not set(needed) & set(criteria.names):
+            raise InvalidInput(
+                f"the objective {name!r} needs {' or '.join(map(repr, needed))} among the criteria, got "
+                f"{', '.join(criteria.names) or 'none'}"
+            )

@@ -18,7 +18,17 @@ from ...core.validation import FloatArray, require_method
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
-from .merit import GENERATION, OBJECTIVES, WORST, Descent, Evaluation, Merit, check_objectives, study_description
+from .merit import (
+    GENERATION,
+    OBJECTIVES,
+    WORST,
+    Descent,
+    Evaluation,
+    Merit,
+    check_objectives,
+    require_known,
+    study_description,
+)
 from .optimised import Candidate, FullGrid, Optimised, reported
 from .recheck import recheck
 from .search_poses import Centre, ContactObjective, DesignVariables, SearchPoses, as_centres, lifting_poses
@@ -123,7 +133,8 @@ def optimise(
     MissingData
         If the design lacks what a criterion needs, or "contact_force" has no ``person``.
     InvalidInput
-        If an argument does not fit, or a limb has mass with the objective "contact_force", which is for massless limbs.
+        If an argument does not fit, the named criteria leave an objective unknown, or a limb has mass with the
+        objective "contact_force", which is for massless limbs.
     SolverFailed
         If the check through Pinocchio does not confirm a result.
 
@@ -143,6 +154,7 @@ def optimise(
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InvalidInput(f"expected {label} as a number of designs, got {count!r}")
     criteria = Criteria.of(constraints)
+    require_known(wanted, criteria)
     if "weakest_rate" in wanted:
         # Only where it is asked is the rate known.
         names = None if criteria.names is None else (*criteria.names, "accuracy")

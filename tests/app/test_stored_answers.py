@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_digits, in_turn
 from places import URDF
 
@@ -139,7 +139,7 @@ ASKED = {each.__name__: each for each in (questions, words, maps, histories, sam
 LONGER = {"words", "histories", "maps", "files"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     assert not changes(__file__, name, ASKED[name])

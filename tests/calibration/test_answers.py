@@ -1,8 +1,7 @@
 """Answers of calibrations, as they are stored: what is found, how surely, what contradicts it, which poses to take."""
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, tried
 from scipy.spatial.transform import Rotation
 
@@ -296,12 +295,10 @@ ASKED = {
 }
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"pose_choice"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"contradictions", "few_poses", "pose_choice"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

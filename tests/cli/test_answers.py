@@ -3,7 +3,7 @@
 import functools
 
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_commands import answered_in_turn
 
 POSE = "--flexion 50 --abduction 30 --internal-rotation -10"
@@ -170,13 +170,11 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"singularity"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"moved", "persons", "singularity"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     if name not in {"kinematics", "singularity", "designs", "muscles"}:
         pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")

@@ -2,8 +2,7 @@
 
 import re
 
-import pytest
-from answers import changes
+from answers import changes, each_of
 from places import URDF
 
 import exo_pin as ep
@@ -69,6 +68,6 @@ ASKED = {"kinds": kinds, "spoiled": spoiled}
 LONGER = {"kinds", "spoiled"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

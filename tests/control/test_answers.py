@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn, of_run
 from asked_plants import PATH, POSE, SHOVE, SPASTIC, SPIN, STOPS, TISSUE, device, waves
 
@@ -273,12 +272,10 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"chains", "worn", "geared", "refused"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"actuators", "tackles", "winches"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -4,8 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_digits, in_turn
 from asked_plants import POSE, SPIN, TISSUE, device, waves
 from places import URDF
@@ -234,12 +233,10 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"findings", "tracks", "catalogue", "measurements"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"tracks"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

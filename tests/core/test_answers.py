@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, tried
 from scipy.spatial.transform import Rotation
 
@@ -299,6 +298,6 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, tried
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
@@ -529,6 +529,6 @@ ASKED = {
 LONGER = {"schemas"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

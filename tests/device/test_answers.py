@@ -2,8 +2,7 @@
 
 import device_doors as doors
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn
 
 import exo_pin as ep
@@ -86,6 +85,6 @@ ASKED = {
 LONGER = set(ASKED)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import device_doors as doors
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import folder, in_turn, words_and_numbers
 from places import URDF
 
@@ -357,6 +356,6 @@ ASKED = {
 LONGER = set(ASKED) - {"laws", "drives"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

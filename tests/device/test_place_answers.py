@@ -6,7 +6,7 @@ import device_doors as doors
 import numpy as np
 import pinocchio as pin
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn
 
 import exo_pin as ep
@@ -230,11 +230,11 @@ ASKED = {
 }
 
 
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"placed"}
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", [name for name in ASKED if name not in BY_HAND])
+@each_of(ASKED, by_hand=BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import folder, in_turn, printed, words_and_numbers
 from places import URDF
 
@@ -242,6 +242,6 @@ ASKED = {"one_pose": one_pose, "asked": asked, "files": files, "parts": parts}
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

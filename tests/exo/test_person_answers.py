@@ -1,7 +1,7 @@
 """Answers about the joint of a person who wears a device, as they are stored."""
 
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn, printed
 from places import URDF
 
@@ -120,6 +120,6 @@ ASKED = {"joints": joints, "spread": spread, "pages": pages}
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

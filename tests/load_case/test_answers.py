@@ -3,8 +3,7 @@
 import foreign_records as foreign
 import numpy as np
 import planted_records as planted
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn
 from scipy.spatial.transform import Rotation
 
@@ -217,12 +216,10 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"doubted"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"smoothed"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

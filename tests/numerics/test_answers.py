@@ -1,8 +1,7 @@
 """Answers of quadratic programs and least forces, as they are stored."""
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_chains import all_tried
 
 from exo_pin.numerics import LeastSquares, judged, least_force, least_forces, solve
@@ -142,10 +141,7 @@ def forces():
 
 ASKED = {"programs": programs, "forces": forces}
 
-#: Those that take longer than 0.15 s.
-LONGER = set()
 
-
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

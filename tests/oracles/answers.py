@@ -21,6 +21,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import pytest
 from descriptions import differences, numbers, rounded, written
 from scipy.spatial.transform import Rotation
 
@@ -131,6 +132,18 @@ def changes(file, name, found):
         return [f"nothing is stored in {_path(file, name)}"]
     warned = [{"warns": one.get("warns")} for one in (stored, found)]
     return [*differences(*warned), *differences(stored, _named_in(stored, found), close=CLOSE)]
+
+
+def each_of(asked, longer=(), by_hand=()):
+    """Give a test the name of each question: of longer ones in the full run, of those that hang on rounding not at all.
+
+    What hangs on how a machine rounds is asked by hand, where it was stored.
+    """
+    assert {*longer, *by_hand} <= {*asked}
+    run = [name for name in asked if name not in by_hand]
+    return pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=[pytest.mark.full] * (name in longer)) for name in run]
+    )
 
 
 def _named_in(stored, found):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_digits, in_turn
 from contact_results import some_contact
 from places import URDF
@@ -322,12 +322,10 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"over_assumptions", "on_package"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"contact", "words", "worn"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

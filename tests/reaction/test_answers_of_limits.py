@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn
 from places import URDF
 from sockets import following
@@ -184,12 +183,10 @@ ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough
 
 #: Those that take longer than 0.15 s.
 LONGER = {"nearest", "fast", "ranges", "rough", "verdicts"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"nearest", "rough"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -4,7 +4,7 @@ import re
 from dataclasses import fields
 
 import pytest
-from answers import changes
+from answers import changes, each_of
 from places import URDF
 from refusals import refused
 
@@ -63,7 +63,7 @@ ASKED = {
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])
 

@@ -6,7 +6,7 @@ import re
 import msgspec
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn
 from scipy.spatial.transform import Rotation
 
@@ -269,7 +269,7 @@ ASKED = {
 LONGER = {"description", "replies", "application"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     if name == "sessions":
         pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")

@@ -1,8 +1,7 @@
 """Answers of studies: comparisons, sweeps and ranks of designs, as they are stored."""
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from places import URDF
 from refusals import refused
 
@@ -204,6 +203,6 @@ ASKED = {
 LONGER = {"four_kinds", "of_limits", "beyond"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

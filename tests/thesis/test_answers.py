@@ -3,8 +3,7 @@
 import re
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 
 from exo_pin.thesis import compare, condensed, ledger_table
 
@@ -34,7 +33,7 @@ def made():
 ASKED = {"made": lambda: [made(), ledger_table(made()), condensed(made()), condensed(made(), 3), condensed(made(), 1)]}
 
 
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])
 

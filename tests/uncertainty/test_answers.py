@@ -1,8 +1,7 @@
 """Answers on how sure the force in the shoulder is, as stored: each quantity, the worst offset, all at once."""
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, tried
 from guided_limbs import guided
 from places import URDF
@@ -160,6 +159,6 @@ ASKED = {
 LONGER = set(ASKED)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from places import URDF
 from refusals import refused
 
@@ -402,6 +402,6 @@ ASKED = {
 LONGER = {"commands", "limited", "searches_of_wrists", "searches_of_others", "checks"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

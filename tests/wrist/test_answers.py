@@ -1,8 +1,7 @@
 """Answers of wrists: of their kinematics, singularities, clearances, sensors and forces off centre, as stored."""
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from refusals import refused
 from wrists import heavy_limbs, random_mechanism, regular_poses
 
@@ -217,14 +216,10 @@ ASKED = {
     "refusals": refusals,
 }
 
-#: Those that take longer than 0.15 s.
-LONGER = set()
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"inverse"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, by_hand=BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -4,8 +4,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import in_turn, words_and_numbers
 from places import URDF
 from scipy.spatial.transform import Rotation
@@ -163,12 +162,10 @@ ASKED = {"written": written, "recognised": recognised, "balanced": balanced}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"written", "recognised", "balanced"}
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"recognised"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,7 +1,6 @@
 """Answers of closed chains about how their forces and accelerations change, as they are stored."""
 
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_dynamics import changes_of, loaded
 
 ASKED = {
@@ -26,6 +25,6 @@ ASKED["rubbing"] = lambda: changes_of(loaded("cylindrical loop", friction=0.8))
 LONGER = {"Stewart_platform", "heavy_wrist"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,7 +1,6 @@
 """Answers of closed chains about forces and motion, as they are stored."""
 
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_chains import all_tried
 from asked_dynamics import forces_of, loaded, motion_of
 from asked_events import blocks, contacts, crossings, loops
@@ -49,6 +48,6 @@ LONGER = {
 }
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,8 +1,7 @@
 """Answers about robots' files that are read and written, as they are stored."""
 
-import pytest
 import several_coordinates
-from answers import changes
+from answers import changes, each_of
 from asked_digits import of_words, right_angles, rounded_files
 from asked_dynamics import loaded
 from asked_files import read, written
@@ -74,7 +73,7 @@ LONGER = {
     "wrong_mjcf_60",
     "wrong_sdf_30",
 }
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {
     "even_heavy_wrist",
     "even_heavy_wrist_of_both_kinds_of_limbs",
@@ -84,8 +83,6 @@ BY_HAND = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,7 +1,6 @@
 """Answers of closed chains about loops, poses, freedoms and singular poses, as they are stored."""
 
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_chains import kinematics_of
 from asked_digits import rounded_files, tilted, tilted_files
 from asked_poses import assembled, branches, rounded, singular, steps
@@ -62,12 +61,10 @@ LONGER = {
 }
 
 
-#: Those that hang on how a machine rounds: they are asked by hand.
+#: Those that hang on how a machine rounds.
 BY_HAND = {"singular_to_None"}
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED if name not in BY_HAND]
-)
+@each_of(ASKED, LONGER, BY_HAND)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

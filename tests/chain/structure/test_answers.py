@@ -1,8 +1,7 @@
 """Answers about the parts of closed chains, as they are stored."""
 
-import pytest
 import several_coordinates
-from answers import changes
+from answers import changes, each_of
 from asked_dynamics import loaded
 from asked_structure import flying, geared_arms, limited, moves, parts_of, refused, unfit
 
@@ -44,6 +43,6 @@ ASKED |= {"flying": flying, "limited": limited}
 LONGER = {"heavy_wrist_of_both_kinds_of_limbs"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, tried, with_files
 
 from exo_pin import FileFormatError
@@ -348,6 +348,6 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

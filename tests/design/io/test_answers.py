@@ -3,7 +3,7 @@
 # ruff: noqa: E501 - a question stands on one line
 
 import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import folder, in_turn
 
 import exo_pin as ep
@@ -215,6 +215,6 @@ ASKED = {"designs": designs, "texts": texts}
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -8,8 +8,7 @@ from unittest import mock
 import foreign_records as foreign
 import numpy as np
 import planted_records as planted
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_in_turn import folder, in_turn, words_and_numbers
 from scipy.spatial.transform import Rotation
 
@@ -423,6 +422,6 @@ ASKED = {
 LONGER = {"more_formats", "more_mistakes", "ranges_right", "judged"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

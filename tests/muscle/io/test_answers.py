@@ -4,8 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each, with_files
 from some_muscles import CONSTANT, LAWS, SLIDING
 
@@ -246,6 +245,6 @@ ASKED = {
 LONGER = {"headers"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from answers import changes
+from answers import changes, each_of
 from asked_together import each
 from some_muscles import COMMON, CONSTANT, LAWS, RUBBING, SHEET, SLIDING, WIDE
 
@@ -245,6 +244,6 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("name", ASKED)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,8 +1,7 @@
 """Answers of simulated steps of pressure, as they are stored."""
 
 import numpy as np
-import pytest
-from answers import answer, changes
+from answers import answer, changes, each_of
 from asked_together import each
 from some_muscles import CONSTANT, RUBBING
 
@@ -128,6 +127,6 @@ ASKED = {
 LONGER = {"motion"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.full] * (name in LONGER)) for name in ASKED])
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -273,7 +273,7 @@ ASKED = {
 #: Those that take longer than 0.15 s.
 LONGER = {"chains", "worn", "geared", "refused"}
 #: Those that hang on how a machine rounds.
-BY_HAND = {"actuators", "tackles", "winches"}
+BY_HAND = {"winches"}
 
 
 @each_of(ASKED, LONGER, BY_HAND)

@@ -12,7 +12,7 @@ from asked_together import each, tried
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core import conventions, errors, tables, validation
+from exo_pin.core import conventions, errors, plain_math, tables, validation
 from exo_pin.core.errors.base import echo, shown
 
 JOINTS = ("one", "two", "three", "four", "five")
@@ -289,7 +289,21 @@ def asked_of_lines():
     }
 
 
+def asked_of_plain_math():
+    values = (-2.0, -1.0, -0.3, 0.0, 0.7, 1.0, 1.1, np.inf, -np.inf, np.nan)
+    single = {
+        name: [str(round(float(getattr(plain_math, name)(np.float64(x))), 9)) for x in values]
+        for name in ("sqrt", "sin", "cos", "acos", "atan")
+    }
+    pairs = {
+        name: [float(getattr(plain_math, name)(x, y)) for x, y in ((1.0, -2.0), (-0.5, 0.25))]
+        for name in ("atan2", "hypot", "copysign")
+    }
+    return single | pairs | {"kinds": [type(getattr(plain_math, name)(0.5)).__name__ for name in single]}
+
+
 ASKED = {
+    "plain_math": asked_of_plain_math,
     "errors": asked_of_errors,
     "words": asked_of_words,
     "checks": asked_of_checks,

@@ -1,4 +1,4 @@
-"""Answers of records that all rooms share, as they are stored: results, their schemas, copies, and wrong calls."""
+"""Answers of records that all rooms share, as they are stored: results, their schemas and copies."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import contextlib
 import copy
 import io
 import pickle
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -15,13 +15,12 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 import pytest
 from answers import changes, each_of
-from asked_together import each, tried
-from numpy.typing import ArrayLike, NDArray
+from asked_together import each
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core import plain_math, schema, validation
-from exo_pin.core.errors.checked import checked
+from exo_pin.core import schema, validation
 from exo_pin.core.progress import mapped, processes, track
 from exo_pin.core.records import OneProcess, Record, keeps_read_only
 from exo_pin.core.results import Known, Result, frame_of, plain, taken_as_known
@@ -431,99 +430,12 @@ def asked_of_progress():
         return found | {"one": nothing}
 
 
-def asked_of_plain_math():
-    values = (-2.0, -1.0, -0.3, 0.0, 0.7, 1.0, 1.1, np.inf, -np.inf, np.nan)
-    single = {
-        name: [str(round(float(getattr(plain_math, name)(np.float64(x))), 9)) for x in values]
-        for name in ("sqrt", "sin", "cos", "acos", "atan")
-    }
-    pairs = {
-        name: [float(getattr(plain_math, name)(x, y)) for x, y in ((1.0, -2.0), (-0.5, 0.25))]
-        for name in ("atan2", "hypot", "copysign")
-    }
-    return single | pairs | {"kinds": [type(getattr(plain_math, name)(0.5)).__name__ for name in single]}
-
-
-@checked
-def asked_for(
-    size: float,
-    count: int = 1,
-    *more: str,
-    name: str | None = None,
-    loud: bool = False,
-    poses: ArrayLike = 0.0,
-    array: NDArray[np.float64] | None = None,
-    pair: tuple[float, str] = (1.0, "a"),
-    rows: Sequence[int] = (),
-    by_name: Mapping[str, float] | None = None,
-    kind: Literal["a", "b"] = "a",
-    call: Callable[[float], float] | None = None,
-    part: Own | None = None,
-    maybe: ArrayLike | str | None = None,
-    nothing: None = None,
-    anything: Any = None,
-    names: Sequence[str] = (),
-    shape: WristGeometry | None = None,  # noqa: F821 - found where it is loaded
-    **others: int,
-):
-    """A question that fails unless all is as expected."""
-    raise RuntimeError(f"{size} {loud}")
-
-
-def failing(**given):
-    try:
-        return asked_for(**{"size": 1.0} | given)
-    except RuntimeError as error:
-        return f"RuntimeError: {error}"
-
-
-GIVEN = {
-    "size": (1.5, 2, "a", None, True, np.nan, np.float32(2.0), [1.0], np.array(1.0)),
-    "count": (1, 1.0, np.int8(3), True),
-    "name": (None, "a", 3),
-    "loud": (np.ones(2), True, np.bool_(False), 1, None, "yes"),
-    "poses": ([np.nan, None], [1.0, 2.0], [[1.0], [1.0, 2.0]], "a", None, [np.inf], [True]),
-    "array": (None, [1.0], np.ones(2), np.array(["a"]), np.array([1.0, np.nan])),
-    "pair": ((1.0, "b"), (1.0,), ("b", 1.0), [1.0, "b"]),
-    "rows": (np.array(2.0), [1, 2], "ab", (1.0,), [True], 3, np.array([1, 2]), np.array([1.5])),
-    "by_name": ({"a": 1}, {"a": "b"}, {1: 1.0}, None, 3),
-    "kind": ("b", "c", 3, ["a"]),
-    "call": (abs, 3, None),
-    "part": (Own(), None, "own"),
-    "maybe": ("a", [1.0], {1}, ["a"]),
-    "nothing": (None, 3),
-    "anything": (None, 3),
-    "names": (["a"], "ab"),
-    "shape": (None, ep.load("four-cables").geometry, 3),
-    "more_size": (3, "a"),
-}
-
-
-def asked_of_calls():
-    return {
-        name: tried(lambda value, name=name: failing(**{name: value}), *values) for name, values in GIVEN.items()
-    } | each(
-        positional=lambda: failing(more=3) and asked_for_more("a", 3),
-        unknown=lambda: refused(lambda: asked_for()),
-        too_large=lambda: failing(loud=2),
-    )
-
-
-def asked_for_more(*more):
-    try:
-        return asked_for(1.0, 2, *more)
-    except RuntimeError as error:
-        return f"RuntimeError: {error}"
-
-
 ASKED = {
     "results": asked_of_results,
     "frames": asked_of_frames,
     "schemas": asked_of_schemas,
     "records": asked_of_records,
     "progress": asked_of_progress,
-    "plain_math": asked_of_plain_math,
-    "calls": asked_of_calls,
 }
 #: Those that take longer than 0.15 s.
 LONGER = {"schemas"}

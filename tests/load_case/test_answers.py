@@ -41,7 +41,8 @@ def smoothed():
         {
             "gcv": lambda: from_samples(t, poses),
             "stated": lambda: from_samples(t, poses, sensor_noise=0.01),
-            "at rest": lambda: from_samples(uneven, poses, ends="rest"),
+            "at rest": lambda: from_samples(*samples(), ends="rest"),
+            "uneven": lambda: from_samples(uneven, poses, smoothing=None, ends="rest"),
             "with a gap": lambda: from_samples(t[gap], poses[gap]).noise,
             "of none": lambda: from_samples(*samples(), smoothing="gcv").noise,
             "interpolated": lambda: from_samples(*samples(25), smoothing=None),
@@ -216,10 +217,8 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"doubted"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"smoothed"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -6,6 +6,7 @@ import json
 import shlex
 import tempfile
 from pathlib import Path
+from unittest import mock
 
 from asked_in_turn import in_digits
 from places import REPOSITORY
@@ -16,8 +17,20 @@ from exo_pin.cli import main
 _ABOUT = {"provenance", "notes", "sha256"}
 
 
+def _write_words(figure, stream, **_):
+    """A picture as its words and the numbers of its curves, not drawn."""
+    words = [[axis.get_title(loc="left"), axis.get_title(), axis.get_xlabel(), axis.get_ylabel(),
+              *(text.get_text() for text in axis.texts), len(axis.lines), len(axis.collections), len(axis.patches)]
+             for axis in figure.axes]  # fmt: skip
+    legends = (each.get_legend() for each in figure.axes)
+    named = [text.get_text() for legend in (*figure.legends, *filter(None, legends)) for text in legend.get_texts()]
+    stream.write(json.dumps([figure.get_suptitle(), words, named]).encode())
+
+
 def _written(path):
     """Text of a file without its comments; of a document what is asked and answered; of others that they are there."""
+    if path.suffix == ".png" and path.read_bytes()[:1] == b"[":
+        return json.loads(path.read_text(encoding="utf-8"))
     if path.suffix not in {".csv", ".json", ".toml", ".sto", ".mot", ".urdf", ".html"}:
         return path.stat().st_size > 0
     if path.suffix == ".html":
@@ -52,7 +65,8 @@ def answered(line):
     """Code, output and errors of a command, and what it writes."""
     out, err = io.StringIO(), io.StringIO()
     before = {path.name for path in Path().iterdir()}
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    pictures = mock.patch("matplotlib.figure.Figure.savefig", _write_words)
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pictures:
         code = main(shlex.split(line))
     files = sorted(path for path in Path().iterdir() if path.name not in before)
     # Whether anything is compiled for it depends on what was asked before.

@@ -353,7 +353,7 @@ def why_blank(exo: ShoulderExo, row: Mapping[str, Any], question: Question) -> s
 
 
 def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: str) -> str:
-    passive, holds = is_passive(exo), row["holdable"] > 0.0
+    passive, holds, wearer = is_passive(exo), row["holdable"] > 0.0, exo.arm and exo.arm.wearer
     if name == "left_to_wearer" and passive:
         return "no arm of a person hangs in it, or its weight has no moment"
     if name in ("held_and_clear", "held_after_failure", "singular", "median_margin", "weakest_rate") and passive:
@@ -361,7 +361,7 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
     if name == "held_after_failure":
         return "the question gives no numbers for the limits of its drives"
     if name in ("clear", "held_and_clear"):
-        return _NO_WEARER if exo.arm is None or exo.arm.wearer is None else "its parts have no shapes"
+        return _NO_WEARER if wearer is None else "its parts have no shapes"
     if name.startswith(("effort_", "stroke_")):
         pair = {"effort_N": "effort_Nm", "effort_Nm": "effort_N", "stroke_mm": "stroke_deg", "stroke_deg": "stroke_mm"}
         if passive:
@@ -372,7 +372,7 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
             return _NONE_HELD
         return _OF_SOME.get(name, "no pose is reached")
     if name in ("contact_N", "peak_contact_N", "contact_without_N", "relief"):
-        if exo.arm is None or exo.arm.wearer is None:
+        if wearer is None:
             return _NO_WEARER
         return "its wearer's muscles hold none of its poses" if holds or passive else _NONE_HELD
     if name in ("follows_10_mm", "change_by_10_mm_N"):

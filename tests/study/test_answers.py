@@ -1,6 +1,7 @@
 """Answers of studies: comparisons, sweeps and ranks of designs, as they are stored."""
 
 import numpy as np
+import pytest
 from answers import changes, each_of
 from places import URDF
 from refusals import refused
@@ -182,6 +183,14 @@ def of_limits():
     return [[table[name] for name in names] for table in found]
 
 
+def overloaded():
+    """A hand so heavy that the wearer's muscles hold none of the poses."""
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    four, lifted = ep.load("four-cables"), ep.Wearer(1.755, 85, "male", payload=60.0)
+    table = compare(*named("spring-support"), four, poses=few(four)[:2], person=lifted, joint=True, detailed=True)
+    return str(table), table["blank"]
+
+
 #: Those that are held, passive, beyond reach and without an actuator, side by side.
 FOUR = ("prototype", "four-cables", "serial-y-x-z", "spring-support")
 KINDS = ("spring-support", "3rps-passive-ball", "serial-y-x-z", "appendix-d", "prototype")
@@ -195,12 +204,13 @@ ASKED = {
     "on_one_arm": on_one_arm,
     "beyond": beyond,
     "of_limits": of_limits,
+    "overloaded": overloaded,
     "kinds": lambda: compared("four-cables", *KINDS, poses=few(ep.load("four-cables"), 4)),
 }
 
 
 #: Those that take longer than 0.15 s.
-LONGER = {"four_kinds", "of_limits", "beyond"}
+LONGER = {"four_kinds", "of_limits", "overloaded", "beyond"}
 
 
 @each_of(ASKED, LONGER)

@@ -70,7 +70,7 @@ def person(
     worn: options.Someone = options.Someone(),
     strength: options.Percent = 100.0,
     bare: bool = False,
-    share: options.Percent | None = None,
+    share: options.Share | None = None,
     least: Literal["effort", "contact"] | None = None,
     limits: options.LimitsText = "design",
     side_force_limit: options.Newtons | None = None,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
+from cyclopts.validators import Number
 from scipy.spatial.transform import Rotation
 
 from ...chain.formats.leaving_out import LEAVE_OUT
@@ -53,7 +54,8 @@ Millimetres = Annotated[float, called("MM")]
 Kilograms = Annotated[float, called("KG")]
 Seconds = Annotated[float, called("S")]
 Bar = Annotated[float, called("BAR")]
-Percent = Annotated[float, called("PERCENT")]
+Percent = Annotated[float, called("PERCENT", validator=Number(gte=0.0))]
+Share = Annotated[float, called("PERCENT", validator=Number(gte=0.0, lte=100.0))]
 Texts = tuple[str, ...]
 Json = Annotated[bool, Parameter(help="Print JSON instead of text.")]
 Progress = Annotated[bool, Parameter(help="Show a progress bar.")]

@@ -187,6 +187,9 @@ def _of_file(path: str, times: FloatArray) -> FloatArray:
         raise FileFormatError(f"expected one sensor, got {len(found)}", path)
     values = next(iter(found.values()))
     clock = other.times(None, None)
+    if np.isfinite(other.period) and np.isfinite(clock).any() and np.isfinite(times).any():
+        # Of two files one may begin just after the clock has begun again.
+        clock = clock + other.period * np.round((np.nanmean(times) - np.nanmean(clock)) / other.period)
     there = np.isfinite(values).all(axis=1) & np.isfinite(clock)
     rotations = np.full((len(times), 4), np.nan)
     if there.sum() > 1:

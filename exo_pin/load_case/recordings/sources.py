@@ -128,6 +128,11 @@ class Source(Record):
         """Columns of times, in s or a unit of it, that hold something."""
         return [name for name in (*TIMES, *PLAIN_TIMES) if name in self.names and self._is_filled(name)]
 
+    @property
+    def period(self) -> float:
+        """Time after which the clock begins again, s; infinite of one that does not."""
+        return min((_WRAPS[name] * TIMES[name] for name in self.clocks() if name in _WRAPS), default=np.inf)
+
     def times(self, rate: float | None, duration: float | None) -> FloatArray:
         """Times of all rows, s, NaN where blank.
 

@@ -132,10 +132,10 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, rows=slice(10, 80), **options):
+    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, **options):
         parts = foreign.sensors(truth)
-        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows])
-        arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t)
+        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
+        arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
         return read(arm, sensors=sensors, forward="z", **options)
 
     def mvnx(change):
@@ -173,6 +173,7 @@ def sensors_said():
                 ),
                 "long": lambda: asked(more=lambda text: text.replace("0.7", "0.8")),
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
+                "dot after its clock": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000),
                 "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
                 "dot without": lambda: dot({}),
                 "dot of none": lambda: dot({"trunk": "nowhere.csv"}),

@@ -20,7 +20,6 @@ KINDS = {
     "ellipsoid": ((0.1, 0.2, 0.3), "<radii>0.1 0.2 0.3</radii>", (0.1, 0.2, 0.3)),
     "mesh": ((1.0, 2.0, 3.0), "<uri>none.stl</uri><scale>1 2 3</scale>", ()),
 }
-SPHERE = "<geometry><sphere><radius>1</radius></sphere></geometry>"
 
 
 def sdf_of(inside):
@@ -99,61 +98,6 @@ def test_shapes_come_back_from_all_formats(kind, role, colour):
         np.testing.assert_allclose(found.place.rotation, turn, atol=1e-15)
         assert found.colour == colour
         assert found.file == ("none.stl" if kind == "mesh" else None)
-
-
-@pytest.mark.parametrize(
-    ("material", "colour"),
-    [
-        ("", None), ('<material name="blue"/>', (0.0, 0.0, 1.0, 1.0)), ('<material name="none"/>', None),
-        ('<material name="blue"><color rgba="1 0 0 1"/></material>', (1.0, 0.0, 0.0, 1.0)),
-        ('<material name="x"><color rgba="1 0 0"/></material>', None), ('<material name="bare"/>', None),
-        ('<material name="blue"><texture filename="a.png"/></material>', (0.0, 0.0, 1.0, 1.0)),
-    ],
-)  # fmt: skip
-def test_the_colour_of_a_urdfs_visual(material, colour):
-    shape = '<geometry><sphere radius="1"/></geometry>'
-    head = '<material name="blue"><color rgba="0 0 1 1"/></material><material name="bare"/>'
-    text = urdf_with(f"<visual>{shape}{material}</visual><collision>{shape}</collision>", head)
-    assert [found.colour for found in ClosedChain.from_urdf(text, BARE).description.shapes] == [colour, None]
-
-
-@pytest.mark.parametrize(
-    ("diffuse", "colour"),
-    [
-        # Opaque unless it says so.
-        ("", None), ("<diffuse>0.1 0.2 0.3</diffuse>", (0.1, 0.2, 0.3, 1.0)), ("<ambient>1 1 1 1</ambient>", None),
-    ],
-)  # fmt: skip
-def test_the_colour_of_an_sdfs_visual(diffuse, colour):
-    (found,) = sdf_of(f'<visual name="v">{SPHERE}<material>{diffuse}</material></visual>').description.shapes
-    assert (found.colour, found.size) == (colour, (1.0,))
-
-
-def test_pictures_with_a_fault_are_left_out_and_the_others_read():
-    faulty = [
-        '<sphere radius="x"/>', "", "<sphere/>", '<torus radius="1"/>', '<sphere radius="1"/><sphere radius="1"/>',
-        '<mesh scale="1 1 1"/>', '<box size="1 1"/>', '<sphere radius="1"/>',
-    ]  # fmt: skip
-    pictures = "<visual/>" + "".join(f"<visual><geometry>{inside}</geometry></visual>" for inside in faulty)
-    found = ClosedChain.from_urdf(urdf_with(pictures), BARE).description
-    assert [(shape.kind, shape.size) for shape in found.shapes] == [("sphere", (1.0,))]
-    assert "got 0" in " ".join(found.left_out)
-    faulty = [f"<pose relative_to='b'>0 0 0 0 0 0</pose>{SPHERE}", "<geometry><sphere/></geometry>"]
-    faulty += ["<geometry><mesh/></geometry>", "<pose>1</pose>", f"<pose>1 0 0 0 0 0</pose>{SPHERE}"]
-    pictures = "".join(f'<visual name="v{k}">{inside}</visual>' for k, inside in enumerate(faulty))
-    (shape,) = sdf_of(pictures).description.shapes
-    assert (shape.kind, shape.translation) == ("sphere", (1.0, 0.0, 0.0))
-
-
-def test_a_mesh_of_an_sdf_is_found_in_its_model(tmp_path):
-    (tmp_path / "robot").mkdir()
-    (tmp_path / "robot" / "a.stl").write_text("solid")
-    for uri, file in (("model://robot/a.stl", str((tmp_path / "robot" / "a.stl").resolve())), ("b.stl", "b.stl")):
-        mesh = f'<visual name="v"><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>'
-        path = tmp_path / "robot" / "model.sdf"
-        path.write_text(f'<sdf version="1.11"><model name="m"><link name="arm">{mesh}</link></model></sdf>')
-        (found,) = ClosedChain.from_sdf(path).description.shapes
-        assert (found.size, found.file) == ((1.0, 1.0, 1.0), file)
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,8 @@
 import mujoco
 import numpy as np
 import pinocchio as pin
-import pytest
 
-from exo_pin import InvalidInput
-from exo_pin.chain import ClosedChain, Closure, Closures, Placement
+from exo_pin.chain import ClosedChain, Closures
 
 MASS = """<inertial><origin xyz="0.1 -0.2 0.3"/><mass value="1.3"/>
 <inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0.01" ixz="-0.02" iyz="0.03"/></inertial>"""
@@ -48,42 +46,3 @@ def test_joints_without_mass_between_them_move_as_in_mujoco(tmp_path):
         np.testing.assert_allclose(M, upper + np.triu(upper, 1).T, atol=1e-12)
         bias = pin.nonLinearEffects(chain.model, chain.model.createData(), q, v)
         np.testing.assert_allclose(data.qfrc_bias, bias, atol=1e-11)
-
-
-def test_joined_bodies_are_read_again(tmp_path):
-    chain = ClosedChain.from_urdf(urdf(), Closures("joined"))
-    again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path))
-    q, v = np.random.default_rng(4).normal(size=(2, 4))
-    assert list(again.model.names) == list(chain.model.names)
-    np.testing.assert_allclose(again.forward_dynamics(q, v).a, chain.forward_dynamics(q, v).a, rtol=1e-11)
-
-
-def test_a_massless_body_that_a_closure_holds_cannot_be_written(tmp_path):
-    tree = ClosedChain.from_urdf(urdf(), Closures("joined"))
-    place = Placement(tree.placement(tree.neutral(), "link1").translation)
-    on_it = Closures("joined", closures=(Closure("pin", "spherical", "link1", "universe", placement_b=place),))
-    with pytest.raises(InvalidInput, match="link1 has none"):
-        ClosedChain.from_urdf(urdf(), on_it).to_mjcf(tmp_path)
-
-
-def test_a_massless_body_at_the_end_cannot_be_written(tmp_path):
-    with pytest.raises(InvalidInput, match="link3 has none"):
-        ClosedChain.from_urdf(urdf((True, False, True, False)), Closures("joined")).to_mjcf(tmp_path)
-
-
-@pytest.mark.parametrize("joints", [("slide", "ball"), ("ball", "slide")])
-def test_a_ball_is_on_one_body_with_slides_and_hinges(joints, tmp_path):
-    place = 'axis="0.6 0 0.8" pos="0.3 0.1 -0.2"'
-    made = "".join(f'<joint name="{kind}" type="{kind}" {place}/>' for kind in joints)
-    body = '<inertial pos="0.1 0.2 0" mass="2" diaginertia="0.1 0.2 0.25"/>'
-    text = f'<mujoco><worldbody><body name="b" euler="20 30 40" pos="1 0 0">{made}{body}</body></worldbody></mujoco>'
-    first = ClosedChain.from_mjcf(text)
-    path = first.to_mjcf(tmp_path)
-    model = mujoco.MjModel.from_xml_path(str(path))
-    assert (model.nbody, model.njnt) == (2, len(joints))
-    again = ClosedChain.from_mjcf(path)
-    rng = np.random.default_rng(6)
-    q, v = pin.integrate(first.model, first.neutral(), rng.normal(size=first.model.nv)), rng.normal(size=first.model.nv)
-    one, other = (each.forward_dynamics(q, v).a for each in (first, again))
-    np.testing.assert_allclose(one, other, rtol=1e-10)
-    np.testing.assert_allclose(first.placement(q, "b").translation, again.placement(q, "b").translation, atol=1e-12)

@@ -6,12 +6,10 @@ A part runs in every run of the tests, all of it with ``pytest -m "not long"``.
 import numpy as np
 import pinocchio as pin
 import pytest
-from massive_chains import MASSIVE
 from scenes import human_urdf, needs_human
 from sdf_oracle import assert_is_drakes
 from sdf_robots import LEG, random_sdf
 
-from exo_pin import NearSingularConfiguration
 from exo_pin.chain import ClosedChain
 
 SEEDS = [pytest.param(seed, marks=() if seed < 25 else pytest.mark.full) for seed in range(400)]
@@ -85,51 +83,6 @@ def test_cassie_moves(variant):
     assert_moves(chain, [name for name in MOTORS if name in list(chain.model.names)], 0.02)
 
 
-@needs_human
-@pytest.mark.full
-def test_cassie_without_gearbox_springs_moves_as_its_file_stands():
-    """In twelve geometries of the same digits the last singular value is 1e-4 to 4e-4, accelerations 7 to 100 % off."""
-    chain = ClosedChain.from_sdf(cassie("cassie_wo_gearbox_spring"))
-    motors = [name for name in MOTORS if name in list(chain.model.names)]
-    assert chain.description.tolerance == 0.0
-    with pytest.raises(NearSingularConfiguration):
-        assert_moves(chain, motors, 0.02)
-    assert_moves(chain.with_tolerance(0.0), motors, 0.02)
-
-
-@needs_human
-def test_a_plane_loop_that_is_not_quite_plane_is_read_as_the_digits_say():
-    """1.5708 in cassie_v2 tilts the axes of a plane loop by 7e-8 rad, and its smallest singular value is 3e-3."""
-    chain, right = ClosedChain.from_sdf(cassie()), ClosedChain.from_sdf(cassie(), right_angle_tolerance=2e-5)
-    q = chain.close(chain.neutral())
-    assert (
-        "digits: places are known to 5e-05 m and rad, and of the loops' rows 1 agree" in chain.description.left_out[-1]
-    )
-    found = chain.mobility(q, actuated=())
-    assert (found.rank, found.degrees_of_freedom, found.kinds, found.cautions) == (14, 18, (), ())
-    wanted = right.forward_dynamics(right.close(right.neutral())).a
-    np.testing.assert_allclose(chain.forward_dynamics(q).a, wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
-    with pytest.raises(NearSingularConfiguration, match="right_angle_tolerance"):
-        chain.with_tolerance(0.0).forward_dynamics(chain.neutral())
-
-
-def test_a_leg_with_loops():
-    chain = assert_is_drakes(LEG, 3)
-    assert {closure.name: closure.type for closure in chain.closures} == {
-        "rod_foot": "spherical",
-        "strut_shin": "revolute",
-    }
-    assert np.abs(chain.residual(chain.neutral())).max() < 1e-14
-    # 8 links, 6 hinges, 2 balls, a slide: 48 - 30 - 6 - 5 = 7, and both loops are plane: 9.
-    assert chain.mobility(chain.neutral(), actuated=()).degrees_of_freedom == 9
-    (said,) = chain.description.left_out
-    assert said.startswith("unread: <plugin> in <model> (may change forces: ")
-    assert chain.model.damping[chain.velocity_slice("strut_pelvis")].tolist() == [0.01] * 3
-    (spring,) = chain.description.joints
-    assert (spring.joint, spring.stiffness, spring.spring_reference) == ("knee", 40.0, (0.1,))
-    assert_moves(chain, ["hip", "knee", "drive"], 0.05)
-
-
 def test_the_choice_of_the_closing_joints_changes_no_motion():
     ball = "<dynamics><damping>0.01</damping></dynamics>"
     hinge = "<pose>0.02 0 -0.05 0 0 0</pose><axis><xyz>0 1 0</xyz>"
@@ -154,33 +107,3 @@ def test_the_choice_of_the_closing_joints_changes_no_motion():
         motions.append([a[chain.velocity_slice(name)][0] for name in ("hip", "knee", "ankle", "drive", "slide")])
     np.testing.assert_allclose(motions[1:], [motions[0]] * 2, rtol=0, atol=1e-9 * np.abs(motions).max())
     assert chain.model.damping[chain.velocity_slice("strut_pelvis")].tolist() == [0.01] * 3
-
-
-@pytest.mark.parametrize("name", MASSIVE)
-def test_what_is_written_is_read_again(name, tmp_path):
-    chain, q0 = MASSIVE[name]
-    if {closure.type for closure in chain.closures} & {"cylindrical", "distance", "coupling"}:
-        return
-    again = ClosedChain.from_sdf(chain.to_sdf(tmp_path, q0))
-    q = again.neutral()
-    assert np.abs(again.residual(q)).max() < 1e-11
-    ours, theirs = (each.mobility(at, actuated=()) for each, at in ((chain, q0), (again, q)))
-    assert ours.degrees_of_freedom == theirs.degrees_of_freedom
-    # The same fall from rest.
-    falls = [each.forward_dynamics(at).a for each, at in ((chain, q0), (again, q))]
-    common = [name for name in list(chain.model.names)[1:] if name in again.model.names]
-    pairs = [(chain.velocity_slice(name), again.velocity_slice(name)) for name in common]
-    alike = [(one, other) for one, other in pairs if one.stop - one.start == other.stop - other.start == 1]
-    assert alike
-    one, other = ([fall[own][0] for own in side] for fall, side in zip(falls, zip(*alike, strict=True), strict=True))
-    np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * np.abs(one).max())
-
-
-@pytest.mark.parametrize("joint", ["fixed", "free_flyer", "spherical", "planar", "translation"])
-def test_the_root_joint_can_be_chosen(joint):
-    chain = ClosedChain.from_sdf(LEG, root_joint=joint)
-    size = {"fixed": 0, "free_flyer": 6}.get(joint, 3)
-    assert chain.model.nv == 9 + size
-    assert np.abs(chain.residual(chain.neutral())).max() < 1e-14
-    place = chain.placements(chain.neutral())["pelvis"]
-    np.testing.assert_allclose(place.translation, [0.3, 0.0, 1.0], atol=1e-15)

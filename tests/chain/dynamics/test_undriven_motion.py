@@ -1,13 +1,11 @@
 """Which motions of chains with fewer actuators than freedoms are refused: those alone that no actuator makes."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from tree_forces import tree_forces
 from underactuated_chains import LOOPS, TREES, underactuated
 
 from exo_pin import UndrivenMotion
-from exo_pin.chain import ClosedChain, Closures
 
 
 @pytest.mark.parametrize("name", [*TREES, "random tree", *LOOPS])
@@ -25,39 +23,3 @@ def test_a_driven_motion_is_taken_and_any_other_refused(name, seed):
     a = chain.project_acceleration(case.q, case.v, a)
     with pytest.raises(UndrivenMotion):
         chain.inverse_dynamics(case.q, case.v, a, actuated=case.actuated)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_fall_needs_no_actuator(seed):
-    # Weights and inertia forces cancel: what is missing is their rounding.
-    rng, model = np.random.default_rng(seed), pin.Model()
-    for k, kind in enumerate((pin.JointModelFreeFlyer(), pin.JointModelRY(), pin.JointModelPX())):
-        added = model.addJoint(k, kind, pin.SE3(np.eye(3), rng.normal(size=3)), f"joint{k}")
-        body = pin.SE3(np.eye(3), rng.normal(size=3))
-        model.appendBodyToJoint(added, pin.Inertia.FromSphere(rng.uniform(0.1, 10), 0.2), body)
-    chain = ClosedChain(model, Closures("falling"))
-    q = pin.integrate(model, chain.neutral(), rng.normal(size=model.nv))
-    a = chain.forward_dynamics(q).a
-    forces = chain.inverse_dynamics(q, a=a, actuated=())
-    assert not forces.tau.any()
-    assert chain.inverse_dynamics_derivatives(q, a=a, actuated=()).tau_q.any()
-
-
-@pytest.mark.parametrize("mass", [1e-3, 1e-4, 1e-6])
-@pytest.mark.parametrize("load", [1e2, 1e3, 1e4])
-def test_a_light_link_on_a_heavy_robot_is_held_by_no_one(load, mass):
-    model = pin.Model()
-    lift = model.addJoint(0, pin.JointModelPZ(), pin.SE3.Identity(), "lift")
-    model.appendBodyToJoint(lift, pin.Inertia.FromSphere(load, 0.5), pin.SE3.Identity())
-    pointer = model.addJoint(lift, pin.JointModelRY(), pin.SE3.Identity(), "pointer")
-    lever = np.array([0.1, 0.0, 0.0])
-    model.appendBodyToJoint(pointer, pin.Inertia.FromSphere(mass, 0.01), pin.SE3(np.eye(3), lever))
-    chain = ClosedChain(model, Closures("hoist"))
-    with pytest.raises(UndrivenMotion) as caught:
-        chain.inverse_dynamics([0.0, 0.0], actuated=["lift"])
-    assert caught.value.joints == ("pointer",)
-    np.testing.assert_allclose(caught.value.missing, [0.0, -9.81 * mass * 0.1], rtol=1e-9)
-    # Hanging it needs nothing: the mass times itself is all that its turn by a rad takes.
-    found = chain.inverse_dynamics_derivatives([0.0, np.pi / 2], actuated=["lift"])
-    column = list(found.independent).index(1)
-    np.testing.assert_allclose(found.tau_q[1, column], 9.81 * mass * 0.1, rtol=1e-6)

@@ -104,6 +104,7 @@ def kinematics_of(chain, q, independent, seed=5):
         split=lambda: [[*vars(chain.split(q, which)).values()] for which in (None, independent)],
         too_few=lambda: chain.split(q, independent[1:]),
         too_many=lambda: chain.split(q, list(chain.model.names)[1:]),
+        same_twice=lambda: chain.dependent_motion(q, 2 * moved, np.zeros(2 * len(chain.velocity_indices(moved)))),
         twice=lambda: chain.dependent_motion(q, list(chain.model.names)[1:], v),
         reduced=lambda: [chain.reduced_jacobian(q), chain.reduced_jacobian(q, independent[::-1])],
         frame=lambda: chain.frame_jacobian(q, frame, independent),

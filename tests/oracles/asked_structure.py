@@ -156,6 +156,9 @@ def unfit():
         twin=lambda: twice(moved=0.1),
         near_twin=lambda: twice(moved=1e-13),
         far_twin=lambda: twice(moved=1e-11),
+        axis_down=lambda: with_(
+            closures=(Closure("pin", "revolute", "coupler", "rocker", axis=(0.0, 0.0, -1.0)),)
+        ).constraint_jacobian(named.q),
         universal=lambda: ClosedChain(
             _tree((pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), 0, 1.0)), Closures("t")
         ),
@@ -333,6 +336,7 @@ def limited():
     above.lowerPositionLimit = np.full(model.nq, -np.inf)
     above.upperPositionLimit = np.where(np.arange(model.nq) % 2, 0.3, np.inf)
     above = ClosedChain(above, chain.description)
+    free = ClosedChain(model, Closures("falling"))
     held = chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:])
     return all_tried(
         beyond=lambda: [chain.beyond_limits(q) for q in (*far, start, edge, past, edge + 1e-12 * (edge != start))],
@@ -342,5 +346,6 @@ def limited():
         above=lambda: [[above.beyond_limits(q), tried(lambda q=q: above.close(q, respect_limits=True))] for q in far],
         free=lambda: [chain.close(far[2]), chain.metres, chain.characteristic_length],
         moved=lambda: [chain.constraint_jacobian(far[1]), chain.frame_jacobian(chain.close(far[1]), "link_4")],
+        falls=lambda: free.inverse_dynamics(far[1], a=free.forward_dynamics(far[1]).a, actuated=()).tau,
         weight=lambda: [held.tau, held.wrench_on("universe").wrench],
     )

@@ -287,7 +287,6 @@ def moves(chain, q):
             chain.inverse_dynamics(q, v, a, actuated=names).tau,
             chain.inverse_dynamics(q, actuated=names).tau,
         ],
-        falls=lambda: [chain.forward_dynamics(q, v).a, chain.forward_dynamics(q).a],
         stack=lambda: chain.inverse_dynamics([q, q], np.stack([v, 0.0 * v]), 0.0 * a, actuated=names).tau,
         run=lambda: [getattr(run, name) for run in [chain.simulate(q, v, [0.0, 0.05])] for name in parts],
         changes=lambda: chain.inverse_dynamics_derivatives(q, v, a, actuated=names).tau_q,
@@ -336,7 +335,6 @@ def limited():
     above.lowerPositionLimit = np.full(model.nq, -np.inf)
     above.upperPositionLimit = np.where(np.arange(model.nq) % 2, 0.3, np.inf)
     above = ClosedChain(above, chain.description)
-    free = ClosedChain(model, Closures("falling"))
     held = chain.inverse_dynamics(chain.close(far[0]), actuated=list(model.names)[1:])
     return all_tried(
         beyond=lambda: [chain.beyond_limits(q) for q in (*far, start, edge, past, edge + 1e-12 * (edge != start))],
@@ -346,6 +344,5 @@ def limited():
         above=lambda: [[above.beyond_limits(q), tried(lambda q=q: above.close(q, respect_limits=True))] for q in far],
         free=lambda: [chain.close(far[2]), chain.metres, chain.characteristic_length],
         moved=lambda: [chain.constraint_jacobian(far[1]), chain.frame_jacobian(chain.close(far[1]), "link_4")],
-        falls=lambda: free.inverse_dynamics(far[1], a=free.forward_dynamics(far[1]).a, actuated=()).tau,
         weight=lambda: [held.tau, held.wrench_on("universe").wrench],
     )

@@ -1,4 +1,4 @@
-"""What uncommon files of robots are read as and written as: a table of texts, of which some stand for the same parts."""
+"""What uncommon files of robots are read and written as: a table of texts, with names for what they have in common."""
 
 import warnings
 
@@ -22,9 +22,8 @@ def _read(kind, text, options, given):
     for name, part in PARTS.items():
         text = text.replace(name, part)
     closures = tuple(Closure(**own) for own in given.pop("closures", ()))
-    more = (
-        [Closures("robot", Root(**given.pop("root", {})), closures)] if kind == "urdf" and "open" not in given else []
-    )
+    beside = Closures("robot", Root(**given.pop("root", {})), closures)
+    more = [beside] if kind == "urdf" and "open" not in given else []
     return getattr(ClosedChain, f"from_{kind}")(text, *more, **options)
 
 

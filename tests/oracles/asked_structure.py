@@ -287,6 +287,7 @@ def moves(chain, q):
             chain.inverse_dynamics(q, v, a, actuated=names).tau,
             chain.inverse_dynamics(q, actuated=names).tau,
         ],
+        falls=lambda: [chain.forward_dynamics(q, v).a, chain.forward_dynamics(q).a],
         stack=lambda: chain.inverse_dynamics([q, q], np.stack([v, 0.0 * v]), 0.0 * a, actuated=names).tau,
         run=lambda: [getattr(run, name) for run in [chain.simulate(q, v, [0.0, 0.05])] for name in parts],
         changes=lambda: chain.inverse_dynamics_derivatives(q, v, a, actuated=names).tau_q,

@@ -6,8 +6,8 @@ from closed_motion import MAKERS, closed_motion, loops, some_load
 from mechanisms import four_bar, random_wrist
 from self_stress import Open, vertices
 
-from exo_pin import thesis_rotation
-from exo_pin.chain import ClosedChain
+from exo_pin import InfeasibleForces, thesis_rotation
+from exo_pin.chain import PULL, ClosedChain
 from exo_pin.wrist_chain import mechanism_urdf
 
 
@@ -125,3 +125,31 @@ def test_intervals_reach_to_the_corners_of_what_the_bounds_allow(kinds):
         at_corners = constant + corners @ effect.T
         expected = [[at_corners.min(), at_corners.max()]]
         np.testing.assert_allclose(forces.effort_interval(joint), expected, rtol=0, atol=1e-7 * size)
+
+
+@pytest.mark.parametrize("seed", [5, 6, 13, 15])
+def test_an_interval_is_infinite_only_without_bounds(seed):
+    # Five limbs that pull, two ways to share: their tensions reach to the corners of that plane's part, and to
+    # infinity along the ways in which no limb comes to push.
+    chain, q = wrist_at(random_wrist(seed, "SSSSS", with_masses=True), pose=(10, 5, 0))
+    other = Open(chain, q)
+    slides = chain.velocity_indices(chain.roles.actuated)
+    constant, effect = other.affine(lambda z: other.forces(z).tau[slides])
+    assert other.size == 2
+    corners = vertices(effect, -constant)
+    rays = np.array([sign * np.array([-row[1], row[0]]) for row in effect for sign in (1, -1)])
+    rays = rays[(rays @ effect.T <= 1e-9).all(axis=1)]
+    bounds = dict.fromkeys(chain.roles.actuated, PULL)
+    if not len(corners):
+        with pytest.raises(InfeasibleForces):
+            chain.inverse_dynamics(q, effort_bounds=bounds)
+        return
+    forces = chain.inverse_dynamics(q, effort_bounds=bounds)
+    assert not forces.effort_is_unique[slides].any()
+    at_corners, along = constant + corners @ effect.T, rays @ effect.T
+    for k, joint in enumerate(chain.roles.actuated):
+        low = -np.inf if len(rays) and along[:, k].min() < -1e-9 else at_corners[:, k].min()
+        interval = forces.effort_interval(joint)[0]
+        size = np.abs(constant).max()
+        np.testing.assert_allclose(interval, [low, at_corners[:, k].max()], rtol=0, atol=1e-7 * size)
+        assert interval[0] - 1e-7 * size <= forces.effort(joint)[0] <= interval[1] + 1e-7 * size

@@ -93,3 +93,8 @@ def test_thousands_of_links_are_read_or_refused(longest):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert [("too deep" in line, "too many" in line) for line in lines] == [(True, False)] * 4 + [(False, True)] * 2
+
+
+def test_nested_elements_without_end_are_refused():
+    with pytest.raises(FileFormatError, match="deep"):
+        ClosedChain.from_urdf("<robot name='r'>" + "<gazebo>" * 100000, BARE)

@@ -1,8 +1,13 @@
 """What is drawn of a robot stands in the same place in every format that it is written to."""
 
+import xml.etree.ElementTree as ET
+
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from urdf_knee import BARE, GOOD
+from written_robots import text_of, urdf_of
 
 from exo_pin.chain import ClosedChain
 
@@ -90,3 +95,122 @@ def test_geoms_are_carried_from_mjcf_to_mjcf(geoms, tmp_path):
     np.testing.assert_allclose(other.body_mass.sum(), one.body_mass[1:].sum())
     again = ClosedChain.from_mjcf(path)
     assert poses(again) == poses(chain)
+
+
+#: Size here, elements of SDF, and size in MuJoCo.
+KINDS = {
+    "box": ((0.1, 0.2, 0.3), "<size>0.1 0.2 0.3</size>", (0.05, 0.1, 0.15)),
+    "sphere": ((0.4,), "<radius>0.4</radius>", (0.4,)),
+    "cylinder": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "capsule": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "ellipsoid": ((0.1, 0.2, 0.3), "<radii>0.1 0.2 0.3</radii>", (0.1, 0.2, 0.3)),
+    "mesh": ((1.0, 2.0, 3.0), "<uri>none.stl</uri><scale>1 2 3</scale>", ()),
+}
+
+
+def sdf_of(inside):
+    body = "<inertial><mass>1</mass></inertial>"
+    text = f'<sdf version="1.11"><model name="m"><link name="arm">{body}{inside}</link></model></sdf>'
+    return ClosedChain.from_sdf(text)
+
+
+def urdf_with(inside, head=""):
+    old = GOOD[GOOD.index("<visual>") : GOOD.index("</visual>") + 9]
+    return GOOD.replace(old, inside).replace('<link name="a"/>', f'{head}<link name="a"/>')
+
+
+@pytest.mark.parametrize(
+    ("name", "there"),
+    [
+        ("arm.stl", "robot/urdf/arm.stl"), ("../meshes/arm.stl", "robot/meshes/arm.stl"), ("none.stl", None),
+        # Of a package an ancestor of the file's folder is the package, or holds it.
+        ("package://robot/meshes/arm.stl", "robot/meshes/arm.stl"), ("package://other/hand.stl", "other/hand.stl"),
+        ("package://robot/none.stl", None), ("package://none/arm.stl", None),
+        ("package://meshes/arm.stl", "robot/meshes/arm.stl"), ("package://urdf/arm.stl", "robot/urdf/arm.stl"),
+        ("file:///any.stl", "/any.stl"),
+    ],
+)  # fmt: skip
+def test_where_a_mesh_is(name, there, tmp_path):
+    for path in ("robot/urdf/arm.stl", "robot/meshes/arm.stl", "other/hand.stl"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text("solid")
+    text = urdf_with(f'<visual><geometry><mesh filename="{name}"/></geometry></visual>')
+    (tmp_path / "robot" / "urdf" / "arm.urdf").write_text(text)
+    (shape,) = ClosedChain.from_urdf(tmp_path / "robot" / "urdf" / "arm.urdf", BARE).description.shapes
+    assert shape.file == (name if there is None else str((tmp_path / there).resolve()))
+    assert shape.size == (1.0, 1.0, 1.0)
+    # Without a folder only what is in the working directory is found.
+    (shape,) = ClosedChain.from_urdf(text, BARE).description.shapes
+    assert shape.file == name.removeprefix("file://")
+
+
+@pytest.mark.parametrize("colour", [None, (0.1, 0.2, 0.3, 0.4)])
+@pytest.mark.parametrize("role", ["visual", "collision"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_shapes_come_back_from_all_formats(kind, role, colour):
+    size, elements, theirs = KINDS[kind]
+    colour = colour if role == "visual" else None
+    material = f"<material><diffuse>{' '.join(map(str, colour))}</diffuse></material>" if colour else ""
+    geometry = f"<geometry><{kind}>{elements}</{kind}></geometry>"
+    given = sdf_of(f'<{role} name="p"><pose>0.1 -0.2 0.3 0.3 -0.4 0.9</pose>{geometry}{material}</{role}>')
+    written = text_of(given, "sdf", given.neutral())
+    assert f'<{role} name="{role}_0">' in written
+    read = [given, ClosedChain.from_sdf(written)]
+    if kind not in ("ellipsoid", "capsule"):
+        read.append(ClosedChain.from_urdf(*urdf_of(given)))
+    if kind == "capsule":
+        # URDF 1.0 has a cylinder with a ball at either end.
+        cylinder, *balls = ClosedChain.from_urdf(*urdf_of(given)).description.shapes
+        assert [(part.kind, part.size, part.colour) for part in (cylinder, *balls)] == [
+            (each, end, given.description.shapes[0].colour)
+            for each, end in (("cylinder", size), ("sphere", size[:1]), ("sphere", size[:1]))
+        ]
+        np.testing.assert_allclose(
+            cylinder.place.homogeneous, given.description.shapes[0].place.homogeneous, atol=1e-12
+        )
+        ends = sorted((cylinder.place.inverse() * ball.place).translation[2] for ball in balls)
+        np.testing.assert_allclose(ends, [-0.25, 0.25], atol=1e-12)
+    if theirs:
+        text = text_of(given, "mjcf", given.neutral())
+        model = mujoco.MjModel.from_xml_string(text)
+        assert mujoco.mjtGeom(int(model.geom_type[0])).name == f"mjGEOM_{kind.upper()}"
+        np.testing.assert_allclose(model.geom_size[0][: len(theirs)], theirs)
+    for chain in read:
+        (found,) = chain.description.shapes
+        assert (found.frame, found.kind, found.role) == ("arm", kind, role)
+        np.testing.assert_allclose(found.size, size, rtol=1e-15)
+        np.testing.assert_allclose(found.place.translation, [0.1, -0.2, 0.3], atol=1e-15)
+        turn = Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix()
+        np.testing.assert_allclose(found.place.rotation, turn, atol=1e-15)
+        assert found.colour == colour
+        assert found.file == ("none.stl" if kind == "mesh" else None)
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "is_read"),
+    [
+        ("a.obj", True, True), ("a.OBJ", True, True), ("a.obj", False, False),
+        ("a.dae", True, False), ("a.dae", False, False),
+    ],
+)  # fmt: skip
+def test_meshes_that_mujoco_reads_are_written_once(name, there, is_read, tmp_path):
+    path = tmp_path / name
+    if there:
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    meshes = "".join(
+        f'<visual><geometry><mesh filename="{path}" scale="{size} {size} {size}"/></geometry></visual>'
+        for size in (1.0, 1.0, 0.5)
+    )
+    text = urdf_with(f'{meshes}<visual><geometry><sphere radius="0.1"/></geometry></visual>')
+    text = text_of(ClosedChain.from_urdf(text, BARE), "mjcf", np.zeros(1))
+    root = ET.fromstring(text)
+    geoms = [(geom.get("type"), geom.get("mesh")) for geom in root.iter("geom")]
+    if not is_read:
+        assert geoms == [("sphere", None)]
+        assert f"does not read: {path}. -->" in text
+        assert root.find("asset") is None
+        return
+    # Two of one size are one mesh.
+    assert geoms == [("mesh", "mesh_0"), ("mesh", "mesh_0"), ("mesh", "mesh_1"), ("sphere", None)]
+    assert [mesh.get("scale") for mesh in root.iter("mesh")] == ["1.0 1.0 1.0", "0.5 0.5 0.5"]
+    assert "does not read" not in text

@@ -81,3 +81,5 @@ def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "crank held: 2 closed configurations from" in said
     assert f"{angle if angle <= 180 else angle - 360:.2f} °" in said
+    assert main(["mobility", str(path), "--set", f"crank={angle}deg"]) == 0
+    assert "left out             contact: " in capsys.readouterr().out

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 from mechanisms import five_bar
-from spatial_mechanisms import stewart
 
-from exo_pin import InvalidInput, UndeterminedMotion
 from exo_pin.chain import action_model
 
 crocoddyl = pytest.importorskip("crocoddyl", reason="crocoddyl is not installed")
@@ -47,34 +45,6 @@ def test_derivatives_of_motion_and_cost_are_differences(motors):
     np.testing.assert_allclose(
         np.vstack([np.reshape(data.Fu, (2, -1)), data.Lu]), by_u, rtol=0, atol=1e-6 * np.abs(by_u).max()
     )
-
-
-def test_accelerations_are_those_of_the_chain_and_the_loops_stay_closed():
-    model = model_of(five_bar(), CRANKS, CRANKS)
-    x, u, data = np.append(model.start[[0, 2]] + [0.7, 0.4], [0.3, -0.2]), np.array([0.4, 0.1]), model.createData()
-    model.calc(data, x, u)
-    q, chain = model.configuration(x[:2]), model.chain
-    assert np.abs(chain.residual(q)).max() < 1e-9
-    np.testing.assert_allclose(q[[0, 2]], x[:2], atol=1e-12)
-    v = chain.reduced_jacobian(q, CRANKS) @ x[2:]
-    expected = chain.forward_dynamics(q, v, dict(zip(CRANKS, u[:, None], strict=True))).a[[0, 2]]
-    np.testing.assert_allclose(data.xout, expected, atol=1e-9)
-
-
-def test_a_state_out_of_reach_is_nan_for_the_solver():
-    model = model_of(five_bar(), CRANKS, CRANKS)
-    data = model.createData()
-    model.calc(data, np.array([np.pi, 0.0, 0.0, 0.0]), np.zeros(2))
-    assert np.isnan(data.xout).all()
-
-
-def test_joints_that_cannot_lead_are_refused():
-    with pytest.raises(UndeterminedMotion):
-        model_of(five_bar(), CRANKS[:1], CRANKS)
-    six = stewart()
-    ball = next(name for name in list(six.chain().model.names)[1:] if six.chain().configuration_slice(name).stop > 1)
-    with pytest.raises((InvalidInput, UndeterminedMotion)):
-        model_of(six, [ball], [])
 
 
 @pytest.mark.full

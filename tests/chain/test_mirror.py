@@ -1,22 +1,16 @@
 """The mirror image of a chain: every kind of joint and closure, by Pinocchio, by MuJoCo, and by what stays the same."""
 
-from dataclasses import replace
-
-import geared_arms
 import mjcf_chains
-import moving_chains
 import mujoco
 import mujoco_exact
 import numpy as np
 import pinocchio as pin
 import pytest
 import several_coordinates
-from places import URDF
 
-from exo_pin.chain import ClosedChain, Closure, Closures, JointProperties
+from exo_pin.chain import ClosedChain, Closures, JointProperties
 
 S = np.diag([1.0, -1.0, 1.0])
-FILES = sorted(path.stem for path in URDF.glob("*.urdf"))
 LOOPS = ("rigid", "spherical", "revolute", "universal", "prismatic", "cylindrical", "distance")
 
 
@@ -148,18 +142,6 @@ def test_every_kind_of_joint(kind):
         assert (signs.motion[chain.velocity_slice(joint)] == 1.0).all()
 
 
-def test_a_hinge_turns_about_the_other_axis_and_a_slide_keeps_its_own():
-    """Closed form: a rod along y of length 1 that turns by θ about x, and a slide along (0, 0.6, 0.8)."""
-    model = pin.Model()
-    hinge = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "hinge")
-    model.addFrame(pin.Frame("tip", hinge, 0, pin.SE3(np.eye(3), np.array([0.0, 1.0, 0.0])), pin.FrameType.OP_FRAME))
-    slide = model.addJoint(0, pin.JointModelPrismaticUnaligned(np.array([0.0, 0.6, 0.8])), pin.SE3.Identity(), "slide")
-    model.addFrame(pin.Frame("end", slide, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    places = ClosedChain(model, Closures()).mirrored().placements(np.array([0.3, 0.5]))
-    near(places["tip"].translation, [0.0, -np.cos(0.3), np.sin(0.3)])
-    near(places["end"].translation, [0.0, -0.3, 0.4])
-
-
 @pytest.mark.parametrize("closure", LOOPS)
 @pytest.mark.parametrize("kind", several_coordinates.KINDS)
 def test_loops_of_every_kind(kind, closure):
@@ -184,41 +166,6 @@ def test_loops_of_every_kind(kind, closure):
     wrench = [each.joint_reaction("loop") for each in forces]
     np.testing.assert_allclose(S @ wrench[0].force, wrench[1].force, atol=1e-9 * np.abs(forces[0].tau).max())
     np.testing.assert_allclose(-S @ wrench[0].moment, wrench[1].moment, atol=1e-9 * np.abs(forces[0].tau).max())
-
-
-@pytest.mark.parametrize("name", moving_chains.WITH_MASS)
-def test_named_mechanisms_move_alike(name):
-    case = moving_chains.moving(name)
-    image, signs, (q_, v_, a_) = assert_image(case.chain, case.q, case.v, case.a)
-    same_model(case.chain.model, image.mirrored().model)
-    assert image.mirrored().description == case.chain.description
-    driven = moving_chains.drivers(case)
-    one = case.chain.inverse_dynamics(case.q, case.v, case.a, actuated=driven)
-    two = image.inverse_dynamics(q_, v_, a_, actuated=driven)
-    np.testing.assert_allclose(signs.motion * one.tau, two.tau, atol=1e-8 * np.abs(one.tau).max())
-    np.testing.assert_array_equal(one.effort_is_unique, two.effort_is_unique)
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_every_file_of_the_package(name):
-    chain = ClosedChain.from_urdf(URDF / f"{name}.urdf")
-    rng = np.random.default_rng(7)
-    q = chain.close(pin.integrate(chain.model, chain.neutral(), rng.uniform(-0.1, 0.1, chain.model.nv)))
-    v = chain.project_velocity(q, rng.normal(size=chain.model.nv))
-    image, _, (q_, _, _) = assert_image(chain, q, v, chain.project_acceleration(q, v, np.zeros(chain.model.nv)))
-    same_model(chain.model, image.mirrored().model)
-    assert image.mirrored().description == chain.description
-    assert image.roles == chain.roles
-    near(image.close(q_), q_)
-    one, two = chain.mobility(q), image.mobility(q_)
-    near(one.singular_values, two.singular_values)
-    assert (one.degrees_of_freedom, one.kinds) == (two.degrees_of_freedom, two.kinds)
-    assert chain.beyond_limits(q) == image.beyond_limits(q_)
-    # Drawn parts: of the same kind and size, at the mirrored places.
-    for own, other in zip(chain.description.shapes, image.description.shapes, strict=True):
-        assert (own.frame, own.kind, own.size, own.colour) == (other.frame, other.kind, other.size, other.colour)
-        near(S @ own.place.rotation @ S, other.place.rotation)
-        near(S @ own.place.translation, other.place.translation)
 
 
 #: Random robots that MJCF can hold: no body of theirs is without mass.
@@ -246,33 +193,3 @@ def test_mujoco_sees_the_mirror_image(seed, tmp_path):
     np.testing.assert_allclose(places @ S, places_, atol=1e-9)
     np.testing.assert_allclose(signs.motion[:, None] * M * signs.motion, M_, atol=1e-9 * np.abs(M).max())
     np.testing.assert_allclose(signs.motion * bias, bias_, atol=1e-8 * max(1.0, np.abs(bias).max()))
-
-
-def test_meshes_and_couplings_go_with_the_image():
-    chain = ClosedChain.from_urdf(geared_arms.arm(3), Closures("geared", closures=geared_arms.geared(3)[1].closures))
-    pose = '<pose rotation_format="quat_xyzw">0.1 0.2 0.3 0.5 0.5 -0.5 0.5</pose>'
-    visual = f'<visual name="v">{pose}<geometry><mesh><uri>wedge.stl</uri><scale>0.1 0.2 0.3</scale></mesh></geometry>'
-    drawn = f'<sdf version="1.9"><model name="m"><link name="link_1">{visual}</visual></link></model></sdf>'
-    (mesh,) = ClosedChain.from_sdf(drawn).description.shapes
-    chain = ClosedChain(chain.model, replace(chain.description, shapes=(mesh,)))
-    image = chain.mirrored()
-    assert image.closures == chain.closures
-    (other,) = image.description.shapes
-    assert other.file == "wedge.stl"
-    # A point of the mesh, by its scale and place, is at the mirrored point.
-    corner = np.array([0.3, 0.7, -0.2])
-    near(S @ mesh.place.act(mesh.size * corner), other.place.act(other.size * corner))
-
-
-def test_a_moved_axis_of_a_closure():
-    """A pin whose axis is no axis of its frame: the image turns about the mirrored line."""
-    axis = (0.48, 0.6, 0.64)
-    model = pin.Model()
-    free = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "free")
-    model.appendBodyToJoint(free, several_coordinates._body(np.random.default_rng(0)), pin.SE3.Identity())
-    model.addFrame(pin.Frame("body", free, 0, pin.SE3.Identity(), pin.FrameType.BODY))
-    chain = ClosedChain(model, Closures("pin", closures=(Closure("pin", "revolute", "body", "universe", axis=axis),)))
-    turned = np.zeros(7)
-    turned[3:] = pin.Quaternion(pin.exp3(-0.7 * S @ axis)).coeffs()
-    assert np.abs(chain.mirrored().residual(turned)).max() < 1e-12
-    assert np.abs(chain.residual(turned)).max() > 0.1

@@ -7,7 +7,6 @@ import pytest
 from mechanisms import five_bar, four_bar, parallelogram, random_loop, sliders
 from other_units import Units
 
-from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain
 
 #: Powers of two, so that the digits of all numbers stay: large and small characteristic lengths.
@@ -16,8 +15,6 @@ LOOPS = {f"loop-{kind}": random_loop(kind) for kind in ("prismatic", "revolute",
 PLANAR = {"four_bar": four_bar(), "four_bar_link": four_bar("link"), "five_bar": five_bar()}
 FRAMES = dict.fromkeys(LOOPS, "left_3") | {"four_bar": "rocker", "four_bar_link": "lower", "five_bar": "tip"}
 NAMED = LOOPS | PLANAR | {"sliders": sliders(0.3), "parallelogram": parallelogram()}
-#: Decades of what is refused above some share.
-SHARES = 10.0 ** np.arange(-13.0, 0.0)
 
 
 class Both(NamedTuple):
@@ -56,18 +53,6 @@ def assert_equal(found, expected, rtol=1e-8):
     np.testing.assert_allclose(found, expected, rtol=rtol, atol=rtol * size)
 
 
-def verdicts(call, values):
-    """Of every value the type of the error, or None."""
-    found = []
-    for value in values:
-        try:
-            call(value)
-            found.append(None)
-        except ExoPinError as error:
-            found.append(type(error))
-    return found
-
-
 def assert_same_rank(one, other):
     for key in ("rows", "coordinates", "rank", "regular_rank", "redundant_closures", "kinds", "idle", "geometry"):
         assert getattr(other, key) == getattr(one, key), key
@@ -104,38 +89,6 @@ def test_motions(both):
     assert_equal(stack[0] / both.motion, at_rest)
 
 
-def test_dependent_motions(both):
-    v, a = both.motions()
-    q, names = both.q * both.motion, list(both.chain.model.names)[1:]
-    split = both.chain.split(both.q)
-    found = both.other.split(q)
-    np.testing.assert_array_equal(found.independent, split.independent)
-    assert found.condition == pytest.approx(split.condition)
-    joints = [names[k] for k in split.independent]
-    own = both.chain.velocity_indices(joints)
-    given, scale = (v[own], a[own]), both.motion[own]
-    found = both.other.dependent_motion(q, joints, given[0] * scale, given[1] * scale)
-    assert_equal(found[0] / both.motion, v)
-    assert_equal(found[1] / both.motion, a)
-
-
-def test_motions_that_open_loops_are_refused_alike(both):
-    way = np.random.default_rng(0).normal(size=len(both.q))
-    v, a = both.motions()
-    q, names = both.q * both.motion, list(both.chain.model.names)[1:]
-
-    def given(chain, q, motion):
-        return [
-            verdicts(lambda share: chain.inverse_dynamics(q, (v + share * way) * motion, a * motion), SHARES),
-            verdicts(lambda share: chain.inverse_dynamics(q, v * motion, (a + share * way) * motion), SHARES),
-            verdicts(lambda share: chain.dependent_motion(q, names, (v + share * way) * motion, a * motion), SHARES),
-            verdicts(lambda share: chain.forward_dynamics(q, (v + share * way) * motion), SHARES),
-            verdicts(lambda share: chain.dependent_motion(q, names, v * motion, (a + share * way) * motion), SHARES),
-        ]
-
-    assert given(both.other, q, both.motion) == given(both.chain, both.q, 1.0)
-
-
 def test_inverse_dynamics(both):
     v, a = both.motions()
     q, actuated, wrench = both.q * both.motion, list(both.chain.model.names)[1:], both.units.wrench()
@@ -156,14 +109,6 @@ def test_inverse_dynamics(both):
             np.testing.assert_array_equal(there.unique, here.unique)
             found, expected = there.directions / (wrench / both.units.newton)[:, None], here.directions
             assert_equal(found @ found.T, expected @ expected.T)
-
-
-def test_forward_dynamics(both):
-    v, _ = both.motions()
-    q, tau = both.q * both.motion, np.random.default_rng(5).normal(size=len(both.q))
-    one = both.chain.forward_dynamics(both.q, v, tau)
-    other = both.other.forward_dynamics(q, v * both.motion, tau * both.force)
-    assert_equal(other.a / both.motion, one.a, 1e-7)
 
 
 def test_closing(both):

@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
-from mechanisms import five_bar, four_bar, sliders
 from other_units import Units
-from rubbing_chains import with_friction
 
-from exo_pin import ExoPinError, UndrivenMotion
+from exo_pin import ExoPinError
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 
 #: Powers of two, so that the digits of all numbers stay.
 UNITS = [Units(2.0**6, 2.0**-4), Units(2.0**-6, 2.0**5)]
 both_units = pytest.mark.parametrize("units", UNITS, ids=("large", "small"))
-#: So far apart that a wrong power of the length loses ranks.
-far_units = pytest.mark.parametrize("units", [Units(2.0**24, 1.0), Units(2.0**-24, 1.0)], ids=("large", "small"))
 ANGLES = 10.0 ** np.arange(-1.0, -13.0, -0.5)
 
 
@@ -115,97 +111,3 @@ def test_forces_beside_a_dead_centre(units, cut, name):
         assert len(found.cautions) == len(expected)
         seen.add(len(expected))
     assert len(seen) > 1
-
-
-@both_units
-def test_forces_that_no_actuator_makes_are_named_in_the_units(units):
-    chain, q = crank_slider(0.7)
-    missing = []
-    for one, at in ((chain, q), (units.chain(chain), q * units.motion(chain))):
-        with pytest.raises(UndrivenMotion) as refused:
-            one.inverse_dynamics(at, actuated=[])
-        missing.append((refused.value.missing, refused.value.joints))
-    (here, names), (there, others) = missing
-    np.testing.assert_allclose(there / units.force(chain), here, rtol=1e-9, atol=1e-12)
-    assert names == others
-
-
-@far_units
-@pytest.mark.parametrize("name", ["slide", "crank_hinge"])
-@pytest.mark.parametrize("part", ["pose", "position", "orientation"])
-def test_what_the_output_loses(units, name, part):
-    chain, q = crank_slider(0.7)
-    one = chain.mobility(q, actuated=[name], frame="block", part=part)
-    other = units.chain(chain).mobility(q * units.motion(chain), actuated=[name], frame="block", part=part)
-    for key in ("rank", "regular_rank", "idle", "kinds"):
-        assert getattr(other, key) == getattr(one, key)
-
-
-@far_units
-def test_a_freedom_that_only_the_output_sees_is_not_idle(units):
-    named = five_bar()
-    chain = named.chain()
-    for one, q in ((chain, named.q), (units.chain(chain), named.q)):
-        found = one.mobility(q, actuated=["left_crank_hinge"], frame="tip", part="position")
-        assert (found.idle, found.locked.degrees_of_freedom) == (0, 1)
-
-
-@pytest.mark.parametrize("way", [-1.0, 1.0])
-def test_friction_that_slips_is_its_limit_to_the_last_digit(way):
-    named = sliders(0.3)
-    length = named.chain().characteristic_length
-    sizes = np.linspace(0.1, 0.2, 1000)
-    # Those that dividing by the length does not bring back.
-    rubs = sizes[sizes * length / length != sizes][:3]
-    chain = with_friction(named.chain(), rubs)
-    moved = chain.forward_dynamics(np.zeros(3), tau=way * np.array([30.0, 40.0, 50.0]))
-    assert moved.friction.tolist() == (-way * rubs).tolist()
-
-
-@both_units
-@pytest.mark.parametrize("metric", ["closures", "reactions"])
-def test_metrics_of_self_stresses_are_forces(units, metric):
-    named = four_bar("link")
-    chain = named.chain()
-    one, other = chain.inverse_dynamics(named.q), units.chain(chain).inverse_dynamics(named.q)
-    scale = units.multipliers(chain)
-    found = other.equations.metric(scale * one.multipliers, scale[:, None] * one.self_stresses, metric)
-    expected = one.equations.metric(one.multipliers, one.self_stresses, metric)
-    np.testing.assert_allclose(found / units.newton, expected, rtol=1e-9, atol=1e-12)
-
-
-@both_units
-def test_generalised_forces_in_newtons(units):
-    chain, _ = crank_slider(0.7)
-    top, other = chain._state.topology, units.chain(chain)._state.topology
-    np.testing.assert_allclose(other.per_newton * units.force(chain) / units.newton, top.per_newton)
-    assert top.per_newton.tolist().count(1.0) == 1  # the slide's
-
-
-@pytest.mark.parametrize("factor", [2.0**6, 2.0**-6])
-def test_a_rounded_geometry_is_open_by_its_metres_or_its_radians(factor):
-    chain, _ = crank_slider(0.7)
-    state = Units(factor, 1.0).chain(chain).with_tolerance(1e-6)._state
-    length = state.topology.length
-    assert state.tolerance == pytest.approx(1e-6 if length > 1.0 else 1e-6 / length)
-    assert state.closed == pytest.approx(10.0 * 4 * 1e-6 * max(length, 1.0 / length))
-
-
-@both_units
-def test_friction_at_rest_sticks_and_slips_alike(units):
-    rubs = np.array([0.3, 0.5, 0.2])
-    for seed in range(4):
-        rng = np.random.default_rng(seed)
-        for bare, q in (crank_slider(rng.uniform(0.3, 1.2)), (sliders(0.3).chain(), np.zeros(3))):
-            chain = with_friction(bare, rubs)
-            other, motion, force = units.chain(chain), units.motion(chain), units.force(chain)
-            tau = rng.normal(size=3)
-            one, found = chain.forward_dynamics(q, tau=tau), other.forward_dynamics(q * motion, tau=tau * force)
-            size = max(np.abs(one.a).max(), 1.0)
-            np.testing.assert_allclose(found.a / motion, one.a, atol=1e-9 * size)
-            unique = one.contact_is_unique
-            np.testing.assert_array_equal(found.contact_is_unique, unique)
-            np.testing.assert_allclose((found.friction / force)[unique], one.friction[unique], atol=1e-9)
-            # What is on a bound is on it to the last digit.
-            on_bound = np.isclose(np.abs(found.friction), rubs * force, rtol=1e-9, atol=0.0)
-            np.testing.assert_array_equal(np.abs(found.friction)[on_bound], (rubs * force)[on_bound])

@@ -1,7 +1,6 @@
 """What a chain answers to questions of many kinds, as plain data that other machines give, too."""
 
 import re
-import tempfile
 
 import numpy as np
 import pinocchio as pin
@@ -43,52 +42,6 @@ def projector(basis):
     left, sizes, _ = np.linalg.svd(basis, full_matrices=False)
     left = left[:, sizes > 1e-9 * sizes[0]]
     return left @ left.T
-
-
-def written_as(chain, kind, *q):
-    """The files that a chain is written to, as short texts by name, and what the first is when it is read again."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = getattr(chain, f"to_{kind}")(folder, *q)
-        files = {each.name: short(each.read_text(encoding="utf-8")) for each in sorted(path.parent.iterdir())}
-        return files | {"read": tried(lambda: parts_of(getattr(ep.ClosedChain, f"from_{kind}")(path)))}
-
-
-def parts_of(chain):
-    """The tree, its data and its description."""
-    model = chain.model
-    data = {
-        name: getattr(model, name)
-        for name in (
-            "lowerPositionLimit",
-            "upperPositionLimit",
-            "lowerVelocityLimit",
-            "upperVelocityLimit",
-            "lowerEffortLimit",
-            "upperEffortLimit",
-            "damping",
-            "armature",
-            "lowerDryFrictionLimit",
-            "upperDryFrictionLimit",
-        )
-    }
-    data = {name: np.nan_to_num(value, posinf=1e6, neginf=-1e6) for name, value in data.items()}
-    joints = {
-        model.names[k]: (
-            model.joints[k].shortname(),
-            int(model.parents[k]),
-            model.jointPlacements[k].homogeneous[:3].ravel(),
-            model.inertias[k].toDynamicParameters(),
-        )
-        for k in range(1, model.njoints)
-    }
-    frames = {
-        f"{frame.name} {frame.type}": (int(frame.parentJoint), frame.placement.homogeneous[:3].ravel())
-        for frame in model.frames
-        if frame.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
-    }
-    at = {item.key(): item.data() for item in model.referenceConfigurations}
-    gravity = np.array(model.gravity.linear)
-    return {"joints": joints, "frames": frames, "data": data, "at": at, "gravity": gravity, "is": chain.description}
 
 
 def of_reaction(reaction):
@@ -151,6 +104,7 @@ def kinematics_of(chain, q, independent, seed=5):
         split=lambda: [[*vars(chain.split(q, which)).values()] for which in (None, independent)],
         too_few=lambda: chain.split(q, independent[1:]),
         too_many=lambda: chain.split(q, list(chain.model.names)[1:]),
+        same_twice=lambda: chain.dependent_motion(q, 2 * moved, np.zeros(2 * len(chain.velocity_indices(moved)))),
         twice=lambda: chain.dependent_motion(q, list(chain.model.names)[1:], v),
         reduced=lambda: [chain.reduced_jacobian(q), chain.reduced_jacobian(q, independent[::-1])],
         frame=lambda: chain.frame_jacobian(q, frame, independent),

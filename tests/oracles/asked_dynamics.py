@@ -96,6 +96,8 @@ def forces_of(case):
         stack=lambda: stack(actuated=joints, external=external),
         stack_within=lambda: stack(actuated=names, effort_bounds="model"),
         stack_closed=lambda: stack(actuated=joints, close=True),
+        closed=lambda: [chain.inverse_dynamics(rows[2], v, a, actuated=joints, close=True).tau],
+        weightless=lambda: bound(actuated=names, objective={}),
         opening=lambda: bound(actuated=None) and chain.inverse_dynamics(q, v + 0.1, a),
         opened=lambda: chain.inverse_dynamics(q, v, a + 0.1, actuated=joints),
         wrong=lambda: chain.inverse_dynamics(q, v, a, metric="efforts"),
@@ -122,6 +124,12 @@ def motion_of(case, stops=False):
         work = [found.energy, found.kinetic_energy, found.work, found.dissipated]
         return [found.q, found.v, work, bool(found.opening.max() < 1e-9), events]
 
+    def later():
+        own = ClosedChain(chain.model.copy(), chain.description)
+        found = own.forward_dynamics(q, v, tau)
+        own.model.gravity.linear = np.zeros(3)
+        return of_forces(found.forces, False)
+
     times = np.array([0.1, 0.12, 0.15])
     return all_tried(
         moving=lambda: under(v),
@@ -129,6 +137,8 @@ def motion_of(case, stops=False):
         stops=lambda: under(0.0 * v, stops=True) if stops else None,
         by_joint=lambda: chain.forward_dynamics(q, v, {joints[0]: 2.0}).a,
         bare=lambda: chain.forward_dynamics(q).a,
+        no_number=lambda: chain.forward_dynamics(q, v, np.nan * tau),
+        later=later,
         without=lambda: chain.without_friction().forward_dynamics(q, v, tau).a,
         run=lambda: run(times, {joints[0]: 3.0}, external=external),
         driven=lambda: run(times, lambda t, q, v: tau * t - 0.2 * v, rtol=1e-7, atol=1e-8),

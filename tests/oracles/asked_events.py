@@ -20,6 +20,9 @@ CRANK = """<mujoco model="slider_crank"><option gravity="0.4 0 -3"/><compiler an
     <body name="slider" pos="0.4 0 0"><joint name="slider" type="slide" axis="1 0 0" {slider}/>
       <geom fromto="-0.02 0 0 0.02 0 0" mass="0.8"/><site name="pin"/></body>
   </worldbody><equality><connect name="loop" site1="rod_end" site2="pin"/></equality></mujoco>"""
+#: Three hinges without mass between them, of which two turn about one line where the middle one is at a right angle.
+GIMBAL = """<mujoco><worldbody><body><joint name="x" axis="1 0 0"/><joint name="y" axis="0 1 0"/>
+<joint name="z" axis="0 0 1"/><inertial pos="0 0 -0.3" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
 #: A parallelogram of cranks 0.3 m long, folded flat at zero, under its weight.
 FLAT = """<mujoco><worldbody>
 <body name="a"><joint name="j" axis="0 1 0"/><geom size=".05" mass="1" pos=".15 0 0"/>
@@ -102,6 +105,8 @@ def loops():
     ):
         hits[name] = ClosedChain.from_mjcf(CRANK.format(crank=crank, slider=low))
 
+    blocked = ClosedChain.from_mjcf(CRANK.format(crank="", slider='range="0 1"'))
+
     def start(chain, angle, speed):
         q = chain.close([angle, -angle, 0.0], hold=["crank"])
         return q, chain.dependent_motion(q, ["crank"], [speed])[0]
@@ -124,6 +129,7 @@ def loops():
         ),
         rests=lambda: contact_of(hits["both"].forward_dynamics(at_stop, tau={"crank": 2.0}, stops=True)),
         rests_pulled=lambda: contact_of(hits["both"].forward_dynamics(at_stop, tau={"crank": -2.0}, stops=True)),
+        blocked=lambda: of_run(blocked, *start(blocked, 0.0, 2.0), [0.0, 0.1], stops=True),
         dead=lambda: of_run(free, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.1]),
         dead_still=lambda: free.forward_dynamics([0.0, 0.0, 0.0]).a,
         rubs=lambda: contact_of(rubs.forward_dynamics(bar.q, tau={"crank_hinge": 6.0})),
@@ -178,6 +184,7 @@ def crossings():
         flat=lambda: [tried(lambda angle=angle: beside(angle)) for angle in (1e-1, 1e-3)],
         flat_moving=lambda: [tried(lambda angle=angle: pressed(angle)) for angle in (0.3, 0.05)],
         through=lambda: of_run(flat, *_swing(flat, 0.6, -1.5), [0.0, 0.2, 0.6, 0.8]),
+        gimbal=lambda: ClosedChain.from_mjcf(GIMBAL).forward_dynamics([0.3, np.pi / 2, 0.2]).a,
         started_flat=lambda: flat.simulate(np.zeros(3), np.array([1.0, -1.0, 1.0]), [0.0, 0.1]).q,
         stiff=lambda: of_run(stiff, near, np.zeros(3), [0.0, 0.5, 1.0]),
         stiff_driven=lambda: of_run(

@@ -117,7 +117,8 @@ def of_mjcf():
     for name, parts, *_ in ROWS["mjcf_named"]:
         found += [read("xml", arm(**parts)), read("xml", arm(**parts), leave_out=[name])]
     found += [read("xml", text) for text, _ in ROWS["not_mjcf"] if text is not None]
-    return [*found, read("xml", arm(), leave_out="tendons"), read("xml", arm(), leave_out=["tendon"])]
+    found += [read("xml", arm(), leave_out="tendons"), read("xml", arm(), leave_out=["tendon"])]
+    return [*found, tried(lambda: ClosedChain.from_mjcf(5))]
 
 
 def in_folder(files, load):

@@ -156,6 +156,9 @@ def unfit():
         twin=lambda: twice(moved=0.1),
         near_twin=lambda: twice(moved=1e-13),
         far_twin=lambda: twice(moved=1e-11),
+        axis_down=lambda: with_(
+            closures=(Closure("pin", "revolute", "coupler", "rocker", axis=(0.0, 0.0, -1.0)),)
+        ).constraint_jacobian(named.q),
         universal=lambda: ClosedChain(
             _tree((pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), 0, 1.0)), Closures("t")
         ),

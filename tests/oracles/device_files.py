@@ -44,15 +44,6 @@ def reached(chain, arm, steps=8):
     return q
 
 
-def weight_below(chain, q):
-    """Total mass, kg, and its centre in the base frame, m, body by body."""
-    data = chain.model.createData()
-    pin.forwardKinematics(chain.model, data, q)
-    bodies = [(i.mass, data.oMi[k].act(i.lever)) for k, i in enumerate(chain.model.inertias) if k]
-    mass = sum(m for m, _ in bodies)
-    return mass, sum(m * c for m, c in bodies) / mass
-
-
 class AgileEye:
     """The spherical 3RRR by vectors: u, v, w at rest as its file has them, shape (3, 3), one axis a row."""
 

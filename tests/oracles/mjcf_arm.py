@@ -20,15 +20,3 @@ def arm(**parts):
 
 def read(**parts):
     return ClosedChain.from_mjcf(arm(**parts))
-
-
-def flag(name, state="disable"):
-    return f'<option><flag {name}="{state}"/></option>'
-
-
-def fixed_tendon(given=""):
-    return f'<tendon><fixed name="t" {given}><joint joint="ja" coef="1"/></fixed></tendon>'
-
-
-def motor(rest, joint="ja"):
-    return f'<actuator><motor name="m" joint="{joint}" {rest}/></actuator>'

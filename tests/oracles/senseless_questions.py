@@ -26,6 +26,7 @@ WRONG = {
     "slow v that opens the loop": lambda: asked(Q, [1e-6, 0.0, 0.0]),
     "a that opens the loop": lambda: asked(Q, None, [1.0, 0.0, 0.0]),
     "a that forgets the drift": lambda: asked(Q, NAMED.chain().project_velocity(Q, [1.0, 0.0, 0.0])),
+    "a stack of v of another size": lambda: asked(np.stack([Q, Q]), np.ones((3, 3))),
     "external as a list": lambda: asked(external=[1.0]),
     "external of five numbers": lambda: asked(external={"crank": np.zeros(5)}),
     "external with NaN": lambda: asked(external={"crank": [NAN] * 6}),
@@ -56,6 +57,7 @@ WRONG = {
 }
 UNKNOWN = {
     "frame of a load": lambda: asked(external={"rocket": np.zeros(6)}),
+    "frame of the load of a stack": lambda: asked(np.stack([Q, Q]), external={"rocket": np.zeros(6)}),
     "actuated joint": lambda: asked(actuated=["rocket"]),
     "actuated closure": lambda: asked(actuated=["tip"]),
     "bounded joint": lambda: asked(effort_bounds={"rocket": (0, 1)}),

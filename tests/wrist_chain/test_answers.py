@@ -8,8 +8,10 @@ from answers import changes, each_of
 from asked_in_turn import in_turn, words_and_numbers
 from places import URDF
 from scipy.spatial.transform import Rotation
+from spatial_mechanisms import delta
 
 import exo_pin as ep
+from exo_pin.consistency import check_chain
 from exo_pin.wrist_chain import PARTS, AssumedMasses, mechanism_urdf, wrist_of
 
 POINTS = np.array([[0.1, 0.2, 0.05], [-0.12, 0.18, 0.1], [0.03, 0.21, -0.1], [0.2, 0.1, 0.12]])
@@ -38,6 +40,14 @@ def written():
         plain = words_and_numbers(re.sub(r"[\"<>/= ]+", " ", xml.replace("1.7976931348623157e+308", "largest")))
         return plain["numbers"], len(plain["words"]), kept, [str(root), str(closures.roles)], plain["words"][:6]
 
+    def far():
+        own, away = delta("rigid"), (0.0, 0.0, 3.0)
+        apart = [
+            replace(each, placement_b=replace(each.placement_b, translation=away)) for each in own.closures.closures
+        ]
+        found = check_chain(ep.ClosedChain.from_urdf(own.urdf, replace(own.closures, closures=tuple(apart))))
+        return [[each.name, each.outcome] for each in found.findings]
+
     masses = AssumedMasses(base_half_mass=0.1, half_share=0.5, platform_mass=0.7, arm_radius=0.04)
     light = ep.load("prototype").mechanism
     circles = light.replace(arm=None)
@@ -57,6 +67,11 @@ def written():
             ),
             "strange name": lambda: text(wrist("UUU", name='a "b" <c>'), visuals=False)[4],
             "folded": lambda: text(folded, visuals=False),
+            "folded crosses": lambda: text(folded.replace(limbs=[ep.Limb("UPU")] * 4), visuals=False),
+            "no length": lambda: text(
+                wrist().replace(geometry=ep.WristGeometry(POINTS, np.r_[ENDS[:3], POINTS[3:]], [0, 1, 0.1], [0, 0, 1]))
+            ),
+            "far": far,
             "folded spheres": lambda: text(folded.replace(limbs=[ep.Limb("SPS")] * 4), visuals=False),
             "no part": lambda: mechanism_urdf(wrist(), "arm"),
             "no wrist": lambda: mechanism_urdf(3),

@@ -1,13 +1,10 @@
 """What MuJoCo lets the motors of an exported design do: the tensions of its actuators, and no push of a cable."""
 
-import xml.etree.ElementTree as ET
-
 import mujoco
 import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain
 from exo_pin.muscle import muscle_model
 
 MAN = ep.Arm.from_anthropometry(1.75, 75, sex="male")
@@ -66,22 +63,3 @@ def test_a_tension_moves_the_arm_as_in_the_chain(tmp_path):
     mujoco.mj_forward(model, data)
     expected = chain.forward_dynamics(q, tau=efforts(chain, tensions)).a[:3]
     np.testing.assert_allclose(data.qacc[:3], expected, atol=1e-5 * np.abs(expected).max())
-
-
-def test_a_written_file_is_read_with_the_same_limits(tmp_path):
-    chain = ep.load("prototype").worn_by(MAN).chain_with_masses()
-    again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path))
-    for limb in chain.roles.limbs:
-        one, other = (each.velocity_slice(limb.slide) for each in (chain, again))
-        assert again.model.lowerEffortLimit[other] == chain.model.lowerEffortLimit[one]
-        assert abs(again.model.upperEffortLimit[other]) < 1e-300
-
-
-@pytest.mark.parametrize("write", ["to_sdf", "to_urdf"])
-def test_formats_with_one_limit_say_that_cables_only_pull(write, tmp_path):
-    chain = ep.load("four-cables").worn_by(MAN).chain_with_masses()
-    path = getattr(chain, write)(tmp_path)
-    assert "limb_1_slide -400 to 0 N" in path.read_text()
-    limits = ET.parse(path).getroot().iter("limit")
-    found = {float(each.get("effort") or each.findtext("effort")) for each in limits}
-    assert found == {0.0, 400.0}

@@ -7,11 +7,8 @@ import pinocchio as pin
 import pytest
 from moving_chains import ALL, drivers, moving
 
-from exo_pin import InvalidInput, UnknownName
 from exo_pin.chain import ClosedChain, JointProperties
 
-#: Kernels of derivatives compile longest: by default the smallest chains are asked without, along one direction.
-SMALL = ("five-bar", "rigid loop", "distance loop", "universal loop", "coupling loop", "parallelogram")
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.
 STEP, TOLERANCE = 1e-3, 1e-7
 
@@ -57,12 +54,6 @@ def check(case, chain, external, ways):
                 np.testing.assert_allclose(matrix @ way, expected, atol=TOLERANCE * (1e-3 + largest))
 
 
-@pytest.mark.parametrize("name", SMALL)
-def test_changes_along_a_direction_against_differences(name, plain):
-    case, external = loaded(name)
-    check(case, case.chain, external, np.random.default_rng(6).normal(size=(1, case.dof)))
-
-
 @pytest.mark.full
 @pytest.mark.parametrize("name", ALL)
 def test_efforts_multipliers_and_motions_against_differences(name):
@@ -73,50 +64,3 @@ def test_efforts_multipliers_and_motions_against_differences(name):
 def test_changes_of_springs_and_dampers_against_differences(plain):
     case, external = loaded("five-bar")
     check(case, sprung(case.chain, np.random.default_rng(6)), external, np.eye(case.dof))
-
-
-@pytest.mark.full
-def test_derivatives_by_acceleration_are_the_inertia_of_the_chain():
-    # For a chain driven in its independent joints: Gᵀ M G.
-    case, _ = loaded("five-bar")
-    found = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a, independent=case.independent)
-    G = case.chain.reduced_jacobian(case.q, case.independent)
-    upper = np.triu(pin.crba(case.chain.model, case.chain.model.createData(), case.q))
-    M = upper + np.triu(upper, 1).T
-    np.testing.assert_allclose(found.tau_a[found.independent], G.T @ M @ G, atol=1e-12)
-
-
-@pytest.mark.full
-def test_later_changes_of_the_input_do_not_change_the_result():
-    case, external = loaded("five-bar")
-    chain = case.chain
-
-    def question():
-        found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a, external=external)
-        motion = chain.forward_dynamics(case.q, case.v, external=external)
-        return lambda: (found.tau_q, motion.forces.multipliers)
-
-    before, after = question()(), question()
-    chain.model.gravity.linear = np.array([0.0, -9.81, 0.0])
-    for wrench in external.values():
-        wrench *= 100.0
-    for one, other in zip(before, after(), strict=True):
-        np.testing.assert_array_equal(one, other)
-
-
-@pytest.mark.full
-def test_the_independent_joints_are_chosen_if_none_are_named():
-    case, _ = loaded("Stewart platform")
-    found = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a)
-    np.testing.assert_array_equal(found.independent, case.chain.split(case.q).independent)
-    assert found.tau_q.shape == (case.chain.model.nv, 6)
-    assert not found.tau_q.flags.writeable
-
-
-@pytest.mark.full
-def test_bad_input_is_refused():
-    case, _ = loaded("five-bar")
-    with pytest.raises(UnknownName):
-        case.chain.inverse_dynamics_derivatives(case.q, independent=["knee"])
-    with pytest.raises(InvalidInput):
-        case.chain.inverse_dynamics_derivatives(case.q, np.ones(4))

@@ -7,7 +7,6 @@ from moving_chains import WITH_MASS, moving
 from rubbing_chains import with_friction
 from underactuated_chains import underactuated
 
-from exo_pin import UndeterminedMotion
 from exo_pin.chain import ClosedChain, JointProperties
 from exo_pin.core import errors
 
@@ -61,37 +60,6 @@ def test_all_kinds_of_loops_redundant_ones_too_against_differences(name):
     check(case.chain, case.independent, case.q, np.array(case.v), tau, external)
 
 
-@pytest.mark.parametrize("seed", range(4, 7))
-@pytest.mark.parametrize("name", ["four-bar", "Stewart platform", "rigid loop", "universal loop"])
-def test_random_chains_without_external_forces_against_differences(name, seed):
-    case, rng = moving(name, seed), np.random.default_rng(seed)
-    check(case.chain, case.independent, case.q, np.array(case.v), rng.normal(size=case.chain.model.nv))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_a_rigid_loop_has_pinocchios_derivatives_along_the_loop(seed):
-    # Those of points on two moving bodies differ from differences of Pinocchio's own accelerations (4.1).
-    case, rng = moving("rigid loop", seed), np.random.default_rng(seed)
-    chain, model, tau = case.chain, case.chain.model, rng.normal(size=case.chain.model.nv)
-    found = chain.forward_dynamics_derivatives(case.q, case.v, tau)
-    closures, datas, data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData(), model.createData()
-    for closure in chain.constraint_models:
-        closures.append(closure)
-        datas.append(closure.createData())
-    settings = pin.ProximalSettings(1e-14, 1e-10, 100)
-    pin.initConstraintDynamics(model, data, closures, datas)
-    a = pin.constraintDynamics(model, data, case.q, case.v, tau, closures, datas, settings)
-    np.testing.assert_allclose(found.motion.a, a, atol=1e-9 * np.abs(a).max())
-    by_q, by_v, by_tau, *_ = pin.computeConstraintDynamicsDerivatives(model, data, closures, datas, settings)
-    Z, along = found.reduced_jacobian, found.v_q
-    for got, expected in (
-        (found.a_q @ Z + found.a_v @ along, by_q @ Z + by_v @ along),
-        (found.a_v @ Z, by_v @ Z),
-        (found.a_tau, by_tau),
-    ):
-        np.testing.assert_allclose(got, expected, atol=1e-8 * np.abs(expected).max())
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_a_tree_has_pinocchios_derivatives(seed):
     case = underactuated("random tree", seed)
@@ -114,23 +82,3 @@ def test_springs_dampers_and_sliding_friction_are_differentiated():
     check(chain, case.independent, case.q, np.array(case.v), rng.normal(size=chain.model.nv))
     with pytest.raises(errors.UnsupportedDynamics):
         chain.forward_dynamics_derivatives(case.q)
-
-
-def test_forward_and_inverse_derivatives_agree():
-    # Of a chain driven in its independent joints: ∂a_i/∂τ_i is the inverse of ∂τ_i/∂a_i.
-    case = moving("five-bar", 2)
-    motion = case.chain.forward_dynamics(case.q, case.v)
-    forward = case.chain.forward_dynamics_derivatives(case.q, case.v, independent=case.independent)
-    given = {"independent": case.independent, "actuated": case.independent}
-    inverse = case.chain.inverse_dynamics_derivatives(case.q, case.v, motion.a, **given)
-    own = forward.independent
-    response = forward.independent_tau[:, own]
-    np.testing.assert_allclose(response @ inverse.tau_a[own], np.eye(len(own)), atol=1e-10)
-    np.testing.assert_allclose(forward.independent_q, -response @ inverse.tau_q[own], atol=1e-8)
-    np.testing.assert_allclose(forward.independent_v, -response @ inverse.tau_v[own], atol=1e-8)
-
-
-def test_joints_that_do_not_determine_the_others_are_refused():
-    case = moving("five-bar", 2)
-    with pytest.raises(UndeterminedMotion):
-        case.chain.forward_dynamics_derivatives(case.q, independent=case.independent[:1])

@@ -7,9 +7,6 @@ import pytest
 from scenes import needs_human
 from underactuated_chains import LOOPS, TREES, tree_mjcf, underactuated
 
-from exo_pin import UndrivenMotion
-from exo_pin.chain import ClosedChain
-
 #: Step of the differences of fourth order, rad and m: Cassie's loops are near a singular configuration.
 STEP = 1e-4
 NAMES = [*TREES, "random tree", *LOOPS, pytest.param("Cassie", marks=needs_human)]
@@ -93,71 +90,6 @@ def test_all_rows_against_differences_on_the_manifold(name, seed):
     assert check(underactuated(name, seed), None)
 
 
-@pytest.mark.parametrize("name", ["five-bar", "rigid loop"])
-def test_all_rows_along_a_direction_against_differences(name, plain):
-    assert check(underactuated(name, 0), lambda count: np.random.default_rng(1).normal(size=(1, count)))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("name", [*TREES, "random tree"])
-def test_a_tree_has_pinocchios_derivatives(name, seed):
-    as_pinocchio(underactuated(name, seed))
-
-
-def test_an_acrobot_has_pinocchios_derivatives(plain):
-    as_pinocchio(underactuated("acrobot", 0))
-
-
-def as_pinocchio(case):
-    found = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a, actuated=case.actuated)
-    data = case.chain.model.createData()
-    expected = pin.computeRNEADerivatives(case.chain.model, data, case.q, case.v, case.a)
-    for got, matrix in zip((found.tau_q, found.tau_v, found.tau_a), expected, strict=True):
-        got = got[:, np.argsort(found.independent)]
-        np.testing.assert_allclose(got, np.reshape(matrix, got.shape), atol=1e-9 * (1 + np.abs(matrix).max()))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("name", ["five-bar", "Stewart platform", "rigid loop", "spherical loop"])
-def test_pinocchios_constrained_dynamics_make_the_changed_motion(name, seed):
-    # With the changes of efforts and missing forces found here as efforts. Pinocchio's derivatives of them are compared
-    # for rigid closures; for points on two moving bodies they differ from differences of its own accelerations (4.1).
-    case = underactuated(name, seed)
-    chain, model = case.chain, case.chain.model
-    found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a, actuated=case.actuated)
-    closures, datas, data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData(), model.createData()
-    for closure in chain.constraint_models:
-        closures.append(closure)
-        datas.append(closure.createData())
-    settings = pin.ProximalSettings(1e-14, 1e-10, 100)
-    pin.initConstraintDynamics(model, data, closures, datas)
-
-    def acceleration(q, v, tau):
-        return pin.constraintDynamics(model, data, q, v, tau, closures, datas, settings).copy()
-
-    motions, efforts, size = Motions(case, found.independent), found.forces.tau, np.abs(case.a).max()
-    changes = {"q": (found.tau_q, found.a_q), "v": (found.tau_v, found.a_v), "a": (found.tau_a, None)}
-    G = np.column_stack([motions.following(case.q, unit, np.zeros(chain.row_count)) for unit in units(found)])
-    for kind, (tau, a) in changes.items():
-        for k in range(tau.shape[1]):
-
-            def at(s, kind=kind, k=k, tau=tau):
-                q, v, _ = motions.at(kind, np.eye(tau.shape[1])[k], s)
-                return acceleration(q, v, efforts + s * tau[:, k])
-
-            expected, error = difference(at, size)
-            np.testing.assert_allclose((G if a is None else a)[:, k], expected, rtol=0, atol=error)
-    if name == "rigid loop":
-        acceleration(case.q, case.v, efforts)
-        by_q, by_v, by_tau, *_ = pin.computeConstraintDynamicsDerivatives(model, data, closures, datas, settings)
-        for expected, a in (
-            (by_q @ G + by_v @ found.v_q + by_tau @ found.tau_q, found.a_q),
-            (by_v @ G + by_tau @ found.tau_v, found.a_v),
-            (by_tau @ found.tau_a, G),
-        ):
-            np.testing.assert_allclose(a, expected, rtol=0, atol=1e-8 * (np.abs(expected).max() + size))
-
-
 def units(found):
     return np.eye(len(found.tau_q))[found.independent]
 
@@ -186,22 +118,3 @@ def test_a_tree_has_the_differences_of_mujocos_inverse_dynamics(name, seed):
 
             expected, error = difference(at, np.abs(at(0.0)).max())
             np.testing.assert_allclose(column, expected, rtol=0, atol=error)
-
-
-@pytest.mark.full
-def test_hanging_acrobot_by_hand():
-    # Two rods of 1 m and 1 kg that hang: turning the shoulder lifts both, g (1/2 + 3/2) m a rad, and the elbow's own.
-    text = tree_mjcf(TREES["acrobot"], np.random.default_rng(0))
-    bare = ClosedChain.from_mjcf(text)
-    model = pin.Model()
-    for k, name in enumerate(list(bare.model.names)[1:]):
-        place = pin.SE3(np.eye(3), np.array([0.0, 0.0, -1.0 * k]))
-        added = model.addJoint(k, pin.JointModelRY(), place, name)
-        rod = pin.Inertia(1.0, np.array([0.0, 0.0, -0.5]), np.diag([1 / 12, 1 / 12, 1e-3]))
-        model.appendBodyToJoint(added, rod, pin.SE3.Identity())
-    chain = ClosedChain(model, bare.description)
-    found = chain.inverse_dynamics_derivatives(np.zeros(2), actuated=["joint1"])
-    np.testing.assert_allclose(found.tau_q, 9.81 * np.array([[2.0, 0.5], [0.5, 0.5]]), atol=1e-12)
-    with pytest.raises(UndrivenMotion) as caught:
-        chain.inverse_dynamics([0.01, 0.0], actuated=["joint1"])
-    np.testing.assert_allclose(caught.value.missing, [0.0981 * 2, 0.0], rtol=1e-4)

@@ -1,7 +1,5 @@
 """Forces do not depend on the cut of a mechanism, its root, or the order of a closure's bodies."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from mechanisms import random_wrist
@@ -49,8 +47,6 @@ CASES = {
     ),
 }
 IDS = [(name, way) for name, (_, _, ways) in CASES.items() for way in range(1, len(ways))]
-#: One other cut of each robot by default, and all in the full set.
-FIRST = [pytest.param(name, way, marks=[] if way == 1 else pytest.mark.full) for name, way in IDS]
 
 
 def expressed_alike(skeleton, _, forces, joint):
@@ -124,49 +120,6 @@ def test_the_cut_the_root_and_the_side_change_no_reaction(name, way):
     assert one[1].undetermined > 0
     assert one[0].characteristic_length == pytest.approx(other[0].characteristic_length, rel=1e-12)
     assert_same_reactions(skeleton, motors, one, other, largest(skeleton, *one), 1e-9)
-
-
-@cache
-def bounded(name):
-    """Bounds that press on the answer of the first way, and that answer within them."""
-    skeleton, motors, ways = CASES[name]
-    # Around another answer, one that makes something else small, so that they hold there and press on this one.
-    free = solved(skeleton, motors, ways[0])
-    size = largest(skeleton, *free)
-    other_answer = solved(skeleton, motors, ways[0], objective={list(skeleton.joints)[-1]: 1.0})
-    bounds, pressed = {}, False
-    # A closure's own z is its axis, so that only joints about z have the same axes as closures and in the tree.
-    cut = {joint for chosen in ways for joint in chosen[0]}
-    alike = [name for name, joint in skeleton.joints.items() if name not in cut or joint.axis in (None, (0, 0, 1))]
-    for joint in alike[:2]:
-        there, here = (expressed_alike(skeleton, *pair, joint).wrench for pair in (other_answer, free))
-        bounds[joint] = (there - 0.01 * size, there + 0.01 * size)
-        pressed |= bool((np.abs(there - here) > 0.02 * size).any())
-    assert pressed
-    return bounds, solved(skeleton, motors, ways[0], bounds)
-
-
-@pytest.mark.parametrize(("name", "way"), FIRST)
-def test_bounds_hold_and_reach_as_far_however_it_is_cut(name, way):
-    skeleton, motors, ways = CASES[name]
-    bounds, one = bounded(name)
-    other = solved(skeleton, motors, ways[way], bounds)
-    for chain, forces in (one, other):
-        for joint, (low, high) in bounds.items():
-            wrench = expressed_alike(skeleton, chain, forces, joint).wrench
-            assert (wrench >= low - 1e-6).all()
-            assert (wrench <= high + 1e-6).all()
-    # ProxSuite's answers are optimal to 1e-8 of the largest force.
-    assert_same_reactions(skeleton, motors, one, other, largest(skeleton, *one), 1e-6)
-
-
-@pytest.mark.parametrize(("name", "way"), FIRST)
-def test_an_objective_shares_alike_however_it_is_cut(name, way):
-    skeleton, motors, ways = CASES[name]
-    joint = list(skeleton.joints)[-1]
-    objective = {joint: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]}
-    one, other = (solved(skeleton, motors, chosen, objective=objective) for chosen in (ways[0], ways[way]))
-    assert_same_reactions(skeleton, motors, one, other, largest(skeleton, *one), 1e-6)
 
 
 def wrists(mechanism, pose, **problem):

@@ -3,7 +3,6 @@
 import dataclasses
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from closed_motion import wrist
 from exchanged_closures import turned
@@ -67,54 +66,6 @@ def test_the_prototypes_least_shoulder_force_is_that_of_reaction(pose, bounds):
     np.testing.assert_allclose(g, expected.constraint_forces, rtol=0, atol=1e-6 * size)
     if bounds is None:
         assert np.linalg.norm(shoulder) < 1e-7 * size
-
-
-def pulled(seed, kinds):
-    mechanism = random_wrist(seed, kinds, with_masses=True)
-    return ep.ShoulderExo(mechanism.geometry, arm=mechanism.arm, limbs=mechanism.limbs)
-
-
-def compare_pull(exo, pose, split, objective):
-    """Both answers of limbs that only pull, or both refusals: True if there was an answer."""
-    R = thesis_rotation(*pose, degrees=True)
-    expected = exo.reaction(R, split=split, limits="pull")
-    chain, q = posed(exo.mechanism, R)
-    bounds = dict.fromkeys(chain.roles.actuated, PULL)
-    if expected.status != "ok":
-        with pytest.raises(InfeasibleForces):
-            chain.inverse_dynamics(q, effort_bounds=bounds, objective=objective)
-        return False
-    forces = chain.inverse_dynamics(q, effort_bounds=bounds, objective=objective)
-    size = max(np.abs(expected.actuator_forces).max(), np.abs(expected.shoulder_force).max())
-    expressed = forces.joint_reaction("root_joint").force
-    np.testing.assert_allclose(expressed, expected.shoulder_force, rtol=0, atol=1e-6 * size)
-    if objective == "efforts":
-        f = [-forces.effort(joint)[0] for joint in chain.roles.actuated]
-        np.testing.assert_allclose(f, expected.actuator_forces, rtol=0, atol=1e-6 * size)
-    return True
-
-
-@pytest.mark.parametrize(("split", "objective"), [("minimal", {"root_joint": FORCE_ONLY}), ("spherical", "efforts")])
-@pytest.mark.parametrize("kinds", ["SSSS", "SSSSS"])
-@pytest.mark.full
-def test_limbs_that_only_pull_agree_with_reaction_or_are_infeasible_in_both(kinds, split, objective):
-    answered = [
-        compare_pull(pulled(seed, kinds), pose, split, objective)
-        for seed in (1, 4, 5, 12, 13, 15)
-        for pose in POSES[1:3]
-    ]
-    assert any(answered)
-    assert not all(answered)
-
-
-@pytest.mark.parametrize("kinds", ["UUUU", "USUSU"])
-def test_side_forces_and_pulling_limbs_together_make_the_shoulder_force_least(kinds):
-    answered = [
-        compare_pull(pulled(seed, kinds), pose, "minimal", {"root_joint": FORCE_ONLY})
-        for seed in (1, 4, 5, 13)
-        for pose in POSES[1:3]
-    ]
-    assert any(answered)
 
 
 def lexicographic_answer(chain, q, v, a, bounds, goal, rounding=1e-9):
@@ -200,24 +151,3 @@ def test_two_motors_of_a_four_bar_share_its_load_as_the_least_squares_of_their_t
     other = chain.inverse_dynamics(q, effort_bounds={"A": wrong}, objective="efforts")
     assert other.effort("A")[0] == pytest.approx(0.0, abs=1e-7 * abs(alone))
     assert other.effort("B")[0] == pytest.approx(alone / rate, rel=1e-7)
-
-
-@pytest.mark.parametrize(("kinds", "seed"), [("USUSU", 20), ("USUSU", 24), ("UUUUU", 6)])
-def test_rounding_of_five_efforts_undetermined_in_two_directions_has_no_effect(kinds, seed):
-    # Five efforts, two ways to share them: along the other ways they change by rounding, which is more in these poses
-    # than usual, and those are the metric's to choose.
-    named = wrist(random_wrist(seed, kinds, with_masses=True))
-    chain = named.chain()
-    rng = np.random.default_rng(seed)
-    q = chain.close(pin.integrate(chain.model, named.q, rng.uniform(-0.4, 0.4, chain.model.nv)))
-    slides = chain.velocity_indices(chain.roles.actuated)
-    forces = chain.inverse_dynamics(q, objective="efforts")
-    still = np.zeros(chain.model.nv)
-    other, (best, _, z) = lexicographic_answer(
-        chain, q, still, still, {}, lambda other, z: other.forces(z).tau[slides], rounding=1e-7
-    )
-    assert np.linalg.norm(forces.tau[slides]) == pytest.approx(best, rel=1e-8)
-    size = np.abs(other.everything(z)).max()
-    for joint in [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]:
-        expressed = forces.joint_reaction(joint, intervals=False).wrench
-        np.testing.assert_allclose(expressed, other.wrench(joint, z), rtol=0, atol=1e-6 * size)

@@ -105,14 +105,6 @@ def moving(request, seed):
     return chain, (q, v, a), load, forces
 
 
-def test_the_stencil_differentiates_twice():
-    # Exact for powers up to 11; of cos t it misses 2 (5!)²/12! (h)^10.
-    weights = second_difference_weights()
-    for power in range(12):
-        expected = 2.0 if power == 2 else 0.0
-        assert sum(weight * float(k) ** power for k, weight in weights.items()) == pytest.approx(expected, abs=1e-8)
-
-
 def test_joints_and_closures_carry_and_accelerate_every_link(moving):
     chain, (q, v, a), load, forces = moving
     points, turns = accelerations(chain, q, v, a)
@@ -136,19 +128,3 @@ def test_the_wrench_on_a_body_is_the_sum_of_its_joints_and_closures(moving):
         # It carries and accelerates the body, so equilibrium knows it; the world's is known with the others'.
         assert total.unique.all()
         assert total.undetermined == 0
-
-
-def test_the_closures_points_accelerate_together(moving):
-    # Positions alone say that (v, a) keeps the loops closed: a ball's or a rigid joint's two points move as one.
-    chain, (q, v, a), _, _ = moving
-    points, turns = accelerations(chain, q, v, a)
-    size = max(np.abs(points).max(), 1.0)
-    for closure in chain.closures:
-        if closure.type not in ("rigid", "spherical", "revolute", "universal"):
-            continue
-        ends = []
-        for frame, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):
-            item = chain.model.frames[chain.model.getFrameId(frame)]
-            local = item.placement.act(np.array(place.translation))
-            ends.append(points[item.parentJoint] + turns[item.parentJoint] @ local)
-        np.testing.assert_allclose(*ends, rtol=0, atol=1e-9 * size)

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
-from closed_motion import MAKERS, closed_motion, coupled, loops, named, some_load
-from mujoco_tree import MujocoLoops, MujocoTree
+from closed_motion import MAKERS, closed_motion, named, some_load
+from geared_arms import geared, in_mujoco
+from mujoco_exact import ExactMujoco
+from mujoco_tree import MujocoLoops
+
+from exo_pin.chain import ClosedChain
 
 #: Not the wrists without shoulder, whose limbs hold the arm's centre by couples alone: MuJoCo's springs, the stiffest
 #: there are, are too soft for them, and the extrapolation below does not settle. The open tree's test has them.
@@ -13,6 +17,8 @@ NAMES = [
     if {closure.type for closure in named(name).closures.closures} <= {"spherical", "rigid"}
     and name not in ("prototype-wrist", "wrist alone")
 ]
+
+
 #: MuJoCo's largest impedance, and the others by halves: 1 - d = ε, 2 ε, 4 ε, 8 ε.
 IMPEDANCES = 1.0 - 1e-4 * np.array([1.0, 2.0, 4.0, 8.0])
 
@@ -98,22 +104,31 @@ def test_forward_dynamics_is_mujocos(name):
     assert np.abs(wrenches - ours)[unique].max() < wrench_error + 1e-9 * size
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.full) for seed in (1, 2))])
-@pytest.mark.parametrize("name", MAKERS)
-def test_forward_dynamics_agree_with_mujocos_open_tree_under_the_closures_wrenches(name, seed):
-    # Exact, and of every closure type: forces and acceleration belong together.
-    chain, (q, v, _), gravity, load = problem(name, True, seed=10 + seed)
+def moving(seed):
+    urdf, closures = geared(seed)
+    chain = ClosedChain.from_urdf(urdf, closures)
     rng = np.random.default_rng(seed)
-    tau = rng.normal(size=chain.model.nv) * 3  # on passive joints, too
-    motion = chain.forward_dynamics(q, v, tau, external=load)
-    tree = MujocoTree(named(name), gravity)
-    tree.put(chain, q, v, motion.a)
-    for link, wrench in load.items():
-        tree.push(link, wrench, chain.placement(q, link).translation)
-    for closure in loops(chain):
-        expressed = motion.forces.joint_reaction(closure.name, at=(0.0, 0.0, 0.0), intervals=False).wrench
-        tree.push(closure.frame_a, expressed, np.zeros(3))
-        tree.push(closure.frame_b, -expressed, np.zeros(3))
-    size = max(np.abs(motion.forces.joint_reaction(joint, intervals=False).wrench).max() for joint in joints(chain))
-    tau = tau + coupled(chain, q, motion.forces.multipliers)
-    np.testing.assert_allclose(tree.inverse(chain), tau, rtol=0, atol=1e-9 * size)
+    q = chain.close(rng.uniform(-0.5, 0.5, chain.model.nv))
+    return urdf, closures, chain, q, chain.project_velocity(q, rng.normal(size=chain.model.nv)), rng
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_accelerations_are_mujocos_with_exact_joint_equalities(seed):
+    urdf, closures, chain, q, v, rng = moving(seed)
+    exact = ExactMujoco(in_mujoco(urdf, closures), chain)
+    qpos = exact.qpos_of(q)
+    exact.at(qpos)
+    gaps, J = exact.rows()
+    assert np.abs(gaps).max() < 1e-12
+    T = exact.velocity_map(qpos)
+    np.testing.assert_allclose(chain.constraint_jacobian(q), J @ T, atol=1e-12)
+    np.testing.assert_allclose(chain.constraint_drift(q, v), exact.drift(qpos, T @ v), atol=1e-9 * (1 + v @ v))
+    tau = rng.normal(size=len(v))
+    expected = np.linalg.solve(T, exact.acceleration(qpos, T @ v, np.linalg.solve(T.T, tau)))
+    motion = chain.forward_dynamics(q, v, tau)
+    np.testing.assert_allclose(motion.a, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    # Driven in all joints but the followers, the efforts come back with the multipliers' share in the leaders.
+    free = [joint for joint in list(chain.model.names)[1:] if joint not in ("joint_2", "joint_4")]
+    forces = chain.inverse_dynamics(q, v, motion.a, actuated=free)
+    work = chain.reduced_jacobian(q).T @ (forces.tau - tau)
+    np.testing.assert_allclose(work, 0.0, atol=1e-9 * np.abs(tau).max())

@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
-from closed_motion import MAKERS, closed_motion, loops, named, some_load
+from closed_motion import MAKERS, closed_motion, loops, some_load
 from mechanisms import four_bar, random_wrist
 from self_stress import Open, vertices
-from skeletons import four_bar_skeleton
-from tree_forces import tree_forces
 
 from exo_pin import InfeasibleForces, thesis_rotation
 from exo_pin.chain import PULL, ClosedChain
-from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
-
-OUT_OF_PLANE = [2, 3, 4]
 
 
 def names_of(chain):
@@ -66,29 +61,6 @@ def chain_point(chain, q, closure):
     return chain.placement(q, item.frame_b).act(np.array(item.placement_b.translation))
 
 
-@pytest.mark.parametrize("part", ["whole", "floating"])
-@pytest.mark.parametrize("name", ["prototype", "heavy limbs"])
-def test_three_directions_of_the_shoulders_force_are_undetermined(name, part):
-    mechanism = preset("prototype") if name == "prototype" else random_wrist(21, "UUU", with_masses=True)
-    chain, q = wrist_at(mechanism, part)
-    forces = chain.inverse_dynamics(q)
-    shoulder = forces.joint_reaction(chain.roles.shoulder)
-    assert forces.undetermined == 3
-    assert shoulder.undetermined == 3
-    np.testing.assert_array_equal(shoulder.unique, [False, False, False, True, True, True])
-    np.testing.assert_allclose(shoulder.moment, 0.0, atol=1e-10)
-    assert np.isinf(shoulder.interval[:3]).all()
-    # The limb forces are known, and all that the torso carries.
-    slides = chain.velocity_indices(chain.roles.actuated)
-    assert forces.effort_is_unique[slides].all()
-    torso = forces.wrench_on("universe")
-    assert torso.unique.all()
-    weight = sum(inertia.mass for inertia in chain.model.inertias[1:]) * chain.model.gravity.linear
-    np.testing.assert_allclose(torso.force, weight, atol=1e-9 * np.abs(shoulder.force).max())
-    assert "undetermined" in str(shoulder)
-    assert "unique" in str(shoulder)
-
-
 def test_a_four_bar_of_hinges_and_one_ball_is_undetermined_in_one_direction_across_its_plane():
     # A force s along z goes round: from the rocker to the coupler at the tip, and back through every hinge, whose
     # moments balance its levers. Nothing in the plane changes.
@@ -112,33 +84,6 @@ def test_a_four_bar_of_hinges_and_one_ball_is_undetermined_in_one_direction_acro
         np.testing.assert_allclose(own, expected / sign, atol=1e-12)
     expressed = forces.joint_reaction("tip")
     np.testing.assert_array_equal(expressed.unique, [True, True, False, True, True, True])
-
-
-def test_a_four_bar_of_hinges_is_undetermined_in_three_directions_across_its_plane():
-    chain = four_bar_skeleton().chain(("C",), actuated=("A",))
-    forces = chain.inverse_dynamics(chain.neutral())
-    assert forces.undetermined == 3
-    for joint in ("A", "B", "C", "D"):
-        expressed = forces.joint_reaction(joint)
-        assert expressed.undetermined == 3
-        np.testing.assert_array_equal(np.flatnonzero(~expressed.unique), OUT_OF_PLANE)
-
-
-def test_a_limit_on_one_way_bounds_every_joint_by_hand():
-    # |F_z| at the tip between -2 and 5 N: every hinge's open components follow it along their one direction.
-    named_bar = four_bar()
-    chain = named_bar.chain()
-    limits = ([-np.inf, -np.inf, -2, -np.inf, -np.inf, -np.inf], [np.inf, np.inf, 5, np.inf, np.inf, np.inf])
-    forces = chain.inverse_dynamics(named_bar.q, reaction_bounds={"tip": limits})
-    tip = forces.joint_reaction("tip")
-    np.testing.assert_allclose(tip.interval[2], [-2, 5], atol=1e-9)
-    other = Open(chain, named_bar.q)
-    at_tip = other.affine(lambda z: other.wrench("tip", z)[2])
-    for joint in ("coupler_hinge", "crank_hinge", "rocker_hinge"):
-        expressed = forces.joint_reaction(joint)
-        constant, effect = other.affine(lambda z, joint=joint: other.wrench(joint, z))
-        ends = [constant + effect[:, 0] * (limit - at_tip[0][0]) / at_tip[1][0, 0] for limit in (-2, 5)]
-        np.testing.assert_allclose(expressed.interval, np.sort(np.array(ends).T, axis=1), atol=1e-8)
 
 
 LIMITS = 60.0 * np.ones(3), 25.0 * np.ones(3)
@@ -208,22 +153,3 @@ def test_an_interval_is_infinite_only_without_bounds(seed):
         size = np.abs(constant).max()
         np.testing.assert_allclose(interval, [low, at_corners[:, k].max()], rtol=0, atol=1e-7 * size)
         assert interval[0] - 1e-7 * size <= forces.effort(joint)[0] <= interval[1] + 1e-7 * size
-
-
-def test_perturbed_multipliers_still_make_the_motion():
-    chain, q, v, a = closed_motion("heavy limbs", 3)
-    forces = chain.inverse_dynamics(q, v, a)
-    z = np.random.default_rng(1).normal(size=forces.undetermined) * 100
-    there = tree_forces(chain, q, v, a, forces.multipliers + forces.self_stresses @ z).tau
-    np.testing.assert_allclose(there, forces.tau, atol=1e-9 * np.abs(forces.multipliers).max())
-    assert named("heavy limbs").closures.roles.actuated == chain.roles.actuated
-
-
-def test_forces_print_efforts_and_whether_they_are_unique():
-    chain = four_bar_skeleton().chain(("C",), actuated=("A",))
-    first, rest, _ = str(chain.inverse_dynamics(chain.neutral())).splitlines()
-    assert first.split()[:3] == ["effort", "of", "A"]
-    assert first.split()[-3:] == ["N", "m", "unique"]
-    assert "not all unique (self-stresses: 3)" in rest
-    both = str(chain.inverse_dynamics(chain.neutral(), actuated=["A", "B"])).splitlines()
-    assert [line.split()[-1] for line in both[:-2]] == ["undetermined"] * 2

@@ -4,8 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exo_pin import InvalidInput, MotionBlocked, SimulationStopped
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain
 
 #: A crank of 0.1 m, a rod of 0.3 m and a slider on the crank's line, which is at 0.4 m at the outer dead centre.
 CRANK = """<mujoco model="slider_crank"><option gravity="0 0 0"/><compiler angle="radian"/>
@@ -90,81 +89,3 @@ def test_an_impact_in_a_loop_of_two_freedoms_is_that_of_the_equations(restitutio
     lost = [0.5 * u @ mass_matrix(chain, p) @ u for p, u in zip(around.q[1:], around.v[1:], strict=True)]
     assert around.dissipated[-1] == pytest.approx(lost[0] - lost[1], rel=1e-5, abs=1e-7)
     assert found.energy_drift <= 1e-7
-
-
-def test_a_loop_that_drives_a_joint_into_its_stop_is_reported_with_the_joint():
-    """The slider stands on a lower stop at the outer dead centre: it can only go back, where the stop is."""
-    chain = ClosedChain.from_mjcf(CRANK.format(range="0 1"))
-    q, v = crank_at(chain, 0.0, 2.0)
-    np.testing.assert_allclose(v[chain.velocity_slice("slider")], 0.0, atol=1e-15)
-    # r (1 + r/l) ω² towards the crank, by the kinematics of the slider-crank.
-    free = chain.forward_dynamics(q, v).a[chain.velocity_slice("slider")]
-    np.testing.assert_allclose(free, -0.1 * (1.0 + 0.1 / 0.3) * 2.0**2, rtol=1e-9)
-    with pytest.raises(MotionBlocked, match="move slider into the stop") as caught:
-        chain.forward_dynamics(q, v, {"slider": 1e6}, stops=True)
-    assert caught.value.joints == ("slider",)
-    with pytest.raises(SimulationStopped, match="move slider into the stop") as stopped:
-        chain.simulate(q, v, [0.0, 0.1], stops=True)
-    assert stopped.value.time == 0.0
-    # A body of its own that rests on a stop has no part in it.
-    slide = '<joint name="other" type="slide" axis="1 0 0" range="0 1"/><geom fromto="0 1 0 0 2 0"/>'
-    other = f'<body name="other">{slide}</body></worldbody>'
-    two = ClosedChain.from_mjcf(CRANK.format(range="0 1").replace("</worldbody>", other))
-    with pytest.raises(MotionBlocked) as caught:
-        two.forward_dynamics(*crank_at(two, 0.0, 2.0), stops=True)
-    assert caught.value.joints == ("slider",)
-    # At rest nothing moves into it, and an upper stop there is left.
-    assert np.abs(chain.forward_dynamics(q, 0.0 * v, stops=True).a).max() <= 1e-12
-    passes = ClosedChain.from_mjcf(CRANK.format(range="-1 0"))
-    np.testing.assert_allclose(passes.forward_dynamics(q, v, stops=True).a, chain.forward_dynamics(q, v).a, atol=1e-9)
-
-
-def test_a_dead_centre_at_the_stop_is_passed_without_loss():
-    """The slider touches its stop with no speed, and the crank goes round."""
-    chain = ClosedChain.from_mjcf(CRANK.format(range="-1 0"))
-    q, v = crank_at(chain, -0.4, 2.0)
-    found = chain.simulate(q, v, np.linspace(0.0, 1.0, 21), stops=True)
-    assert found.q[-1, chain.configuration_slice("crank")][0] > 1.0
-    assert abs(found.dissipated[-1]) <= 1e-7
-    assert found.energy_drift <= 1e-7
-
-
-def test_a_velocity_into_a_stop_is_refused_with_the_coordinate():
-    """forward_dynamics computes no impact."""
-    chain = ClosedChain.from_mjcf(CRANK.format(range="-0.05 1"))
-    q, _ = crank_at(chain, 0.3, 2.0)
-    chain.model.lowerPositionLimit[chain.configuration_slice("slider")] = q[chain.configuration_slice("slider")]
-    v = chain.dependent_motion(q, ["crank"], [2.0])[0]
-    with pytest.raises(InvalidInput, match="moves into its stop"):
-        chain.forward_dynamics(q, v, stops=True)
-
-
-@pytest.mark.parametrize(
-    ("light", "restitution"),
-    [(1.0, 0.0), *(pytest.param(*case, marks=pytest.mark.full) for case in ((1.0, 0.3), (0.2, 0.0)))],
-)
-def test_two_joints_that_throw_each_other_off_their_stops_come_to_rest(light, restitution):
-    """A light body between the world and a heavy one: every impact of one joint parts the other from its stop.
-
-    The times between impacts shrink in proportion, to nothing within a finite time: then both rest, under the efforts
-    that press them on.
-    """
-    model = pin.Model()
-    joint = 0
-    for name, mass in (("light", light), ("heavy", 1.0)):
-        joint = model.addJoint(joint, pin.JointModelPX(), pin.SE3.Identity(), name)
-        model.appendBodyToJoint(joint, pin.Inertia(mass, np.zeros(3), 1e-3 * np.eye(3)), pin.SE3.Identity())
-    model.lowerPositionLimit, model.upperPositionLimit = np.array([0.0, -1.0]), np.array([1.0, 0.0])
-    chain = ClosedChain(model, Closures("two slides"))
-    chain.model.gravity.linear = np.zeros(3)
-    efforts = np.array([-1.0, 1.0])
-    found = chain.simulate(
-        [0.01, -0.01], [0.0, 0.0], np.linspace(0.0, 4.0, 5), efforts, stops=True, restitution=restitution
-    )
-    assert len(found.events) < 400
-    np.testing.assert_allclose(found.q[-1], 0.0, atol=1e-8)
-    np.testing.assert_array_equal(found.v[-1], 0.0)
-    # The efforts press the bodies on from 10 mm: their work is all lost.
-    assert found.dissipated[-1] == pytest.approx(0.01 + 0.01, rel=1e-6)
-    motion = chain.forward_dynamics([0.0, 0.0], [0.0, 0.0], efforts, stops=True)
-    np.testing.assert_allclose(motion.stop_reactions, -efforts, rtol=1e-12)

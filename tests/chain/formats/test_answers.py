@@ -1,5 +1,6 @@
 """Answers about robots' files that are read and written, as they are stored."""
 
+import odd_files
 import several_coordinates
 from answers import changes, each_of
 from asked_digits import of_words, right_angles, rounded_files
@@ -58,6 +59,8 @@ ASKED |= {
     "said_of_caspr": of_caspr,
     "right_angles": right_angles,
     "digits": of_words,
+    "odd_read": odd_files.read,
+    "odd_written": odd_files.write,
 }
 ASKED |= {
     f"{name}_of_{digits}_digits": lambda name=name, digits=digits: rounded_files(name, digits)

@@ -8,7 +8,7 @@ import scipy
 from caspr_robots import ARM, MOMENTS, ROUTES, cables, link, motion, system
 from scipy.spatial.transform import Rotation
 
-from exo_pin import ClosedChain, ExoPinError
+from exo_pin import ClosedChain
 
 MJCF = """<mujoco><worldbody><site name="a" pos="0.2 0 0.1"/><site name="d" pos="-0.2 0.1 0"/>
 <body pos="0.1 0.2 0.3"><joint type="ball"/>{0}<site name="b" pos="0.075 0.02 -0.1"/>
@@ -66,35 +66,6 @@ def test_angles_at_the_start_turn_the_link(kind, angles, turns):
     wanted = Rotation.from_euler(angles, start[-3:]).as_matrix()
     assert np.allclose(data.oMi[1].rotation, wanted, atol=1e-12)
     assert np.allclose(data.oMi[1].translation, start[:3] if count == 6 else 0.0)
-
-
-def test_slides_come_before_the_turn_and_have_limits():
-    chain = ClosedChain.from_caspr(system(link(1, "plate", motion("PLANAR_XZ", 3), 0, "0 0 1")), cables())
-    assert list(chain.model.names)[1:] == ["plate_x", "plate_z", "plate_turn_y"]
-    assert chain.model.upperPositionLimit.tolist() == [3.0, 3.0, 3.0]
-    data = chain.model.createData()
-    pin.forwardKinematics(chain.model, data, np.array([0.1, 0.2, 0.3]))
-    assert np.allclose(data.oMi[3].translation, [0.1, 0.0, 1.2])
-    assert np.allclose(data.oMi[3].rotation[:, 0], [np.cos(0.3), 0.0, -np.sin(0.3)])
-
-
-def test_moments_about_the_joint_are_taken_to_the_centre_of_mass():
-    centre = np.array([0.01, 0.02, -0.13])
-    about = 3.0 * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-    given = about + np.diag([0.03, 0.025, 0.01])
-    texts = [f"<{key}>{given[at]}</{key}>" for key, at in zip(("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"),
-             ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)), strict=True)]  # fmt: skip
-    text = system(link(1, "rod", motion("R_X", 1), 0, "0 0 0", "joint", "".join(texts)))
-    chain = ClosedChain.from_caspr(text, cables(((0, "0 0 0"), (1, "0 0 1")), reference="joint"))
-    assert np.allclose(chain.model.inertias[1].inertia, np.diag([0.03, 0.025, 0.01]), atol=1e-12)
-    assert chain.description.cables[0].points[1] == ("rod", (0.0, 0.0, 1.0))
-
-
-def test_shortened_files_are_refused_or_read():
-    routes = cables(*ROUTES)
-    for place in range(0, len(ARM), 97):
-        with pytest.raises(ExoPinError):
-            ClosedChain.from_caspr(ARM[: max(place, 1)], routes)
 
 
 #: CASPR's "Example spatial" with "basic_7_cables": ends on the frame and on the plate, m.

@@ -1,36 +1,18 @@
 """What is drawn of a robot stands in the same place in every format that it is written to."""
 
+import xml.etree.ElementTree as ET
+
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from urdf_knee import BARE, GOOD
+from written_robots import text_of, urdf_of
 
 from exo_pin.chain import ClosedChain
 
-INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-VISUAL = '<visual><origin xyz="{}" rpy="{}"/><geometry>{}</geometry>{}</visual>'
-RED = '<material name="red"><color rgba="1 0 0 0.5"/></material>'
 #: A pyramid, which MuJoCo reads.
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-
-
-@pytest.fixture
-def robot(tmp_path):
-    (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "tip.obj").write_text(OBJ)
-    arm = VISUAL.format("0 0 0.2", "0 0.3 0", '<cylinder radius="0.05" length="0.4"/>', RED)
-    arm += VISUAL.format("0.1 0 0", "0 0 0", '<box size="0.1 0.2 0.3"/>', '<material name="red"/>')
-    hand = VISUAL.format("0 0 0.1", "0 0 1", '<mesh filename="meshes/tip.obj" scale="0.1 0.1 0.2"/>', "")
-    hand += VISUAL.format("0 0.1 0", "0 0 0", '<mesh filename="package://nowhere/tip.dae"/>', "")
-    hinge = '<axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
-    text = (
-        f'<robot name="arm">{RED}<link name="base">{VISUAL.format("0 0 0", "0 0 0", "<sphere radius=.1/>", "")}</link>'
-        f'<link name="upper">{INERTIAL}{arm}</link><link name="hand">{hand}</link>'
-        f'<joint name="shoulder" type="revolute"><origin xyz="0 0 1" rpy="0.2 0 0"/><parent link="base"/>'
-        f'<child link="upper"/>{hinge}</joint><joint name="grip" type="fixed"><origin xyz="0 0 0.4" rpy="0 0 0.5"/>'
-        '<parent link="upper"/><child link="hand"/></joint></robot>'
-    ).replace("radius=.1", 'radius="0.1"')
-    (tmp_path / "arm.urdf").write_text(text)
-    return ClosedChain.from_urdf(tmp_path / "arm.urdf")
 
 
 def poses(chain):
@@ -41,50 +23,6 @@ def poses(chain):
         pose = (chain.placement(q, shape.frame) * shape.place).homogeneous
         found.append((shape.kind, np.round(shape.size, 9).tolist(), shape.colour, np.round(pose, 9).tolist()))
     return sorted(found, key=repr)
-
-
-def test_shapes_of_a_urdf_are_read(robot, tmp_path):
-    kinds = [shape.kind for shape in robot.description.shapes]
-    assert kinds == ["sphere", "cylinder", "box", "mesh", "mesh"]
-    files = [shape.file for shape in robot.description.shapes if shape.kind == "mesh"]
-    assert files == [str((tmp_path / "meshes" / "tip.obj").resolve()), "package://nowhere/tip.dae"]
-    assert [shape.colour for shape in robot.description.shapes] == [None, *[(1.0, 0.0, 0.0, 0.5)] * 2, None, None]
-
-
-def test_shapes_are_written_as_urdf_and_sdf(robot, tmp_path):
-    urdf, sdf = robot.to_urdf(tmp_path / "out"), robot.to_sdf(tmp_path / "out", np.zeros(1))
-    for chain in (ClosedChain.from_urdf(urdf), ClosedChain.from_sdf(sdf)):
-        assert poses(chain) == poses(robot)
-
-
-def test_shapes_are_written_as_mjcf(robot, tmp_path):
-    path = robot.to_mjcf(tmp_path / "out")
-    assert "package://nowhere/tip.dae" in path.read_text(encoding="utf-8")
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.4
-    mujoco.mj_forward(model, data)
-    kinds = [mujoco.mjtGeom(int(kind)).name for kind in model.geom_type]
-    assert kinds == ["mjGEOM_SPHERE", "mjGEOM_CYLINDER", "mjGEOM_BOX", "mjGEOM_MESH"]
-    assert not model.geom_contype.any()
-    q = np.array([0.4])
-    for index, shape in enumerate(robot.description.shapes[:3]):
-        pose = robot.placement(q, shape.frame) * shape.place
-        np.testing.assert_allclose(data.geom_xpos[index], pose.translation, atol=1e-12)
-        np.testing.assert_allclose(data.geom_xmat[index].reshape(3, 3), pose.rotation, atol=1e-12)
-    np.testing.assert_allclose(model.geom_size[1][:2], [0.05, 0.2])
-    # MuJoCo moves a mesh to its own centre: a corner of the drawn one is where its shape puts it.
-    mesh = robot.description.shapes[3]
-    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.2]])
-    pose = robot.placement(q, mesh.frame) * mesh.place
-    wanted = corners @ pose.rotation.T + pose.translation
-    found = model.mesh_vert @ data.geom_xmat[3].reshape(3, 3).T + data.geom_xpos[3]
-    for corner in wanted:
-        assert np.abs(found - corner).max(axis=1).min() < 1e-6
-    # They weigh nothing and collide with nothing.
-    again = ClosedChain.from_mjcf(path)
-    assert again.description.left_out == ()
-    assert again.model.inertias[1].mass == robot.model.inertias[1].mass
 
 
 def collected(model, q):
@@ -159,28 +97,120 @@ def test_geoms_are_carried_from_mjcf_to_mjcf(geoms, tmp_path):
     assert poses(again) == poses(chain)
 
 
-def test_geoms_are_carried_to_sdf_and_urdf(geoms, tmp_path):
-    chain = ClosedChain.from_mjcf(geoms)
-    q = np.zeros(1)
-    again = ClosedChain.from_sdf(chain.to_sdf(tmp_path / "out", q))
-    # A shape for both becomes two.
-    wanted = [(each, role) for each in chain.description.shapes for role in each.elements]
-    for (shape, role), found in zip(wanted, again.description.shapes, strict=True):
-        assert (found.kind, found.role, found.frame) == (
-            shape.kind,
-            role,
-            "ground" if shape.kind == "sphere" else "upper",
+#: Size here, elements of SDF, and size in MuJoCo.
+KINDS = {
+    "box": ((0.1, 0.2, 0.3), "<size>0.1 0.2 0.3</size>", (0.05, 0.1, 0.15)),
+    "sphere": ((0.4,), "<radius>0.4</radius>", (0.4,)),
+    "cylinder": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "capsule": ((0.1, 0.5), "<radius>0.1</radius><length>0.5</length>", (0.1, 0.25)),
+    "ellipsoid": ((0.1, 0.2, 0.3), "<radii>0.1 0.2 0.3</radii>", (0.1, 0.2, 0.3)),
+    "mesh": ((1.0, 2.0, 3.0), "<uri>none.stl</uri><scale>1 2 3</scale>", ()),
+}
+
+
+def sdf_of(inside):
+    body = "<inertial><mass>1</mass></inertial>"
+    text = f'<sdf version="1.11"><model name="m"><link name="arm">{body}{inside}</link></model></sdf>'
+    return ClosedChain.from_sdf(text)
+
+
+def urdf_with(inside, head=""):
+    old = GOOD[GOOD.index("<visual>") : GOOD.index("</visual>") + 9]
+    return GOOD.replace(old, inside).replace('<link name="a"/>', f'{head}<link name="a"/>')
+
+
+@pytest.mark.parametrize(
+    ("name", "there"),
+    [
+        ("arm.stl", "robot/urdf/arm.stl"), ("../meshes/arm.stl", "robot/meshes/arm.stl"), ("none.stl", None),
+        # Of a package an ancestor of the file's folder is the package, or holds it.
+        ("package://robot/meshes/arm.stl", "robot/meshes/arm.stl"), ("package://other/hand.stl", "other/hand.stl"),
+        ("package://robot/none.stl", None), ("package://none/arm.stl", None),
+        ("package://meshes/arm.stl", "robot/meshes/arm.stl"), ("package://urdf/arm.stl", "robot/urdf/arm.stl"),
+        ("file:///any.stl", "/any.stl"),
+    ],
+)  # fmt: skip
+def test_where_a_mesh_is(name, there, tmp_path):
+    for path in ("robot/urdf/arm.stl", "robot/meshes/arm.stl", "other/hand.stl"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text("solid")
+    text = urdf_with(f'<visual><geometry><mesh filename="{name}"/></geometry></visual>')
+    (tmp_path / "robot" / "urdf" / "arm.urdf").write_text(text)
+    (shape,) = ClosedChain.from_urdf(tmp_path / "robot" / "urdf" / "arm.urdf", BARE).description.shapes
+    assert shape.file == (name if there is None else str((tmp_path / there).resolve()))
+    assert shape.size == (1.0, 1.0, 1.0)
+    # Without a folder only what is in the working directory is found.
+    (shape,) = ClosedChain.from_urdf(text, BARE).description.shapes
+    assert shape.file == name.removeprefix("file://")
+
+
+@pytest.mark.parametrize("colour", [None, (0.1, 0.2, 0.3, 0.4)])
+@pytest.mark.parametrize("role", ["visual", "collision"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_shapes_come_back_from_all_formats(kind, role, colour):
+    size, elements, theirs = KINDS[kind]
+    colour = colour if role == "visual" else None
+    material = f"<material><diffuse>{' '.join(map(str, colour))}</diffuse></material>" if colour else ""
+    geometry = f"<geometry><{kind}>{elements}</{kind}></geometry>"
+    given = sdf_of(f'<{role} name="p"><pose>0.1 -0.2 0.3 0.3 -0.4 0.9</pose>{geometry}{material}</{role}>')
+    written = text_of(given, "sdf", given.neutral())
+    assert f'<{role} name="{role}_0">' in written
+    read = [given, ClosedChain.from_sdf(written)]
+    if kind not in ("ellipsoid", "capsule"):
+        read.append(ClosedChain.from_urdf(*urdf_of(given)))
+    if kind == "capsule":
+        # URDF 1.0 has a cylinder with a ball at either end.
+        cylinder, *balls = ClosedChain.from_urdf(*urdf_of(given)).description.shapes
+        assert [(part.kind, part.size, part.colour) for part in (cylinder, *balls)] == [
+            (each, end, given.description.shapes[0].colour)
+            for each, end in (("cylinder", size), ("sphere", size[:1]), ("sphere", size[:1]))
+        ]
+        np.testing.assert_allclose(
+            cylinder.place.homogeneous, given.description.shapes[0].place.homogeneous, atol=1e-12
         )
-        np.testing.assert_allclose(found.size, shape.size)
-        one, other = (robot.placement(q, each.frame) * each.place for robot, each in ((chain, shape), (again, found)))
-        np.testing.assert_allclose(one.homogeneous, other.homogeneous, atol=1e-9)
-    urdf = chain.to_urdf(tmp_path / "out")
-    assert "left out: {ellipsoid: 1}" in urdf.read_text(encoding="utf-8")
-    read = ClosedChain.from_urdf(urdf).description
-    assert not any(text.startswith("pictures") for text in read.left_out)
-    kinds = [(shape.kind, shape.role) for shape in read.shapes]
-    # URDF 1.0 has no capsules.
-    assert kinds.count(("cylinder", "visual")) == 1
-    assert kinds.count(("cylinder", "collision")) == 2
-    assert kinds.count(("sphere", "collision")) == 3
-    assert kinds.count(("mesh", "visual")) == 1
+        ends = sorted((cylinder.place.inverse() * ball.place).translation[2] for ball in balls)
+        np.testing.assert_allclose(ends, [-0.25, 0.25], atol=1e-12)
+    if theirs:
+        text = text_of(given, "mjcf", given.neutral())
+        model = mujoco.MjModel.from_xml_string(text)
+        assert mujoco.mjtGeom(int(model.geom_type[0])).name == f"mjGEOM_{kind.upper()}"
+        np.testing.assert_allclose(model.geom_size[0][: len(theirs)], theirs)
+    for chain in read:
+        (found,) = chain.description.shapes
+        assert (found.frame, found.kind, found.role) == ("arm", kind, role)
+        np.testing.assert_allclose(found.size, size, rtol=1e-15)
+        np.testing.assert_allclose(found.place.translation, [0.1, -0.2, 0.3], atol=1e-15)
+        turn = Rotation.from_euler("xyz", [0.3, -0.4, 0.9]).as_matrix()
+        np.testing.assert_allclose(found.place.rotation, turn, atol=1e-15)
+        assert found.colour == colour
+        assert found.file == ("none.stl" if kind == "mesh" else None)
+
+
+@pytest.mark.parametrize(
+    ("name", "there", "is_read"),
+    [
+        ("a.obj", True, True), ("a.OBJ", True, True), ("a.obj", False, False),
+        ("a.dae", True, False), ("a.dae", False, False),
+    ],
+)  # fmt: skip
+def test_meshes_that_mujoco_reads_are_written_once(name, there, is_read, tmp_path):
+    path = tmp_path / name
+    if there:
+        path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    meshes = "".join(
+        f'<visual><geometry><mesh filename="{path}" scale="{size} {size} {size}"/></geometry></visual>'
+        for size in (1.0, 1.0, 0.5)
+    )
+    text = urdf_with(f'{meshes}<visual><geometry><sphere radius="0.1"/></geometry></visual>')
+    text = text_of(ClosedChain.from_urdf(text, BARE), "mjcf", np.zeros(1))
+    root = ET.fromstring(text)
+    geoms = [(geom.get("type"), geom.get("mesh")) for geom in root.iter("geom")]
+    if not is_read:
+        assert geoms == [("sphere", None)]
+        assert f"does not read: {path}. -->" in text
+        assert root.find("asset") is None
+        return
+    # Two of one size are one mesh.
+    assert geoms == [("mesh", "mesh_0"), ("mesh", "mesh_0"), ("mesh", "mesh_1"), ("sphere", None)]
+    assert [mesh.get("scale") for mesh in root.iter("mesh")] == ["1.0 1.0 1.0", "0.5 0.5 0.5"]
+    assert "does not read" not in text

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from mechanisms import five_bar, four_bar, random_wrist
+from mechanisms import random_wrist
 
-from exo_pin import InvalidInput, LoopNotClosed, thesis_rotation
+from exo_pin import thesis_rotation
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
 from exo_pin.design import preset
 from exo_pin.wrist import limb_jacobian
@@ -55,33 +55,6 @@ def test_locked_actuators_hold_the_arm_except_at_the_singular_pose(part, full):
     assert (mobility.rank, mobility.degrees_of_freedom) == (full - 1, 1)
 
 
-def test_without_the_ball_joint_the_singular_pose_drops_the_rank():
-    chain = wrist_chain(preset("prototype"), "wrist")
-    assert chain.mobility(at(chain, SINGULAR)).rank == 17
-
-
-def test_locked_actuators_leave_the_smaller_margin_the_nearer_the_singularity():
-    chain = wrist_chain(preset("prototype"), "whole")
-    margins = [
-        chain.mobility(at(chain, thesis_rotation(angle, 0, 0, degrees=True)), chain.roles.actuated).smallest
-        for angle in (89.0, 89.9, 89.99)
-    ]
-    # Along abduction the determinant has a double zero at 90°, so the margin is quadratic in the distance.
-    assert margins[0] / margins[1] == pytest.approx(100, rel=0.02)
-    assert margins[1] / margins[2] == pytest.approx(100, rel=0.002)
-
-
-def test_the_effort_grows_without_bound_towards_the_singularity():
-    chain = wrist_chain(preset("prototype"), "whole")
-    efforts = [
-        chain.mobility(at(chain, thesis_rotation(angle, 0, 0, degrees=True))).margins.effort["N per N m"]
-        for angle in (89.9, 89.99, 89.999)
-    ]
-    assert efforts[1] / efforts[0] == pytest.approx(100, rel=0.02)
-    assert efforts[2] / efforts[1] == pytest.approx(100, rel=0.02)
-    assert chain.mobility(at(chain, SINGULAR)).margins.effort["N per N m"] == np.inf
-
-
 @pytest.mark.parametrize("pose", range(len(POSES)))
 def test_margins_of_the_wrist_are_its_limbs_jacobian(pose):
     # d(lengths)/dt = J ω: travel is its norm, and effort per moment the norm of its inverse, as in the closed form.
@@ -91,19 +64,6 @@ def test_margins_of_the_wrist_are_its_limbs_jacobian(pose):
     margins = chain.mobility(at(chain, POSES[pose]), part="orientation").margins
     assert margins.travel == pytest.approx({"m per rad": np.linalg.norm(J, 2)}, rel=1e-6)
     assert margins.effort == pytest.approx({"N per N m": np.linalg.norm(np.linalg.inv(J), 2)}, rel=1e-6)
-
-
-def test_a_chain_that_is_locked_altogether():
-    named = five_bar()
-    mobility = named.chain().mobility(named.q, locked=["left_crank_hinge", "right_crank_hinge"], frame="tip")
-    assert (mobility.degrees_of_freedom, mobility.locked, mobility.margins, mobility.kinds) == (0, None, None, ())
-    mobility = named.chain().mobility(
-        named.q, locked=["left_forearm_hinge", "right_forearm_hinge"], actuated=["left_crank_hinge"], frame="tip"
-    )
-    assert mobility.degrees_of_freedom == 0
-    assert mobility.margins.effort["N m per N"] == 0.0
-    with pytest.raises(InvalidInput, match="not actuated"):
-        named.chain().mobility(named.q, locked=["left_crank_hinge"], actuated=["left_crank_hinge"])
 
 
 def test_idle_turns_are_no_singularity():
@@ -139,39 +99,3 @@ def test_wrists_of_mixed_limbs(kinds):
         assert mobility.degrees_of_freedom == 3
         # With the ball joint, every UPU limb repeats one constraint.
         assert mobility.redundant == upu
-
-
-def test_planar_mechanisms():
-    # A point closure of planar links repeats the row across the plane, a rigid one three rows.
-    for named, rows, freedoms, redundant in ((four_bar(), 3, 1, 1), (four_bar("link"), 6, 1, 3), (five_bar(), 3, 2, 1)):
-        chain = named.chain()
-        mobility = chain.mobility(named.q)
-        assert (mobility.rows, mobility.degrees_of_freedom, mobility.redundant) == (rows, freedoms, redundant)
-        assert chain.mobility(named.q, locked=chain.roles.actuated).degrees_of_freedom == 0
-
-
-def test_a_folded_four_bar_gains_a_freedom_with_its_rocker_locked():
-    # Crank and coupler in line: the rocker's dead point, where locking it leaves the crank's velocity free.
-    named = four_bar()
-    chain = named.chain()
-    # Stretched out they would be 1.007 m long, which 0.4 + 0.5 cannot meet; the coupler folds back over the crank.
-    reach = np.sqrt(0.5) - 0.3
-    angle = np.arccos((0.4**2 + reach**2 - 0.5**2) / (2 * 0.4 * reach))
-    tip = reach * np.array([np.cos(angle), np.sin(angle)])
-    q = np.array([angle + np.pi, -np.pi, np.arctan2(tip[1], tip[0] - 0.4)])
-    assert np.abs(chain.residual(q)).max() < 1e-15
-    assert chain.mobility(q).degrees_of_freedom == 1
-    assert chain.mobility(q, locked=["rocker_hinge"]).degrees_of_freedom == 1
-    assert chain.mobility(q, locked=["crank_hinge"]).degrees_of_freedom == 0
-
-
-def test_an_open_chain_has_no_mobility():
-    named = five_bar()
-    with pytest.raises(LoopNotClosed):
-        named.chain().mobility(named.q + 0.01)
-
-
-def test_a_chain_without_loops():
-    chain = wrist_chain(preset("prototype"), "shoulder")
-    mobility = chain.mobility(chain.neutral())
-    assert (mobility.rows, mobility.rank, mobility.degrees_of_freedom, mobility.smallest) == (0, 0, 3, 0.0)

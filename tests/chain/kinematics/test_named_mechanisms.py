@@ -23,14 +23,6 @@ def test_four_bar_rates_and_margins():
     assert margins.travel == pytest.approx({"rad per rad": 1 / 0.84})
 
 
-def test_five_bar_tip():
-    # Forearms along (±0.8, 0.6) see of the tip's velocity what they see of the elbows': 0.8 x + 0.6 y = -0.2 l and
-    # -0.8 x + 0.6 y = 0.2 r for crank rates l and r.
-    named = five_bar()
-    J = named.chain().frame_jacobian(named.q, "tip", named.closures.roles.actuated)
-    np.testing.assert_allclose(J[:2], [[-1 / 8, -1 / 8], [-1 / 6, 1 / 6]], atol=1e-15)
-
-
 def five_bar_at(tip, sides):
     """Configuration of the five-bar with its tip at a point, elbows on given sides, by the cosine rule."""
     q = []
@@ -93,14 +85,6 @@ def test_planar_3rrr_by_its_rods():
     assert (mobility.degrees_of_freedom, mobility.redundant) == (3, 6)
     assert dict(mobility.redundant_closures) == {"tip_1": 3, "tip_2": 3}
     assert mobility.kinds == ()
-
-
-def test_planar_3rrr_turns_where_its_rods_meet():
-    named = planar_3rrr(radial=True)
-    mobility = named.chain().mobility(named.q)
-    assert mobility.kinds == ("output",)
-    assert mobility.locked.degrees_of_freedom == 1
-    assert mobility.margins.effort["N m per N m"] == np.inf
 
 
 def test_agile_eye_is_isotropic_at_home_and_turned_by_its_closed_form():

@@ -4,10 +4,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS, off
-from mechanisms import five_bar
-
-from exo_pin import InvalidInput, LoopNotClosed
-from exo_pin.chain import ClosedChain, Closures
 
 STEP = 1e-5
 
@@ -33,32 +29,6 @@ def test_the_chosen_split_determines_everything(case):
     # Every motion that keeps the loops closed is one of G's.
     v = chain.project_velocity(q, rng.normal(size=chain.model.nv))
     np.testing.assert_allclose(G @ v[split.independent], v, atol=1e-8)
-
-
-def test_an_open_tree_is_split_without_a_condition():
-    chain = ClosedChain.from_urdf(five_bar().urdf, Closures("open"))
-    split = chain.split(np.zeros(4))
-    assert (split.independent.tolist(), split.dependent.tolist(), split.condition) == ([0, 1, 2, 3], [], 1.0)
-
-
-def test_pivoting_is_no_worse_than_the_given_joints(case):
-    chain, q, _ = case
-    # Five slides of a wrist are more than its three freedoms.
-    try:
-        given = chain.split(q, chain.roles.actuated).condition
-    except InvalidInput:
-        return
-    chosen = chain.split(q).condition
-    assert chosen <= 3.0 * given
-
-
-def test_the_reduced_jacobian_is_the_dependent_motion(case):
-    chain, q, rng = case
-    actuated = chain.roles.actuated
-    G = chain.reduced_jacobian(q, actuated)
-    rates = rng.normal(size=G.shape[1])
-    v, _ = chain.dependent_motion(q, actuated, rates)
-    np.testing.assert_allclose(G @ rates, v, rtol=1e-7, atol=1e-7)
 
 
 def test_dependent_accelerations_are_the_change_of_the_dependent_motion(case):
@@ -88,7 +58,7 @@ def test_projections_close_the_loops_and_move_least(case):
     held = chain.project_acceleration(q, kept, a)
     assert np.abs(J @ held + chain.constraint_drift(q, kept)).max() < 1e-8 * (1 + np.abs(held).max())
     # What is taken away stands at right angles to every motion that is allowed.
-    scale = np.where(chain._state.topology.metres, chain.characteristic_length, 1.0)
+    scale = np.where(chain.metres, chain.characteristic_length, 1.0)
     allowed = chain.reduced_jacobian(q) / scale[:, None]
     size = np.abs(allowed).max()
     for given, answer in ((v, kept), (a, held)):
@@ -111,30 +81,3 @@ def test_the_frame_jacobian_is_the_frames_motion(case):
         [ahead.translation - behind.translation, pin.log3(ahead.rotation @ behind.rotation.T)]
     ) / (2 * STEP)
     np.testing.assert_allclose(J @ rates, expected, atol=1e-6 * (1 + np.abs(expected).max()))
-
-
-def test_forward_kinematics_there_and_back_stays_on_its_branch(case):
-    chain, q, rng = case
-    actuated = chain.roles.actuated
-    index = np.concatenate([np.arange(chain.model.nq)[chain.configuration_slice(name)] for name in actuated])
-    metres = chain._state.topology.metres[chain.velocity_indices(actuated)]
-    goal = q[index] + rng.uniform(-0.15, 0.15, len(index)) * np.where(metres, 0.02, 1.0)
-    there = chain.forward_kinematics(goal, q)
-    assert np.abs(chain.residual(there)).max() <= 1e-12
-    np.testing.assert_array_equal(there[index], goal)
-    back = chain.forward_kinematics(q[index], there)
-    np.testing.assert_allclose(pin.difference(chain.model, back, q), 0.0, atol=1e-7)
-
-
-def test_a_full_circle_of_the_crank_comes_back_to_the_same_branch():
-    # 0.3 + 0.707 > 0.4 + 0.5: the crank swings, and the chain says where it cannot go on.
-    chain, q = CHAINS["four_bar"]
-    far = chain.forward_kinematics([q[0] + 0.4], q)
-    np.testing.assert_allclose(chain.forward_kinematics([q[0]], far), q, atol=1e-10)
-    with pytest.raises(LoopNotClosed):
-        chain.forward_kinematics([q[0] + 6.0], q)
-    # The other branch closes, too, and is kept as well.
-    mirrored = chain.close(np.array([q[0], -1.9, -0.9]), hold=["crank_hinge"])
-    assert np.abs(mirrored - q).max() > 0.5
-    there = chain.forward_kinematics([q[0] - 0.3], mirrored)
-    np.testing.assert_allclose(chain.forward_kinematics([q[0]], there), mirrored, atol=1e-10)

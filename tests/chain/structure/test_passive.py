@@ -1,16 +1,12 @@
 """Springs and viscous damping in the joints, against closed forms, MuJoCo, and the balance of energy."""
 
-import mechanisms
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from moving_chains import moving
 from scipy.linalg import expm
-from tree_forces import tree_forces
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
-from exo_pin.core import errors
 
 MASS = pin.Inertia(2.0, np.array([0.1, -0.05, 0.2]), np.diag([0.03, 0.04, 0.05]))
 
@@ -23,21 +19,6 @@ def single(kind, joints=(), damping=None):
     if damping is not None:
         model.damping = np.broadcast_to(damping, (model.nv,)).astype(float)
     return ClosedChain(model, Closures("single", joints=tuple(joints)))
-
-
-def with_passive(chain, seed):
-    """The chain with springs and damping in its joints of one coordinate; slack away from rest."""
-    rng, model = np.random.default_rng(seed), chain.model.copy()
-    model.damping = rng.uniform(0.05, 0.5, model.nv)
-    joints = [
-        JointProperties(model.names[joint], rng.uniform(1.0, 5.0), (rng.uniform(-0.5, 0.5),))
-        for joint in range(1, model.njoints)
-        if model.nqs[joint] == 1
-    ]
-    description = chain.description
-    return ClosedChain(
-        model, Closures(description.name, description.root, description.closures, description.roles, joints)
-    )
 
 
 def test_slide_with_spring_and_damper_moves_as_the_damped_oscillator():
@@ -101,64 +82,3 @@ def test_force_is_the_gradient_of_the_energy_and_its_change_the_difference(kind)
             chain._state.passive.force(end, v + 2.0 * s * step * unit) for end, s in zip(ends, (1, -1), strict=True)
         ]
         np.testing.assert_allclose(change, (moved[0] - moved[1]) / (2 * step), atol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "agile eye", "universal loop", "heavy wrist"])
-def test_inverse_after_forward_dynamics_is_the_identity(name):
-    case = moving(name)
-    chain = with_passive(case.chain, 1)
-    rng = np.random.default_rng(2)
-    drivers = list(chain.roles.actuated) or list(chain.model.names)[1:]
-    tau = np.zeros(chain.model.nv)
-    tau[chain.velocity_indices(drivers)] = rng.normal(size=len(chain.velocity_indices(drivers)))
-    moved = chain.forward_dynamics(case.q, case.v, tau)
-    bare = case.chain.forward_dynamics(case.q, case.v, tau)
-    assert np.abs(moved.a - bare.a).max() > 1e-3 * np.abs(bare.a).max()
-    # The equations of motion with the passive forces put on by hand.
-    added = tau + chain._state.passive.force(case.q, case.v)
-    same = case.chain.forward_dynamics(case.q, case.v, added)
-    np.testing.assert_allclose(moved.a, same.a, atol=1e-9 * np.abs(same.a).max())
-    again = chain.inverse_dynamics(case.q, case.v, moved.a, actuated=drivers)
-    J = chain.constraint_jacobian(case.q)
-    left = again.tau - tau + J.T @ (again.multipliers - moved.forces.multipliers)
-    np.testing.assert_allclose(left, 0.0, atol=1e-9 * (1 + np.abs(again.multipliers).max()))
-    tree = tree_forces(chain, case.q, case.v, moved.a, again.multipliers)
-    np.testing.assert_allclose(tree.tau, again.tau, atol=1e-9 * (1 + np.abs(again.multipliers).max()))
-
-
-def test_a_joint_transmits_its_spring():
-    # Held by its spring alone: the slide's wrench along its axis is the spring's force.
-    chain = single(pin.JointModelPZ(), [JointProperties("joint", 100.0)])
-    height = -MASS.mass * 9.81 / 100.0
-    forces = chain.inverse_dynamics([height], actuated=())
-    np.testing.assert_allclose(forces.tau, 0.0, atol=1e-12)
-    np.testing.assert_allclose(forces.joint_reaction("joint").force, [0.0, 0.0, MASS.mass * 9.81], atol=1e-12)
-
-
-def test_energy_of_a_closed_chain_with_springs_and_dampers_is_accounted_for():
-    case = mechanisms.four_bar()
-    chain = with_passive(case.chain(), 3)
-    start = chain.close(case.q)
-    v = chain.project_velocity(start, np.ones(chain.model.nv))
-    found = chain.simulate(start, v, np.linspace(0.0, 2.0, 21), {chain.model.names[1]: 0.5})
-    assert found.energy_drift < 1e-7
-    assert found.dissipated[-1] > 0.05 * found.kinetic_energy.max()
-
-
-def test_dry_friction_at_rest_is_refused_by_name_where_forces_have_to_be_known():
-    case = mechanisms.five_bar()
-    chain = case.chain()
-    model = chain.model.copy()
-    joint = model.names[2]
-    friction = np.zeros(model.nv)
-    friction[chain.velocity_slice(joint)] = 0.1
-    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction
-    rubbing = ClosedChain(model, chain.description)
-    q = rubbing.close(case.q)
-    assert rubbing.mobility(q).degrees_of_freedom == chain.mobility(q).degrees_of_freedom
-    with pytest.raises(errors.UnsupportedDynamics, match=joint) as caught:
-        rubbing.inverse_dynamics_derivatives(q)
-    assert caught.value.joints == (joint,)
-    free = rubbing.without_friction()
-    np.testing.assert_array_equal(free.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)
-    assert np.count_nonzero(rubbing.model.upperDryFrictionLimit) == 1

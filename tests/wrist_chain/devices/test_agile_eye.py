@@ -4,12 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
-from device_files import AgileEye, reached
+from device_files import AgileEye
 from scipy.spatial.transform import Rotation
 
-from exo_pin import LoopNotClosed, shoulder_rotation
-from exo_pin.design import WristGeometry
-from exo_pin.wrist import forward_kinematics
+from exo_pin import LoopNotClosed
 
 EYE = AgileEye()
 MOTORS = EYE.chain.roles.actuated
@@ -20,13 +18,6 @@ def random_poses(count, seed):
     found = [R for R in Rotation.random(20 * count, rng=np.random.default_rng(seed)).as_matrix()
              if EYE.sines(R).min() > 0.3]  # fmt: skip
     return found[:count]
-
-
-def test_all_pairs_of_neighbouring_axes_are_at_right_angles():
-    for one, other in ((EYE.u, EYE.u), (EYE.v, EYE.v)):
-        np.testing.assert_allclose(one @ other.T, np.eye(3), atol=1e-12)
-    for axes in (EYE.u, EYE.v):
-        np.testing.assert_allclose(np.einsum("ij,ij->i", axes, EYE.w), 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("R", random_poses(4, 0))
@@ -51,30 +42,6 @@ def test_a_pose_has_eight_ways_to_assemble_and_no_other(R):
         assert far.min() < 1e-8
         seen.add(int(far.argmin()))
     assert seen == set(range(8))
-
-
-@pytest.mark.parametrize("R", random_poses(4, 2))
-def test_motor_angles_belong_to_four_poses_beside_the_four_that_all_angles_share(R):
-    w = EYE.middles(R)
-    # w_i across v_i: a wrist of unit vectors whose limbs are all √2 long, of which all eight solutions are found.
-    modes = forward_kinematics(WristGeometry(w, EYE.v), np.full(3, np.sqrt(2.0)))
-    assert int(modes.count) == 8
-    poses = modes.rotations[modes.valid].as_matrix()
-    folded = EYE.sines(poses).max(axis=1) < 1e-6
-    assert np.count_nonzero(folded) == 4
-    motors = [EYE.configuration(R, w)[EYE.chain.configuration_slice(name)] for name in MOTORS]
-    for pose in poses[~folded]:
-        # The same middle axes, and so the same motors.
-        q = EYE.configuration(pose, w)
-        assert np.abs(EYE.chain.residual(q)).max() < 1e-9
-        for name, angle in zip(MOTORS, motors, strict=True):
-            np.testing.assert_allclose(q[EYE.chain.configuration_slice(name)], angle, atol=1e-12)
-        assert EYE.chain.mobility(q).kinds == ()
-    assert min(np.abs(poses[~folded] - R).max(axis=(1, 2))) < 1e-9
-    # Of all motor angles: every v_i along its u_i.
-    other = EYE.middles(random_poses(1, 3)[0])
-    for pose in poses[folded]:
-        np.testing.assert_allclose(np.einsum("ij,ij->i", other, EYE.v @ pose.T), 0.0, atol=1e-7)
 
 
 @pytest.mark.parametrize("R", random_poses(6, 4))
@@ -102,37 +69,3 @@ def test_on_six_curves_a_limb_folds_and_the_device_is_singular(limb, sign):
         assert "input" in mobility.kinds
         held = EYE.chain.locked(["root_joint"], q)
         assert held.mobility(q[4:]).degrees_of_freedom == 1
-
-
-def test_off_these_curves_no_pose_is_singular():
-    # Least singular value of the unit vectors w_i × v_i against the sine to the nearest curve: at least half of it.
-    R = Rotation.random(20000, rng=np.random.default_rng(5)).as_matrix()
-    v = np.einsum("kij,lj->kli", R, EYE.v)
-    w = np.cross(EYE.u, v)
-    rows = np.cross(w / np.linalg.norm(w, axis=2, keepdims=True), v)
-    values = np.linalg.svd(rows, compute_uv=False)[:, 2]
-    ratio = values / EYE.sines(R).min(axis=1)
-    assert 0.5 < ratio.min() < 0.55
-
-
-def test_the_box_is_away_from_the_curves():
-    flexion, abduction, internal = np.meshgrid(
-        np.linspace(0, 110, 12), np.linspace(-4, 96, 11), np.linspace(-20, 85, 11), indexing="ij"
-    )
-    R = shoulder_rotation(flexion.ravel(), abduction.ravel(), internal.ravel(), degrees=True).as_matrix()
-    v = np.einsum("kij,lj->kli", R, EYE.v)
-    w = np.cross(EYE.u, v)
-    rows = np.cross(w / np.linalg.norm(w, axis=2, keepdims=True), v)
-    least = np.linalg.svd(rows, compute_uv=False)[:, 2].min(), EYE.sines(R).min()
-    assert 0.15 < min(least) < 0.20
-
-
-def test_the_assembly_of_rest_reaches_through_the_box():
-    for angles in ((90, 0, 0), (0, 90, 0), (110, 96, 85), (45, 45, -20)):
-        pose = shoulder_rotation(*angles, degrees=True)
-        q = reached(EYE.chain, pose)
-        np.testing.assert_allclose(
-            np.exp(1j * q[4:]),
-            np.exp(1j * EYE.configuration(pose.as_matrix(), EYE.middles(pose.as_matrix()))[4:]),
-            atol=1e-8,
-        )

@@ -3,8 +3,6 @@
 A tenth runs in every run of the tests, all of it with ``pytest -m "not long"``.
 """
 
-import subprocess
-import sys
 import warnings
 from contextlib import suppress
 
@@ -18,8 +16,6 @@ from mujoco_exact import ExactMujoco, assert_same, joint_numbers
 
 from exo_pin import FileFormatError, LoopNotClosed
 from exo_pin.chain import ClosedChain
-from exo_pin.design import preset
-from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 
 def blocks(count, size):
@@ -69,65 +65,6 @@ def test_accelerations_are_those_of_mujoco_with_exact_equalities(seeds):
         np.testing.assert_allclose(
             found, expected, rtol=0, atol=1e-8 * max(1.0, np.abs(expected).max()), err_msg=str(seed)
         )
-
-
-@pytest.mark.parametrize("seeds", blocks(500, 10))
-def test_inverse_dynamics_gives_back_the_efforts(seeds):
-    for seed, chain, exact, q, qpos, qvel, rng in moving_states(seeds):
-        v = np.linalg.solve(exact.velocity_map(qpos), qvel)
-        joints = list(chain.model.names)[1:]
-        tau = rng.normal(size=len(v))
-        motion = chain.forward_dynamics(q, v, tau)
-        # With every joint driven the efforts are known up to what the loops take: they do the same work.
-        found = chain.inverse_dynamics(q, v, motion.a, actuated=joints).tau
-        exact.at(qpos)
-        work = exact.motions().T @ np.linalg.solve(exact.velocity_map(qpos).T, found - tau)
-        assert np.abs(work).max(initial=0.0) < 1e-8 * max(1.0, np.abs(found).max()), seed
-
-
-@pytest.mark.full
-def test_the_random_robots_have_everything():
-    kinds, equalities, springs, loops = set(), set(), 0, 0
-    for seed in range(100):
-        model = mujoco.MjModel.from_xml_string(random_robot(seed).text)
-        kinds |= {tuple(model.jnt_type[model.jnt_bodyid == body].tolist()) for body in range(1, model.nbody)}
-        equalities |= {
-            (int(kind), int(on), bool(data[10] != 0), bool(np.abs(data[0:3]).max() > 0))
-            for kind, on, data in zip(model.eq_type, model.eq_objtype, model.eq_data, strict=True)
-        }
-        springs += np.count_nonzero(model.jnt_stiffness[model.jnt_type == mujoco.mjtJoint.mjJNT_BALL])
-        loops += model.neq
-    assert {len(joints) for joints in kinds} == {0, 1, 2, 3}
-    assert len(kinds) >= 13
-    assert len(equalities) >= 5
-    assert springs > 5
-    assert loops > 100
-    kinds = [closure.type for seed in range(30) for closure in ClosedChain.from_mjcf(random_robot(seed).text).closures]
-    assert kinds.count("coupling") > 10
-
-
-LOADS = """
-import sys
-from exo_pin.chain import ClosedChain
-first = ClosedChain.from_mjcf(sys.argv[1])
-for _ in range(int(sys.argv[2]) - 1):
-    assert (ClosedChain.from_mjcf(sys.argv[1]).model == first.model) is True
-print("done")
-"""
-
-
-@pytest.mark.parametrize(
-    "count", [pytest.param(100, marks=pytest.mark.full), pytest.param(500, marks=pytest.mark.long)]
-)
-def test_a_file_is_read_again_and_again(count, tmp_path):
-    # Pinocchio's own reader of MJCF crashes after a few dozen loads of this file.
-    heavy = ClosedChain.from_urdf(*mechanism_urdf(preset("prototype"), "whole", AssumedMasses()))
-    path = heavy.to_mjcf(tmp_path)
-    run = subprocess.run(
-        [sys.executable, "-c", LOADS, str(path), str(count)], capture_output=True, text=True, cwd=tmp_path, check=False
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout == "done\n"
 
 
 @pytest.mark.parametrize("seeds", blocks(2000, 100))

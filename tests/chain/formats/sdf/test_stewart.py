@@ -5,8 +5,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mujoco_exact import ExactMujoco
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 from sdf_oracle import assert_is_drakes
 from stewart_sdf import stewart
 
@@ -60,41 +58,6 @@ def test_its_loops_close_and_its_mobility_is_that_by_hand(name):
 def test_places_and_masses_are_drakes(name):
     """The tree, joints that close loops taken out: places of the links, mass matrix, weight, limits and damping."""
     assert_is_drakes(stewart(**KINDS[name][0]), 0)
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_it_comes_back_from_sdf(name, tmp_path):
-    """The same names, shapes, limits, mobility and accelerations; Drake reads the file strictly."""
-    chain = ClosedChain.from_sdf(stewart(**KINDS[name][0]))
-    q, v = near(chain)
-    path = chain.to_sdf(tmp_path, q)
-    again = ClosedChain.from_sdf(path)
-    assert list(again.model.names) == list(chain.model.names)
-    assert {frame.name for frame in chain.model.frames} == {frame.name for frame in again.model.frames}
-    assert again.roles == chain.roles
-    assert len(again.description.shapes) == len(chain.description.shapes) == 8
-    # The file counts from q: a free base from where it stands.
-    here = again.neutral()
-    one, other = chain.mobility(q, actuated=()), again.mobility(here, actuated=())
-    assert (one.rank, one.rows, one.kinds) == (other.rank, other.rows, other.kinds)
-    for link in ("platform_link", "piston3_shaft_link", "base_link"):
-        there = again.placement(here, link).homogeneous
-        np.testing.assert_allclose(there, chain.placement(q, link).homogeneous, atol=1e-12)
-    hinges = [joint for joint in range(1, chain.model.njoints) if chain.model.nqs[joint] == 1]
-    at = [chain.model.idx_qs[joint] for joint in hinges]
-    lower = chain.model.lowerPositionLimit[at] - q[at]
-    np.testing.assert_allclose(again.model.lowerPositionLimit[at], lower, atol=1e-12)
-    if KINDS[name][0]["moments"]:
-        # Without moments no motion has a finite acceleration.
-        tau = dict(zip(PISTONS, [10.0, -5.0, 3.0, 8.0, -2.0, 4.0], strict=True))
-        found = chain.forward_dynamics(q, v, tau).a
-        np.testing.assert_allclose(again.forward_dynamics(here, v, tau).a, found, atol=1e-8 * np.abs(found).max())
-    plant = MultibodyPlant(0.0)
-    parser = Parser(plant)
-    parser.SetStrictParsing()
-    parser.AddModels(str(path))
-    # Once more it is the same text but for the last digits.
-    assert len(again.to_sdf(tmp_path / "again", here).read_text().splitlines()) == len(path.read_text().splitlines())
 
 
 @pytest.mark.parametrize("name", KINDS)

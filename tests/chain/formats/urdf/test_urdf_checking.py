@@ -5,13 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pinocchio as pin
 import pytest
 from urdf_knee import BARE, GOOD, same_as_good
 
-from exo_pin import FileFormatError, InvalidInput
-from exo_pin.chain import ClosedChain, Closures, Root, read_closures
+from exo_pin import FileFormatError
+from exo_pin.chain import ClosedChain, read_closures
 
 
 @pytest.mark.parametrize(
@@ -56,22 +55,6 @@ def test_other_things_than_files_are_refused_at_once(tmp_path):
         ClosedChain.from_urdf(tmp_path / "r.urdf")
 
 
-def test_a_root_joint_of_a_name_that_is_taken_is_refused():
-    with pytest.raises(FileFormatError, match="both called 'knee'"):
-        ClosedChain.from_urdf(GOOD, Closures("r", Root("spherical", "knee")))
-
-
-def test_the_urdf_of_version_1_1_has_quaternions():
-    s = repr(float(np.sqrt(0.5)))
-    xml = GOOD.replace('rpy="0 0 0.5"', f'quat_xyzw="0 0 {s} {s}"').replace('name="r"', 'name="r" version="1.1"')
-    turned = ClosedChain.from_urdf(xml, BARE).model.jointPlacements[1].rotation
-    np.testing.assert_allclose(turned, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
-    with pytest.raises(FileFormatError, match="length 1"):
-        ClosedChain.from_urdf(xml.replace(s, "0.7", 1), BARE)
-    with pytest.raises(FileFormatError, match="got both"):
-        ClosedChain.from_urdf(xml.replace("quat_xyzw", 'rpy="0 0 0" quat_xyzw'), BARE)
-
-
 @pytest.mark.parametrize(
     "path", sorted((Path(__file__).parents[4] / "urdf").glob("*.urdf")), ids=lambda path: path.stem
 )
@@ -84,15 +67,6 @@ def test_the_published_files_mean_what_they_meant(path):
         (chain.model.names, plain.names),
     ):
         assert list(ours) == list(theirs)
-
-
-def chained(count, kind, deep=True):
-    parts = ['<robot name="r"><link name="l0"/>']
-    for k in range(1, count + 1):
-        parent = k - 1 if deep else 0
-        parts.append(f'<link name="l{k}"/><joint name="j{k}" type="{kind}"><parent link="l{parent}"/>')
-        parts.append(f'<child link="l{k}"/></joint>')
-    return "".join([*parts, "</robot>"])
 
 
 @pytest.mark.parametrize(
@@ -124,12 +98,3 @@ def test_thousands_of_links_are_read_or_refused(longest):
 def test_nested_elements_without_end_are_refused():
     with pytest.raises(FileFormatError, match="deep"):
         ClosedChain.from_urdf("<robot name='r'>" + "<gazebo>" * 100000, BARE)
-
-
-def test_a_byte_order_mark_before_a_closures_file(tmp_path):
-    path = tmp_path / "r.toml"
-    path.write_bytes(b"\xef\xbb\xbfschema = 1\r\nname = 'r'\r\n")
-    assert read_closures(path) == Closures("r")
-    path.write_text("schema = 1\nname = 'r'\nx = " + "[" * 100000)
-    with pytest.raises(InvalidInput, match="not TOML"):
-        read_closures(path)

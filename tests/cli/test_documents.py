@@ -17,7 +17,6 @@ from exo_pin.exo.questions import answered
 
 jsonschema = pytest.importorskip("jsonschema")
 MAN = ["--person", "1.75,75,male"]
-LIFT = ["--trajectory", "examples/lift.csv"]
 #: The document of each question.
 ASKED = {
     "reaction four-cables --flexion 60": "pose",
@@ -143,16 +142,6 @@ def test_units_fit_the_names(name):
                     assert member.unit in units, f"{kind.__name__}.{key}: {member.unit}"
 
 
-def test_units_are_those_of_the_numbers():
-    exo = ep.load("four-cables")
-    found = exo.reaction(exo.pose(60.0)).document()
-    assert found["units"]["shoulder_force"] == found["units"]["magnitude"] == "N"
-    assert found["units"]["cuff_wrench"] == "N, N m"
-    assert found["magnitude"] == pytest.approx(np.linalg.norm(found["shoulder_force"]))
-    assert found["provenance"]["design"]["arm"]["mass_kg"] == exo.arm.mass
-    assert set(found["units"]) <= set(found)
-
-
 def test_other_versions_are_refused_by_name(tmp_path, capsys):
     for said, message in (("exo_pin.reaction/0", "an older version"), ("exo_pin.reaction/2", "a newer version")):
         with pytest.raises(FileFormatError, match=rf"expected exo_pin\.reaction/1, got {said}, which {message}"):
@@ -199,19 +188,6 @@ def test_a_bad_line_is_an_error_line_and_the_rest_goes_on(tmp_path, capsys):
         assert problems(each) == []
     path.write_text(lines[1])
     assert run(capsys, "batch", str(path))[0] == 0
-
-
-@pytest.mark.full
-def test_every_question_of_a_batch_is_the_python_call():
-    exo = ep.load("four-cables")
-    for name in ("uncertainty", "remedy", "inverse_kinematics", "singularity", "accuracy"):
-        found = answered(json.dumps({"question": name, "design": "four-cables", "poses": {"flexion": -40.0}}), 1)
-        own = json.loads(json.dumps(getattr(exo, name)(exo.pose(-40.0)).document()))
-        assert {**found["answer"], "device": 0} == {**own, "device": 0}
-        assert problems(found) == problems(found["answer"]) == []
-    found = answered(json.dumps({"question": "workspace", "design": "four-cables", "poses": 60.0}), 1)
-    assert found["answer"]["index"] == exo.workspace(60.0).index
-    assert problems(found["answer"]) == []
 
 
 def wrong(value, rng):

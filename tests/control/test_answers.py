@@ -194,7 +194,7 @@ def at_rest():
     drives = cables.drive_states(lengths, [20.0, -7.0, 0.0, 13.0])
     stack = ep.shoulder_rotation([10.0, 50.0, 120.0], [20.0, 60.0, 90.0], 5.0, degrees=True)
     chain = ep.Plant(device("serial-y-x-z"), wearer=TISSUE)
-    creeping = ep.Plant(ep.load("four-cables"), ep.PlantOptions(winch=control.Winch(damping_time=0.3)))
+    creeping = ep.Plant(ep.load("four-cables"), ep.PlantOptions(winch=control.Winch(damping_time=0.2)))
     return (
         muscles.rest([1.2e5, 0.7e5, 0.4e5]), cables.rest(near=POSE, drive_positions=drives.positions), drives,
         chain.rest(near=POSE),

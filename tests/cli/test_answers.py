@@ -183,6 +183,7 @@ COMMANDS = {
         "view prototype --no-human --plot x.png --size big", "view prototype --scale 0",
         "workspace prototype --payload 1 --step 45", "workspace four-cables --json --limb-table",
         "workspace appendix-d --criteria shoulder_range --step 45", "workspace prototype --fits tall",
+        "schema old.json", "schema new.json", "schema no.json", "schema misspelt.json", "schema list.json",
     ],
     "persons": [
         "person prototype --flexion 40 --share 0.5 --least effort",
@@ -199,10 +200,13 @@ COMMANDS = {
     ],
 }  # fmt: skip
 
-ASKED = {
-    name: functools.partial(answered_in_turn, lines, table_csv=TABLE, questions_jsonl=QUESTIONS, quick_csv=QUICK)
-    for name, lines in COMMANDS.items()
-}
+DOCUMENTS = {
+    "old_json": '{"schema": "exo_pin.reaction/0"}', "new_json": '{"schema": "exo_pin.reaction/2"}', "no_json": "{",
+    "misspelt_json": '{"schema": "exo_pin.reacton/1"}', "list_json": "[]",
+}  # fmt: skip
+FILES = {"table_csv": TABLE, "questions_jsonl": QUESTIONS, "quick_csv": QUICK} | DOCUMENTS
+
+ASKED = {name: functools.partial(answered_in_turn, lines, **FILES) for name, lines in COMMANDS.items()}
 
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"singularity"}

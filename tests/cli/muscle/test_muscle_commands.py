@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from places import DOCS, REPOSITORY
 
-from exo_pin.cli.command import answer
+from exo_pin.cli import main
 from exo_pin.control import muscle_loop
 from exo_pin.muscle import (
     PolynomialModel,
@@ -20,7 +20,7 @@ from exo_pin.muscle import (
 @pytest.fixture
 def run(capsys):
     def call(*words):
-        assert answer(f"muscle {words[0]}", [str(word) for word in words[1:]]) == 0
+        assert main(["muscle", *map(str, words)]) == 0
         return capsys.readouterr().out
 
     return call

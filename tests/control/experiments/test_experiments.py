@@ -6,7 +6,6 @@ from experiment_runs import tracked
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 
 
 def test_rest_is_off_zero_because_muscle_1_does_not_stretch():
@@ -41,11 +40,8 @@ def test_flexion_stalls_when_muscle_1_is_as_short_as_it_gets():
     assert any(text.startswith("flexion stands still") for text in tracking.findings)
 
 
-def test_page_of_plots_and_animation(tmp_path):
+def test_page_of_plots():
     pytest.importorskip("matplotlib")
-    from exo_pin.view import Scene
-    from exo_pin.view.scene.scene_recording import record_run
-
     tracking = tracked("held-abduction", "model")
     figure = tracking.plot()
     assert len(figure.axes) == 6
@@ -55,34 +51,6 @@ def test_page_of_plots_and_animation(tmp_path):
     assert len(legends) == 5
     for legend in legends.values():
         assert not any(legend.get_window_extent().overlaps(ax.get_window_extent()) for ax in figure.axes)
-    exo = ep.ShoulderExo.from_mechanism(tracking.experiment.mechanism)
-    recording = record_run(Scene(exo, human=False), tracking.run, 5.0)
-    assert len(recording.times) == 31
-    path = tmp_path / "run.html"
-    recording.save(path)
-    assert path.stat().st_size > 100_000
-
-
-def test_an_animation_of_four_muscles_has_the_tensions_of_the_run(monkeypatch):
-    from exo_pin.view import Scene
-    from exo_pin.view.scene.scene_recording import record_run
-
-    shown = []
-    plan = Scene._plan
-    monkeypatch.setattr(Scene, "_plan", lambda self, forces: (shown.append(forces), plan(self, forces))[1])
-    study = ep.experiment("held-abduction-four-long", "model").replace(duration=2.0)
-    run = study.run().run
-    scene = Scene(ep.ShoulderExo.from_mechanism(study.mechanism), human=False)
-    recording = record_run(scene, run, 3.0)
-    rows = np.searchsorted(run.times, recording.times)
-    np.testing.assert_array_equal(run.times[rows], recording.times)
-    assert len(rows) == 7
-    shown = [frame.forces for frame in shown[-1]]
-    tensions = np.array([forces.tensions for forces in shown])
-    np.testing.assert_allclose(tensions, run.tensions[rows], atol=1e-6)
-    np.testing.assert_allclose([f.shoulder for f in shown], run.shoulder_force[rows], atol=1e-6)
-    with pytest.raises(InvalidInput, match="two samples"):
-        record_run(scene, study.replace(duration=1e-10).run().run)
 
 
 @pytest.mark.full

@@ -19,29 +19,16 @@ def shaken(plant, tensions):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full)])
-def test_the_motion_is_that_of_an_integration_of_its_own(name):
-    plant, tensions, start = held(name, SMOOTH, spin=SPIN)
-    run = plant.simulate(shaken(plant, tensions), 0.3, start, rtol=1e-11)
-    constant = plant.simulate(lambda t, measured: tensions / 400.0, 0.6, start, rtol=1e-11)
-    assert constant.status == "completed"
-    other = integrated(plant, start, lambda t: tensions, constant.times)
-    # Tensions are far from constant, and of the cables one goes slack.
-    assert np.ptp(constant.tensions, axis=0).max() > 20.0
-    assert constant.slack.any() == (name == "four-cables")
-    assert (constant.rotations * other.inv()).magnitude().max() < 1e-8
-    assert run.status == "completed"
-
-
-@pytest.mark.full
+@pytest.mark.parametrize("play", [0.0, 5e-4])
 @pytest.mark.parametrize("name", MOTORS)
-def test_with_play_the_motion_is_that_of_an_integration_of_its_own(name):
-    plant, tensions, start = held(name, SMOOTH.replace(play=5e-4), spin=SPIN)
-    run = plant.simulate(lambda t, measured: tensions / 400.0, 0.1, start, rtol=1e-11)
+def test_the_motion_is_that_of_an_integration_of_its_own(name, play):
+    plant, tensions, start = held(name, SMOOTH.replace(play=play), spin=SPIN)
+    run = plant.simulate(lambda t, measured: tensions / 400.0, 0.1 if play else 0.6, start, rtol=1e-11)
     other = integrated(plant, start, lambda t: tensions, run.times)
-    # Every way across the play multiplies what two integrations differ by.
-    assert (run.rotations * other.inv()).magnitude().max() < 1e-7
-    assert (run.tensions == 0.0).any()
+    # Tensions are far from constant, and some cables go slack; every way across the play multiplies what differs.
+    assert np.ptp(run.tensions, axis=0).max() > 20.0
+    assert (run.tensions == 0.0).any() or not (play or name == "four-cables")
+    assert (run.rotations * other.inv()).magnitude().max() < (1e-7 if play else 1e-8)
     total = run.kinetic_energy + run.potential_energy + (run.stored_energy - run.source_work).sum(axis=1)
     assert np.abs(total - total[0]).max() < 1e-6 * run.kinetic_energy.max()
 

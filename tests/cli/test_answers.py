@@ -183,6 +183,7 @@ COMMANDS = {
         "view prototype --no-human --plot x.png --size big", "view prototype --scale 0",
         "workspace prototype --payload 1 --step 45", "workspace four-cables --json --limb-table",
         "workspace appendix-d --criteria shoulder_range --step 45", "workspace prototype --fits tall",
+        "workspace four-linear-actuators-worn --step 45 --limb-loss",
         "schema old.json", "schema new.json", "schema no.json", "schema misspelt.json", "schema list.json",
     ],
     "persons": [

@@ -11,6 +11,23 @@ import exo_pin as ep
 
 
 @pytest.mark.full
+def test_a_person_wears_what_moves(capsys, tmp_path):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    lift, table = tmp_path / "lift.csv", tmp_path / "run.csv"
+    lift.write_text(
+        "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n0,0,0,0\n0.1,1,0,0\n0.2,2,0,0\n0.3,3,0,0\n"
+    )
+    person = ("--person", "1.70,65,female", "--payload", "1")
+    status, out, _ = run(
+        capsys, "track", "four-cables", "--trajectory", str(lift), *person, "--out", str(table), "--json"
+    )
+    assert status == 0
+    arm = ep.load("four-cables").worn_by(ep.Arm.from_anthropometry(1.70, 65, "female", payload=1.0)).arm
+    assert json.loads(table.with_suffix(".json").read_text())["moving_mass_kg"] == pytest.approx(arm.mass)
+    assert "joint" in out
+
+
+@pytest.mark.full
 def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     table = tmp_path / "run.csv"
     run(capsys, "track", "--experiment", "held-abduction", "--no-progress", "--out", str(table))

@@ -1,4 +1,4 @@
-"""Files of the page: what is given stays within its folder, what is saved is read back, and all is gone in the end."""
+"""What is given to the page stays within its folder."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A movement that is played: its plot has the numbers of the Python call, and shows what is not held."""
+"""A movement that is played shows what is not held."""
 
 from exo_pin.app.force_history import plot_of
 

@@ -1,4 +1,4 @@
-"""The map of the page beside single answers, and what a new question does to one that is being computed."""
+"""What a new question does to a map that is being computed."""
 
 import threading
 from concurrent.futures import ThreadPoolExecutor

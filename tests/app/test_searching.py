@@ -1,4 +1,4 @@
-"""The search of the page: what it tells is what the design then has, and it ends when it is told to."""
+"""The search of the page ends when it is told to, and says what cannot be searched."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""The command line: what it prints, and what it says to a question that cannot be asked."""
+"""The command line: words that are hostile, negative values, and the installed command."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The help texts: every command says what it answers, every option what it takes, and the examples are commands."""
+"""The help texts: every command and option says what it takes, and they fit the terminal."""
 
 import pytest
 from command_line import options_of, run

@@ -1,4 +1,4 @@
-"""``exo-pin kinematics`` and ``exo-pin singularity``, and the ledger's rows of Chapter 4."""
+"""The ledger's rows of Chapter 4."""
 
 import matplotlib as mpl
 import numpy as np

@@ -1,4 +1,4 @@
-"""``exo-pin person`` and ``exo-pin reaction --muscles``."""
+"""Tables of docs/evidence on the wearer are those of ``exo-pin person``."""
 
 import re
 import runpy

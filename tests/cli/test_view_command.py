@@ -1,4 +1,4 @@
-"""``exo-pin view``: what it writes, serves and refuses."""
+"""``exo-pin view``: the live page, and a browser that is not there."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""``exo-pin workspace``, ``tasks`` and ``optimise``."""
+"""``exo-pin optimise``, and a workspace whose text nobody reads."""
 
 import os
 import subprocess

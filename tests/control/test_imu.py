@@ -1,4 +1,4 @@
-"""The inertial sensor: exact without errors, and errors as stated."""
+"""The inertial sensor: exact without errors, and noise as stated."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Reference trajectories: ω and η against differences on the rotation group, ends, ranges, files, bad input."""
+"""Reference trajectories: ω and η against differences on the rotation group, another spline, the thesis."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The person in the plant: ready moments, payloads, pushes; controllers with a person in the loop."""
+"""The person in the plant: payloads, pushes, ends of the range, torso; controllers with a person in the loop."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Arguments that do not fit their annotations, names of files, and what a terminal and a spreadsheet would run."""
+"""Faults stay what they are, and what a terminal shows cannot steer it."""
 
 import os
 import subprocess

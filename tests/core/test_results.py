@@ -1,4 +1,4 @@
-"""The face that all results share."""
+"""An answer has all that is needed to compute it again."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""Samples of a live stream: what is lost and late, and answers that are those of the Python call."""
+"""Samples of a live stream: what is lost and late, clocks, sensors, and messages of ROS."""
 
 import json
 from itertools import pairwise

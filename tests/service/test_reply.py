@@ -1,4 +1,4 @@
-"""Bodies of requests: the answer is that of the Python call, and what is wrong is a problem document."""
+"""Bodies of requests lead to no file, and faults are not shown."""
 
 import json
 

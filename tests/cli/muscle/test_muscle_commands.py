@@ -1,4 +1,4 @@
-"""Command line of the muscles."""
+"""Pages on muscles show the numbers of the commands."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Splits and offset on the command line."""
+"""The published effect of an offset."""
 
 import json
 

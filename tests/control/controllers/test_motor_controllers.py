@@ -1,4 +1,4 @@
-"""Controllers of motor drives: derivatives of lengths, feed-forward, PI of lengths, gains, loss of the sensor."""
+"""Controllers of motor drives: feed-forward, integral, a model that is not true, loss of the sensor."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Variants of designs and what they can hold: both sides of the body, loads, changes of estimates."""
+"""What a plant can hold with a load, against bounded least squares."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The designs of the search in motion: named experiments, tracking without options, faults, what a run writes."""
+"""The designs of the search in motion: the work of lifting, and the forces of the workspace search."""
 
 import numpy as np
 import pytest

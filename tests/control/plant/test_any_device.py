@@ -1,4 +1,4 @@
-"""The plant of any device: against plants of one's own, and against the compiled plant of a wrist."""
+"""The plant of any device: against the closed form of a wrist, gears with play, stiff drives."""
 
 import numpy as np
 import pytest

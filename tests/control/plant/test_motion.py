@@ -1,4 +1,4 @@
-"""The plant in motion: energy, MuJoCo, statics, conservation of air, and the closed chain."""
+"""The plant in motion: energy, MuJoCo, statics, and the mirror image."""
 
 import mujoco
 import numpy as np

@@ -1,4 +1,4 @@
-"""A motion that is cut and goes on is the uncut one, bit for bit: every drive, fault and sensor."""
+"""A motion that is cut and goes on is the uncut one, bit for bit."""
 
 import pickle
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tables that other programs open as they are: CSV with notes beside it, workbooks."""
+"""Tables that other programs open as they are."""
 
 import pytest
 

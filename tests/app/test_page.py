@@ -7,9 +7,7 @@ import re
 import socket
 import time
 from dataclasses import replace
-from http.client import HTTPConnection
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import pytest
 from app_window import AppWindow, served
@@ -265,20 +263,3 @@ def test_a_joint_centre_is_dragged_in_the_picture(window):
         keep(window, "dragged_joint")
         window.choose("Design", "prototype")
         window.settled("!document.querySelector('.call').innerText.includes('with_dimensions')")
-
-
-def test_only_who_has_the_address_sees_the_page():
-    with served() as url:
-        place = urlsplit(url)
-        for path, host, origin, status in (
-            (place.path, place.netloc, None, 200),
-            (place.path, place.netloc, f"http://{place.netloc}", 200),
-            ("/", place.netloc, None, 403),
-            (place.path, "evil.example", None, 403),
-            (place.path, place.netloc, "http://evil.example", 403),
-            (f"{place.path}scene/unknown/", place.netloc, None, 200),
-        ):
-            connection = HTTPConnection(place.netloc, timeout=30)
-            connection.request("GET", path, headers={"Host": host} | ({"Origin": origin} if origin else {}))
-            assert connection.getresponse().status == status, (path, host, origin)
-            connection.close()

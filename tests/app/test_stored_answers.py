@@ -1,7 +1,9 @@
 """Answers of the page's parts as they are stored: words, figures, dimensions, maps, histories, samples and files."""
 
 import json
+import time
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -114,7 +116,10 @@ def samples():
     for message in messages:
         said = live.take(json.dumps(message))
         found.append([None if said is None else json.loads(said) | {"title": ""}, live.newest()])
-    return found, live.take(b"\xff") is not None, live.words.partition(" ms ")[2]
+    later, waiting = time.monotonic() + 7.0, LiveSamples("of-the-page-token", "left").words
+    with mock.patch.object(time, "monotonic", return_value=later):
+        silent = live.words
+    return found, live.take(b"\xff") is not None, live.words.partition(" ms ")[2], waiting, silent
 
 
 def files():

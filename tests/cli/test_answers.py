@@ -163,6 +163,44 @@ COMMANDS = {
             "optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60",
         ])
     ],
+    "mistaken": [
+        "reaction four-cables --compare --offset 0.01 0 0", "reaction prototype --flexion 1.0471975511965976",
+        "reaction four-cables --person 1.75,75,male --no-muscles --payload 20", "reaction prototype --abduction 6.2",
+        "reaction prototype --abduction 90", "reaction prototype --side right --abduction -80",
+        f"reaction prototype {POSE} --compare spherical,elastic --shoulder-stiffness 20000 --guide 40 30",
+        f"reaction prototype {POSE} --compare elastic", "reaction prototype --guide -1 2",
+        f"reaction prototype {POSE} --compare spherical --side-force-limit 5",
+        "reaction four-cables --flexion 60 --person 1.75,75,male --elbow-flexion 140 --explain",
+        "reaction prototype --to 0,90,0 --poses 2 --require-hold", "reaction --to 90,0,0 --table",
+        "reaction --muscles", "reaction --muscles --person 1.75,75,male --trajectory quick.csv",
+        "reaction --person 75,1.75,m", "reaction --person 1.75,female,60", "workspace --fits 75,1.75,male",
+        "reaction prototype --person 175,75,male", "reaction prototype --side-force-limit much",
+        "reaction --plot picture.xyz", "reaction --out forces.png", "reacton", "muscle forc", "reaction --flexon 60",
+        "help presets", "check prototype --help", "sweep --vary scale=1 --vary scale=2",
+        "sweep prototype --vary r_A_mm=100:130:nan", "mobility urdf/dummy-shoulder.urdf --set shoulder_x=20mm",
+        "mobility urdf/dummy-shoulder.urdf --set shoulder_x=much",
+        "mobility urdf/serial-y-x-z.urdf --set flexion=400deg",
+        "mobility urdf/dummy-shoulder.urdf --flexion 20", "forces urdf/prototype.urdf --external arm=1,2",
+        "export prototype --locked elbow", "export prototype --on-person myoarm --payload 1 --part wrist",
+        "export four-cables --on-person myoarm --bones-only --out worn.xml", "export prototype --out here.stl",
+        "kinematics prototype --lengths 10,900,10", "kinematics urdf/3rps-passive-ball.urdf --flexion 10",
+        "singularity scenario-one",
+        "person --range --out x.csv", "person --range --map", "person --bare --share 50",
+        "person --bare --side-force-limit 30", "person --share 50 --least effort", "person --elbow-flexion 150",
+        "muscle identify", "muscle identify --response quick.csv heavy", "muscle identify --response quick.csv -5",
+        "muscle identify --length-mm 300 table.csv", "muscle step --mass-kg 50 --to-bar 3 --mark --duration-s 0.1",
+        "muscle step --mass-kg 2 --to-bar 2 --duration-s 1e9", "tasks four-cables --plot none.png",
+        "optimise --limbs 4", "optimise prototype --vary r_A_mm=50", "optimise prototype --moving-centre",
+        "optimise four-cables --fixed-centre", "optimise four-cables --base-radius 120", "optimise appendix-d --pull 9",
+        "track scenario-one --trajectory quick.csv", "track prototype --trajectory quick.csv --fault burst,nan,2",
+        "track --experiment abduction --fault burst,3,99", "track --experiment abduction --supply 400000",
+        "view prototype --to 1,2", "view prototype --to 1,2,3 --seconds 1e9 --plot x.html", "view --port 70000",
+        "view prototype --no-human --plot x.png --size big", "view prototype --scale 0",
+        "workspace prototype --payload 1 --step 45", "workspace four-cables --json --limb-table",
+        "workspace appendix-d --criteria shoulder_range --step 45", "workspace prototype --fits tall",
+        "workspace four-linear-actuators-worn --step 45 --limb-loss",
+        "schema old.json", "schema new.json", "schema no.json", "schema misspelt.json", "schema list.json",
+    ],
     "persons": [
         "person prototype --flexion 40 --share 0.5 --least effort",
         f"person four-cables {POSE} --range --out range.csv",
@@ -178,10 +216,13 @@ COMMANDS = {
     ],
 }  # fmt: skip
 
-ASKED = {
-    name: functools.partial(answered_in_turn, lines, table_csv=TABLE, questions_jsonl=QUESTIONS, quick_csv=QUICK)
-    for name, lines in COMMANDS.items()
-}
+DOCUMENTS = {
+    "old_json": '{"schema": "exo_pin.reaction/0"}', "new_json": '{"schema": "exo_pin.reaction/2"}', "no_json": "{",
+    "misspelt_json": '{"schema": "exo_pin.reacton/1"}', "list_json": "[]",
+}  # fmt: skip
+FILES = {"table_csv": TABLE, "questions_jsonl": QUESTIONS, "quick_csv": QUICK} | DOCUMENTS
+
+ASKED = {name: functools.partial(answered_in_turn, lines, **FILES) for name, lines in COMMANDS.items()}
 
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"singularity"}

@@ -5,11 +5,9 @@ import json
 import math
 import re
 
-import numpy as np
 import pytest
 from places import REPOSITORY, URDF
 
-import exo_pin as ep
 from exo_pin.cli import COMMANDS, main
 
 SERIAL, NESM = str(URDF / "serial-y-x-z.urdf"), str(URDF / "nesm.urdf")
@@ -121,26 +119,6 @@ def test_what_is_written_on_the_right_is_the_mirror_image(design, tmp_path, caps
     size = max(map(abs, forces[0]))
     assert forces[1] == pytest.approx([forces[0][0], -forces[0][1], forces[0][2]], abs=1e-8 * size)
     assert forces[2] == pytest.approx(forces[0], abs=1e-8 * size)
-
-
-def test_a_robot_on_the_right_is_ranked_as_on_the_left(capsys):
-    """Ranks of a comparison do not depend on the shoulder."""
-    ranks = []
-    for side in ("left", "right"):
-        found = told(capsys, "compare", "four-cables", str(URDF / "spherical-3rrr.urdf"), *MAN, "--step", "45",
-                     "--side", side)  # fmt: skip
-        words = " ".join(found.split())
-        ranks.append(re.search(r"\S+ ranks first: it holds .*? Ranked by", words)[0])
-    assert ranks[0] == ranks[1]
-    assert ranks[0].startswith("spherical-3rrr ranks first")
-
-
-def test_designs_for_two_shoulders_are_compared_on_that_of_the_first():
-    left, other = ep.load(SERIAL).worn_by(ep.Wearer(1.755, 85.0, "male")), ep.load("four-cables")
-    poses = left.pose([0, 30], 0)
-    tables = [left.compare(each, poses=poses) for each in (other, other.mirrored())]
-    np.testing.assert_allclose(tables[1]["peak_F_s_N"], tables[0]["peak_F_s_N"], rtol=1e-9)
-    assert "four-cables: mirrored to the left shoulder" in " ".join(tables[1].heading)
 
 
 def test_every_command_with_a_side_is_asked_on_both(capsys):

@@ -1,6 +1,9 @@
 """Documents of --json: each is as its schema says, schemas name units, and nothing wrong passes."""
 
+import contextlib
 import copy
+import functools
+import io
 import json
 import re
 
@@ -9,15 +12,10 @@ import pytest
 from command_line import options_of, run
 
 import exo_pin as ep
-from exo_pin import FileFormatError, UnknownName
-from exo_pin.cli import COMMANDS
-from exo_pin.cli.documents.registry import DOCUMENTS, kind_of, schema
-from exo_pin.core import schema as schemas
-from exo_pin.exo.questions import answered
+from exo_pin.cli import COMMANDS, main
 
 jsonschema = pytest.importorskip("jsonschema")
 MAN = ["--person", "1.75,75,male"]
-LIFT = ["--trajectory", "examples/lift.csv"]
 #: The document of each question.
 ASKED = {
     "reaction four-cables --flexion 60": "pose",
@@ -52,10 +50,22 @@ ASKED = {
 QUICK = ("reaction four-cables --to 90,0,0 --poses 3", "kinematics four-cables --flexion 60")
 
 
+def schema(name):
+    """The schema of a kind of document; without a name a line of each."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(["schema", *name.split()]) == 0
+    return json.loads(out.getvalue()) if name else out.getvalue()
+
+
+@functools.cache
+def schema_of(identifier):
+    return schema(re.fullmatch(r"exo_pin\.(\w+)/1", identifier)[1])
+
+
 def problems(document):
     """What a document has that its schema does not allow."""
-    name = schemas.checked_identifier(document, list(DOCUMENTS))
-    return list(jsonschema.Draft202012Validator(schema(name)).iter_errors(document))
+    return list(jsonschema.Draft202012Validator(schema_of(document["schema"])).iter_errors(document))
 
 
 @pytest.mark.parametrize(
@@ -82,8 +92,8 @@ def test_documents_are_as_their_schemas_say(line, capsys):
 
 def fooled(document, rng, count=40):
     """Wrong documents that the schema lets pass: a name too many, one too few, another version, another type."""
-    validator = jsonschema.Draft202012Validator(schema(schemas.checked_identifier(document, list(DOCUMENTS))))
-    root = schema(schemas.checked_identifier(document, list(DOCUMENTS)))
+    root = schema_of(document["schema"])
+    validator = jsonschema.Draft202012Validator(root)
     members = root["$defs"][root["$ref"].rpartition("/")[2]]["properties"]
     passed = [] if not validator.is_valid({**document, "surplus": 1}) else ["surplus"]
     passed += [] if not validator.is_valid({**document, "schema": f"{document['schema']}0"}) else ["schema"]
@@ -102,11 +112,11 @@ def test_every_command_with_json_is_asked():
     assert with_json == {line.split()[0] for line in ASKED}
 
 
-@pytest.mark.parametrize("name", DOCUMENTS)
+@pytest.mark.parametrize("name", re.findall(r"^(\w+)", schema(""), re.MULTILINE))
 def test_schemas_describe_and_have_units(name):
     found = schema(name)
     jsonschema.Draft202012Validator.check_schema(found)
-    assert found["$id"] == schemas.identifier(name)
+    assert found["$id"] == f"exo_pin.{name}/1"
     for title, definition in found["$defs"].items():
         for key, member in definition.get("properties", {}).items():
             assert key in (
@@ -118,56 +128,6 @@ def test_schemas_describe_and_have_units(name):
                 "verdict",
                 "cautions",
             ) or member.get("description"), f"{title}.{key}"
-
-
-#: Units that names of members ask for.
-FITTING = {
-    r"(_|^)(force|forces|magnitude|compression|shear|tensions)$|^body_weight$": ("N", "N, N m"),
-    r"(_|^)(wrench|wrenches)$": ("N, N m",),
-    r"moment$": ("N m",),
-    r"lengths$|clearance$|(?<!per)_mm$": ("m", "m, rad", "mm"),
-    r"percent": ("%",),
-    r"pressure$": ("Pa",),
-    r"theta_[xy]$|_rad$": ("rad",),
-    r"^times$|^time_s$": ("s",),
-    r"angular_velocity": ("rad/s",),
-}
-
-
-@pytest.mark.parametrize("name", DOCUMENTS)
-def test_units_fit_the_names(name):
-    for kind in (kind_of(name), *schemas.reachable(kind_of(name))):
-        for key, member in schemas.members(kind).items():
-            for pattern, units in FITTING.items():
-                if member.unit and re.search(pattern, key):
-                    assert member.unit in units, f"{kind.__name__}.{key}: {member.unit}"
-
-
-def test_units_are_those_of_the_numbers():
-    exo = ep.load("four-cables")
-    found = exo.reaction(exo.pose(60.0)).document()
-    assert found["units"]["shoulder_force"] == found["units"]["magnitude"] == "N"
-    assert found["units"]["cuff_wrench"] == "N, N m"
-    assert found["magnitude"] == pytest.approx(np.linalg.norm(found["shoulder_force"]))
-    assert found["provenance"]["design"]["arm"]["mass_kg"] == exo.arm.mass
-    assert set(found["units"]) <= set(found)
-
-
-def test_other_versions_are_refused_by_name(tmp_path, capsys):
-    for said, message in (("exo_pin.reaction/0", "an older version"), ("exo_pin.reaction/2", "a newer version")):
-        with pytest.raises(FileFormatError, match=rf"expected exo_pin\.reaction/1, got {said}, which {message}"):
-            schemas.checked_identifier({"schema": said}, ["reaction"])
-        (tmp_path / "old.json").write_text(json.dumps({"schema": said}))
-        assert run(capsys, "schema", str(tmp_path / "old.json"))[0] == 2
-    for document in ({}, [], {"schema": 1}, {"schema": "reaction"}):
-        with pytest.raises(FileFormatError, match=r"exo_pin\.NAME/VERSION"):
-            schemas.checked_identifier(document, ["reaction"])
-    with pytest.raises(UnknownName, match="did you mean 'reaction'"):
-        schemas.checked_identifier({"schema": "exo_pin.reacton/1"}, ["reaction"])
-    (tmp_path / "new.json").write_text(json.dumps({"schema": "exo_pin.reaction/1"}))
-    assert "exo_pin.reaction/1: Forces between" in run(capsys, "schema", str(tmp_path / "new.json"))[1]
-    (tmp_path / "no.json").write_text("{")
-    assert "is no JSON" in run(capsys, "schema", str(tmp_path / "no.json"))[2]
 
 
 QUESTION = {"question": "reaction", "design": "four-cables", "poses": {"flexion": 60.0}, "load": {"force": [0, 0, -5]}}
@@ -201,19 +161,6 @@ def test_a_bad_line_is_an_error_line_and_the_rest_goes_on(tmp_path, capsys):
     assert run(capsys, "batch", str(path))[0] == 0
 
 
-@pytest.mark.full
-def test_every_question_of_a_batch_is_the_python_call():
-    exo = ep.load("four-cables")
-    for name in ("uncertainty", "remedy", "inverse_kinematics", "singularity", "accuracy"):
-        found = answered(json.dumps({"question": name, "design": "four-cables", "poses": {"flexion": -40.0}}), 1)
-        own = json.loads(json.dumps(getattr(exo, name)(exo.pose(-40.0)).document()))
-        assert {**found["answer"], "device": 0} == {**own, "device": 0}
-        assert problems(found) == problems(found["answer"]) == []
-    found = answered(json.dumps({"question": "workspace", "design": "four-cables", "poses": 60.0}), 1)
-    assert found["answer"]["index"] == exo.workspace(60.0).index
-    assert problems(found["answer"]) == []
-
-
 def wrong(value, rng):
     """A value with one thing changed, at any depth."""
     junk = (None, True, -1, 1e308, "", "a\x00", [], {}, [[]], {"flexion": None}, [1, "2"], 10**400, "nan", {"": 0})
@@ -232,22 +179,26 @@ def wrong(value, rng):
 
 
 @pytest.mark.full
-def test_no_line_stops_a_batch():
+def test_no_line_stops_a_batch(tmp_path, capsys):
     rng = np.random.default_rng(11)
     full = QUESTION | {
         "id": 1, "side": "left", "split": "minimal", "constraint_bounds": [-20, 20], "limits": "design",
         "posture": "rest", "worn_by": {"height": 1.75, "mass": 75, "sex": "male"},
         "motion": {"angular_velocity": [0, 0, 1], "angular_acceleration": [0, 0, 0]}, "centre_offset": [0.0, 0.01, 0.0],
     }  # fmt: skip
-    failed = 0
+    lines = []
     for number in range(400):
         text = json.dumps(wrong(full, rng))
         if number % 4 == 0:
             cut = int(rng.integers(len(text)))
             text = text[:cut] + chr(int(rng.integers(32, 1000))) * int(rng.integers(3)) + text[cut + 1 :]
-        found = answered(text.encode("utf-8", "surrogatepass")[: None if number % 7 else -3], number)
-        json.dumps(found, allow_nan=False)
-        assert (found["answer"] is None) != (found["error"] is None), text
-        assert problems(found) == [], text
-        failed += found["error"] is not None
-    assert 200 < failed < 400
+        lines.append(text.encode("utf-8", "surrogatepass")[: None if number % 7 else -3])
+    (tmp_path / "lines.jsonl").write_bytes(b"\n".join(lines))
+    status, out, _ = run(capsys, "batch", str(tmp_path / "lines.jsonl"))
+    found = [json.loads(line, parse_constant=pytest.fail) for line in out.splitlines()]
+    assert status == 1
+    assert len(found) == sum(map(bool, map(bytes.strip, lines)))
+    for each in found:
+        assert (each["answer"] is None) != (each["error"] is None)
+        assert problems(each) == []
+    assert 200 < sum(each["error"] is not None for each in found) < 400

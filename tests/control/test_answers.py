@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import in_turn, of_run
+from asked_in_turn import in_a_folder, in_turn, of_run
 from asked_plants import PATH, POSE, SHOVE, SPASTIC, SPIN, STOPS, TISSUE, device, waves
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.muscle import ConstantFriction, Damping, LoadDependentFriction, Supply, Valve, ValveUnit
+from exo_pin.muscle import ConstantFriction, Damping, LoadDependentFriction, Supply, Valve, ValveUnit, muscle_model
 
 
 def moved(plant, start, faults=(), *more, sensor=None):
@@ -265,9 +265,60 @@ def refused():
     )  # fmt: skip
 
 
+class Standing:
+    """A reference for one time only."""
+
+    duration = 1.0
+
+    def __call__(self, t):
+        return control.ReferenceState(ep.shoulder_rotation(0, 0, 0), np.zeros(3), np.zeros(3))
+
+
+@in_a_folder
+def lacking():
+    """What plants, runs and experiments lack, and where they end."""
+    prototype, cables, worn = ep.load("prototype"), ep.load("four-cables"), ep.load("four-linear-actuators-worn")
+    cuffed = cables.replace(
+        arm=ep.Arm.from_anthropometry(1.75, 75, sex="male"),
+        interfaces=ep.Interfaces(cuff=ep.Interface.of([3.7e3, 3.15e3, 2.25e3], 12.0, at=(0.0, 0.0, -0.2))),
+    )
+    guided = [replace(limb, kind="UPU", guide=ep.LimbGuide(65.0, 50.0)) for limb in cuffed.limbs]
+    quick = [replace(limb, actuator=replace(limb.actuator, speed_limit=0.8)) for limb in cables.limbs]
+    pad = control.Padding(damping_time=0.01, mass=0.0, source="a test")
+    far = control.Turn(ep.shoulder_rotation(-60.0, 0.0, 80.0, degrees=True), [0.0, 0.0, 0.1], 1.0)
+    abduction, muscles = control.experiment("abduction"), ep.Plant(prototype)
+    mixed = [replace(ep.PlantOptions().valves, layout=each) for each in ("3/2", "fill and vent", "3/2")]
+    blind = control.Experiment("lift", "Lift", worn.replace(measures=["lengths"]).mechanism, PATH, "model")
+    damped = ep.Plant(cables, ep.PlantOptions(winch=control.Winch(damping_time=0.3)))
+    whole = ep.Plant(cables, wearer=lambda t, arm: np.zeros(3))
+    return in_turn(
+        damping=lambda: control.Padding(source="a test"), source=lambda: control.Padding(damping_time=0.01),
+        cuff=lambda: ep.Plant(cables, cuff=pad), body=lambda: ep.Plant(cuffed, cuff=pad),
+        guide=lambda: ep.Plant(cuffed.replace(limbs=guided), cuff=replace(pad, mass=0.1, radius=0.1)),
+        limits=lambda: ep.Plant(device("nesm")),
+        speed=lambda: [(drive.parameters.no_load_speed, drive.damping_ratio) for drive in
+                       ep.Plant(cables.replace(limbs=quick)).drives],
+        damped=lambda: damped.simulate(waves(4), 0.001, damped.held(POSE, [20.0] * 4)).status,
+        other=lambda: whole.simulate(waves(4), 0.1, damped.rest()), wild=lambda: muscles.step(
+            replace(muscles.state(), angular_velocity=np.full(3, 1e11)), [0.0] * 3, 0.1),
+        weightless=lambda: ep.Plant(prototype.replace(gravity=(0.0, 0.0, 0.0)),
+                                    ep.PlantOptions(second_flange=True)).rest(near=POSE),
+        layouts=lambda: abduction.replace(valves=mixed).run(), once=lambda: prototype.track(Standing()),
+        stroke=lambda: ep.load("four-linear-actuators").track(far), blind=lambda: blind.foreseen,
+        gains=lambda: prototype.track("flexion", feedback=control.FeedbackGains()),
+        limb=lambda: abduction.replace(faults=ep.Fault("burst", 9)),
+        kind=lambda: abduction.replace(faults=ep.Fault("no current", 0)),
+        after=lambda: abduction.replace(faults=ep.Fault("burst", 0, start=3.0), duration=3.0).run(),
+        long=lambda: control.muscle_loop(muscle_model("best", 0.25), 1.3, 0.15, duration=1e9),
+        share=lambda: control.muscle_loop(muscle_model("best", 0.25), 1.3, 15.0),
+        safe=lambda: control.experiment("held-abduction", lambda t, seen: [1.0, -1.0, 0.5]).replace(
+            duration=0.5, supply=Supply(19e5)).run().cautions,
+    )  # fmt: skip
+
+
 ASKED = {
     each.__name__: each
-    for each in (muscles, tackles, winches, actuators, worn, geared, direct, padded, chains, at_rest, refused)
+    for each in (muscles, tackles, winches, actuators, worn, geared, direct, padded, chains, at_rest, refused, lacking)
 }
 
 #: Those that take longer than 0.15 s.

@@ -191,6 +191,13 @@ def controllers():
         plant.simulate(remembered, 0.06, start, faults=fault)
         return said, getattr(one, "planned", None), getattr(one, "interaction", None)
 
+    return {name: asked(one) for name, one in made.items()}
+
+
+def loops_and_programs():
+    """Three PI loops, one program of tensions, and what controllers refuse."""
+    cables, muscles = ep.Plant(ep.load("four-cables")), ep.Plant(ep.load("prototype"))
+    unseen = control.Measurement(POSE, SPIN, np.zeros(4), 0.0, np.ones(4), np.zeros(4))
     pi = control.ProportionalIntegral(
         [control.PIGains(0.5, 0.7), control.PIGains(2.0, 0.3, 0.1), control.PIGains(2.0, 0.3, np.inf)], (-0.4, 0.9)
     )
@@ -202,7 +209,7 @@ def controllers():
         np.array([5.0, 6.0, 0.0, 1.0]),
         SHOVE,
     )
-    return {name: asked(one) for name, one in made.items()}, [pi.step(error, 0.1) for error in ([0.3, 0.1, 0.2], [-0.9,
+    return [pi.step(error, 0.1) for error in ([0.3, 0.1, 0.2], [-0.9,
     0.5, 0.6], [0.1, -0.4, -0.2])], pi.integral, lone, control.TABLE_5_5, in_turn(
         gains=lambda: control.FeedbackGains(weight_share=1.1), time=lambda: control.FeedbackGains(integral_time=0.0),
         stiff=lambda: control.FeedbackGains(stiffness=-1.0), pi=lambda: control.PIGains(1.0, 0.0),
@@ -218,10 +225,16 @@ def controllers():
         cables=lambda: control.ContractionController(cables.mechanism, PATH),
         greatest=lambda: control.tensions_for_motion(cables.mechanism, POSE, None, np.ones(3)),
         poses=lambda: control.missing_moments(cables, POSE), share=lambda: control.gravity_compensation(cables, -0.1),
+        lacking=lambda: control.LengthController(cables, PATH)(0.0, unseen),
+        arm=lambda: control.tensions_for_motion(muscles.mechanism.replace(arm=None), POSE, None, np.ones(3)),
+        strokes=lambda: control.ContractionController(ep.load("appendix-d").mechanism, PATH),
+        steps=lambda: pi.step([np.nan, 0, 0], 0.1), long=lambda: control.tensions_for_motion(cables.mechanism, POSE,
+        None, [np.nan] * 4), stack=lambda: control.tensions_for_motion(cables.mechanism, ep.shoulder_rotation([1, 2], 0,
+        0), None, np.ones(4)),
     )  # fmt: skip
 
 
-ASKED = {each.__name__: each for each in (actions, sensed, references, controllers)}
+ASKED = {each.__name__: each for each in (actions, sensed, references, controllers, loops_and_programs)}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"controllers"}

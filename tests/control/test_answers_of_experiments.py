@@ -1,6 +1,6 @@
 """Answers of experiments as they are stored: their catalogue, runs with what is found in them, loops, measured runs."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +122,86 @@ def findings():
     )
 
 
+def recorded(tracking, **changes):
+    """A tracking of 101 samples, each as the first one of a run, but for what is stated of run and tracking."""
+    times, run = np.linspace(0.0, 2.0, 101), tracking.run
+    own = {each.name: getattr(run, each.name) for each in fields(run)}
+    own = {
+        name: np.repeat(value[:1], 101, axis=0)
+        for name, value in own.items()
+        if isinstance(value, np.ndarray) and len(value) == len(run.times)
+    }
+    parts = {"rotations": abducted(np.minimum(40.0 * times + 3.0, 50.0)), "times": times} | changes
+    of_run = own | {name: value for name, value in parts.items() if name in own or name == "rotations"}
+    ratios = np.full((101, run.plant.count), 0.1)
+    about = {"wanted": abducted(40.0 * times), "wanted_ratios": ratios, "ratios": ratios} | {
+        name: value for name, value in changes.items() if name not in of_run
+    }
+    return replace(tracking, run=replace(run, **of_run), missing_moment=np.zeros(101), **about)
+
+
+def abducted(angle):
+    return ep.shoulder_rotation(20.0, angle, 0.0, degrees=True)
+
+
+def columns(usual, *changed):
+    """Values (101, n), with those of one limb changed at some samples."""
+    values = np.tile(np.asarray(usual, dtype=float), (101, 1))
+    for limb, first, end, value in changed:
+        values[first:end, limb] = value
+    return values
+
+
+def made_records():
+    """What is said of records in which what happens and when is known, just below and just above what is worth it."""
+    muscles = experiment("abduction-long").replace(duration=0.05).run()
+    motors = ep.load("four-linear-actuators-worn").track("flexion", "model", duration=0.02)
+    drives = motors.run.plant.drives
+    shortest, limits = [each.shortest for each in drives], np.array([each.force_limit for each in drives])
+    times, taut = np.linspace(0.0, 2.0, 101), columns([1.0] * 3)
+    lengths = muscles.run.plant.contractions.lengths(abducted(80.0))
+    wanted = [0.1] * 3
+    torn = [
+        tuple(ep.Fault("torn", k, start) for k in limbs) for limbs, start in (((0, 2), 1), ((0, 1, 2), 1.5), ((1,), 3))
+    ]
+    made = {
+        "still": recorded(muscles, tensions=taut),
+        "long": recorded(muscles, tensions=taut, wanted_ratios=columns(wanted, (0, 0, 1, -0.19)),
+                         ratios=columns(wanted, (1, 0, 1, -0.01))),
+        **{f"starts {off} off": recorded(muscles, tensions=taut, rotations=abducted(
+            40.0 * times + off * (times < 0.05))) for off in (1.9, 2.1)},
+        "ends near": recorded(muscles, tensions=taut, rotations=abducted(np.minimum(40.0 * times, 78.1))),
+        **{f"creeps by {rate}": recorded(muscles, tensions=taut, rotations=abducted(
+            np.minimum(40.0 * times, 50.0 + rate * np.maximum(times - 1.25, 0.0)))) for rate in (1.8, 2.2)},
+        "needs": recorded(muscles, tensions=taut, wanted_ratios=columns(
+            wanted, (0, 50, 80, -0.2), (1, 75, 101, 0.4), (2, 25, 35, 0.4))),
+        "few": recorded(muscles, tensions=taut, wanted_ratios=columns(wanted, (0, 50, 52, -0.2), (1, 50, 53, -0.2))),
+        "stroke": recorded(muscles, tensions=columns([1.0] * 3, (0, 0, 51, 0.0), (2, 0, 50, 0.0)),
+                           pressures=columns([1e5] * 3, (1, 30, 50, 0.49e5), (1, 50, 101, 0.51e5)),
+                           ratios=columns(wanted, (1, 30, 101, 0.4))),
+        "ends": recorded(motors, drive_positions=columns(np.add(shortest, 1e-3), (1, 60, 101, shortest[1] - 1e-6)),
+                         motor_forces=columns(0.99 * limits, (2, 40, 41, limits[2]), (3, 0, 10, -limits[3]))),
+        **{f"{off} mm": recorded(muscles, tensions=taut, lengths=columns(lengths + 1e-3 * np.array([off, -1.0, 0.0])))
+           for off in (2.9, 3.1)},
+        "safe": recorded(muscles, tensions=columns([0.0] * 3, (0, 0, 50, 1.0)),
+                         pressures=columns([1e5] * 3, (1, 40, 41, 4.0036e5), (2, 40, 41, 4.0044e5))),
+        "down": recorded(muscles, tensions=taut, wanted=abducted(80.0 - 40.0 * times)),
+    }  # fmt: skip
+    for k, faults in enumerate(torn):
+        study = muscles.experiment.replace(faults=faults, duration=4.0, controller=lambda t, seen: [0.0] * 3)
+        made[f"faults {k}"] = replace(made["still"], experiment=study)
+    numbers = recorded(muscles, tensions=np.linspace(10.0, 60.0, 303).reshape(101, 3),
+                       tension_work=columns([0.0, 1.0, 2.0]), air_used=np.linspace(0.0, 2e-3, 101))  # fmt: skip
+    more = 1.0 + times[:, None]
+    # Beyond what a shoulder can do from 1 s on.
+    turned = ep.shoulder_rotation(30.0, 10.0, np.where(times < 1.0, 0.0, 170.0), degrees=True)
+    borne = recorded(motors, rotations=turned, tensions=more * [10, 20, 30, 40], tension_work=more * [1.0, 2, 3, 4],
+                     electric_energy=more**2 * [1.0, 1, 0, 1], angular_velocity=more * [1.0, -2.0, 0.5])  # fmt: skip
+    said = {name: (one.findings, one.verdict, one.cautions) for name, one in made.items()}
+    table = {name: np.asarray(values)[::25] for name, values in numbers.columns().items()}
+    return said, numbers.summary(), table, borne.run.summary(), made["down"].summary()
+
+
 def refused_experiments():
     own = lambda **more: lambda: control.Experiment("one", "One", ep.load("four-cables").mechanism, SHORT, **more)  # noqa: E731
     parts = ("mechanism", "reference", "options", "imu", "feedback", "controller", "cuff", "harness", "torso")
@@ -228,7 +308,7 @@ def measured():
 
 ASKED = {
     each.__name__: each
-    for each in (catalogue, assumed, tracks, findings, refused_experiments, loops, measurements, measured)
+    for each in (catalogue, assumed, tracks, findings, made_records, refused_experiments, loops, measurements, measured)
 }
 
 #: Those that take longer than 0.15 s.

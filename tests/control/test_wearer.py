@@ -1,16 +1,12 @@
-"""The person in the plant: ready moments, payloads, pushes; controllers with a person in the loop."""
+"""The person in the plant: payloads, pushes, ends of the range, torso; controllers with a person in the loop."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.controllers.planning import DevicePlanner, WristPlanner
-from exo_pin.control.plant.any_device.moving_torso import TorsoState, carried_along
-from exo_pin.core.errors import InvalidInput, MissingData
 
 #: Rotors behind gears: without them an arm has too little inertia about its own axis for a damper at 100 Hz.
 GEARED = control.PlantOptions(joint_motor=control.JointMotor(inertia=0.3))
@@ -29,20 +25,6 @@ def bare_arm(**more):
 
 def no_command(t, seen):
     return []
-
-
-@pytest.mark.parametrize("kind", [control.Passive, control.Spasticity])
-def test_no_number_of_a_person_is_taken_for_known(kind):
-    with pytest.raises(MissingData, match="source"):
-        kind()
-
-
-def test_passive_moment_is_about_the_arms_axes():
-    tissue = control.Passive([1.0, 2.0, 0.5], 0.1, source="a test")
-    R = ep.shoulder_rotation(0.0, 0.0, 30.0, degrees=True).as_matrix()
-    turn = Rotation.from_matrix(R.T).as_rotvec()
-    found = tissue(0.0, control.ArmState(R, np.array([0.0, 0.0, 2.0])))
-    np.testing.assert_allclose(found, [0.0, 0.0, 0.5 * turn[2] - 0.2], atol=1e-12)
 
 
 def test_a_dropped_payload_is_a_fall_from_there_on():
@@ -92,39 +74,6 @@ def test_a_push_is_a_load_while_it_lasts():
     np.testing.assert_allclose(run.external_load().force, run.wearer_force)
     # The shoulder's share of the force is that of the arm's momentum.
     np.testing.assert_allclose(run.cuff_wrench, 0.0, atol=1e-8)
-
-
-def test_tremor_intent_and_spasticity_bear_energy_and_stay_within_their_strength():
-    reference = control.AnglePath([0.0, 0.4], np.radians([[0.0, 0.0, 0.0], [30.0, 0.0, 0.0]]), "left", "minimum_jerk")
-    person = [
-        control.Tremor(0.1, 6.0, (0.0, 1.0, 0.0)),
-        control.Intent(reference, strength=1.5, stiffness=10.0, damping=0.5, delay=0.05),
-        control.Spasticity(0.3, 0.2, 0.5, source="a test"),
-    ]
-    run = bare_arm(wearer=person).simulate(no_command, 0.5, bare_arm().state(), rtol=1e-9)
-    assert run.status == "completed"
-    assert np.abs(run.energy_residual).max() < 1e-6
-    assert np.linalg.norm(run.wearer_moment, axis=1).max() <= 1.5 + 0.1 + 0.5
-    assert run.summary()["assistance"] == pytest.approx(0.0, abs=1e-9)  # no device
-    assert np.degrees(run.rotations[-1].magnitude()) > 5.0
-
-
-@pytest.mark.full
-def test_planners_of_a_wrist_agree():
-    exo = ep.load("three-linear-actuators")
-    plant = ep.Plant(exo)
-    closed, whole = WristPlanner(plant), DevicePlanner(plant)
-    pose, motion = exo.pose(30.0, 20.0), ep.Motion([0.5, 0.2, -0.1], [1.0, -2.0, 0.5])
-    load = ep.Load([3.0, 0.0, -5.0], [0.1, 0.2, 0.3], at=(0.0, 0.0, -0.3))
-    np.testing.assert_allclose(whole.lengths(pose), closed.lengths(pose), atol=1e-9)
-    for limit in (400.0, 20.0):
-        ends = np.full(3, limit), np.full(3, -limit)
-        one, other = (plans.tensions(pose, motion, *ends, load) for plans in (closed, whole))
-        np.testing.assert_allclose(other.missing_moment, one.missing_moment, atol=1e-7)
-        np.testing.assert_allclose(other.tensions, one.tensions, atol=1e-5)
-    state = control.ReferenceState(pose, motion.angular_velocity, motion.angular_acceleration)
-    for one, other in zip(closed.motion(state), whole.motion(state), strict=True):
-        np.testing.assert_allclose(other, one, atol=1e-5)
 
 
 @pytest.mark.full
@@ -214,59 +163,6 @@ def test_admittance_gives_way_by_its_own_spring():
     assert (run.rotations[-1] * virtual.inv()).magnitude() < 0.05
 
 
-@pytest.mark.full
-def test_a_reported_cut_is_borne_by_the_others():
-    exo = ep.load(URDF / "six-cables.urdf")
-    pose = exo.pose(30.0, 20.0)
-    plant = ep.Plant(exo)
-    worst = []
-    for aware in (False, True):
-        controller = control.impedance(plant, still(pose), 20.0, 3.0, fault_aware=aware)
-        least, greatest = plant.force_limits(plant.contractions.lengths(pose))
-        first = controller.plans.tensions(pose, None, greatest, least, None).tensions
-        limb = int(first.argmax())
-        cut = ep.Fault("torn", limb, start=0.1, reported_after=0.02)
-        run = plant.simulate(controller, 0.8, plant.held(pose, first), faults=cut, rtol=1e-6)
-        worst.append(float((run.rotations * pose.inv()).magnitude().max()))
-        assert bool(controller.lost[limb]) == aware
-    assert worst[1] < 0.7 * worst[0]
-
-
-def test_bad_input_is_refused():
-    with pytest.raises(InvalidInput, match="one load"):
-        control.Push(ep.Load(np.zeros((2, 3))))
-    with pytest.raises(InvalidInput, match="end after start"):
-        control.Payload(1.0, (0.0, 0.0, 0.0), 2.0, 1.0)
-    with pytest.raises(InvalidInput, match="axis"):
-        control.Tremor(1.0, 5.0, (0.0, 0.0, 0.0))
-    with pytest.raises(InvalidInput, match="weight_share"):
-        control.FeedbackGains(weight_share=1.5)
-    bad = bare_arm(wearer=lambda t, arm: np.full(3, np.nan if t > 0.05 else 0.0)).simulate(no_command, 0.1)
-    assert "not finite" in bad.status
-    assert bad.times[-1] < 0.06
-
-
-ENDS = {"elevation": (0.0, 1.5), "plane of elevation": (-1.2, 2.0), "axial rotation": (-0.8, 1.1)}
-
-
-@pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize("plane", [(-1.2, 2.0), (0.2, 1.5)])
-def test_ends_of_the_range_push_as_their_potential_says(side, plane):
-    ends = control.JointStops(ENDS | {"plane of elevation": plane}, 50.0, 0.0, side, source="a test")
-    step, pushed = 1e-6, 0
-
-    def potential(R):
-        return sum(25.0 * max(depth, 0.0) ** 2 for depth, _ in ends._ends(R.as_matrix()))
-
-    for R in Rotation.random(60, rng=4):
-        moment = ends(0.0, control.ArmState(R.as_matrix(), np.zeros(3)))
-        turns = [(Rotation.from_rotvec(step * e), Rotation.from_rotvec(-step * e)) for e in np.eye(3)]
-        slope = [(potential(one * R) - potential(other * R)) / (2.0 * step) for one, other in turns]
-        np.testing.assert_allclose(moment, -np.array(slope), atol=2e-6)
-        pushed += bool(moment.any())
-    assert 20 < pushed < 60
-
-
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_ends_of_a_person_are_those_of_their_model(side):
     person, poses = ep.Person(1.75, 75, "male", side=side), Rotation.random(800, rng=2)
@@ -328,35 +224,6 @@ def test_on_a_torso_that_accelerates_gravity_is_another():
     assert (runs[0].rotations * runs[1].rotations.inv()).magnitude().max() < 1e-9
     np.testing.assert_allclose(runs[0].shoulder_force, runs[1].shoulder_force, atol=1e-6)
     np.testing.assert_allclose(runs[0].reaction().shoulder_force, runs[0].shoulder_force, atol=1e-6)
-
-
-@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "nesm"])
-def test_inertial_forces_of_links_are_those_of_a_tree_on_a_flying_base(name):
-    device = ep.load(URDF / f"{name}.urdf").device.as_chain()
-    options = control.PlantOptions(joint_motor=control.JointMotor(limit=50.0))
-    own = ep.Plant(device, options).equations
-    rng = np.random.default_rng(3)
-    tree, model, base = own.state.model, own.model, pin.Model()
-    base.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
-    base.addFrame(pin.Frame("root", 1, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
-    whole = pin.appendModel(base, tree, base.getFrameId("root"), pin.SE3.Identity())
-    whole.gravity.vector = tree.gravity.vector
-    q = own.configuration(ep.shoulder_rotation(30.0, 20.0, 10.0, degrees=True))
-    v, a, w, e, push = rng.normal(size=tree.nv), rng.normal(size=tree.nv), *rng.normal(size=(3, 3))
-    # O rests at this instant and accelerates; the root stands in the world's origin.
-    c = model.centre
-    spatial = np.concatenate([push - np.cross(e, c), e])
-    turned = Rotation.from_euler("xyz", [0.4, -0.3, 0.8])
-    back = turned.inv().as_matrix()
-    data, q_base = whole.createData(), np.concatenate([np.zeros(3), turned.as_quat()])
-    motion = np.concatenate([-np.cross(w, c), w, v]), np.concatenate([spatial, a])
-    whole_tau = pin.rnea(whole, data, np.concatenate([q_base, q]), *motion)
-    gravity = np.array(tree.gravity.linear)
-    state = TorsoState(push - back @ gravity + gravity, w, e)
-    own.state.buffers.jacobian_rates(q, v)
-    found = carried_along(own.state, c, own._bodies, own._owners, state)
-    alone = pin.rnea(tree, tree.createData(), q, v, a)
-    np.testing.assert_allclose(alone - found, whole_tau[6:], atol=1e-9)
 
 
 def test_a_fall_is_stopped_and_pushes_the_hand():

@@ -12,7 +12,7 @@ from asked_together import each, tried
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core import conventions, errors, plain_math, tables, validation
+from exo_pin.core import compiled, conventions, errors, plain_math, tables, validation
 from exo_pin.core.errors.base import echo, shown
 
 JOINTS = ("one", "two", "three", "four", "five")
@@ -156,6 +156,7 @@ def asked_of_checks():
         "zero": tried(lambda x: v.as_positive("x", x, zero=True), 0, -1e-20, 1e-16, 2.0),
         "count": tried(lambda x: v.as_count("x", x, 2), 1, 2, np.int8(3), 2.0, True, 2**63 - 1, 2**63),
         "few": tried(lambda x: v.as_count("x", x, 2, 4), 1, 4, 5),
+        "mode": tried(lambda x: compiled.mode(x).__enter__(), "fast"),
         "rising": tried(lambda x: v.as_rising("x", x), [0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 1.0, 0.5]),
         "unit": tried(
             lambda x: v.as_unit_vector("x", x),

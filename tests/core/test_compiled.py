@@ -3,13 +3,11 @@
 import os
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 from kernel_calls import all_kernels, changed, recorded_calls
 
-from exo_pin import UnknownName
 from exo_pin.core import compiled
 from exo_pin.core.compiled import PLAIN_WORK, kernel, mode, one_search
 
@@ -103,19 +101,6 @@ def test_plain_and_compiled_forms_agree(name, calls):
     compare(name, calls[each])
 
 
-@needs_jit
-def test_kernels_that_only_fill_arrays_return_none(calls):
-    filling = {each for each in KERNELS.values() if not each.options["_nrt"]}
-    assert {KERNELS["numerics.small_linear.pivoted_qr"], KERNELS["device.turns.turn_rates.rates"]} < filling
-    code = [each._function for each in filling]
-    called = [each.__globals__.get(name) for each in code for name in each.__code__.co_names]
-    within = {part for part in called if isinstance(part, compiled.Kernel)}
-    for each in (filling | within) & set(calls):
-        answer = each.plain(*changed(calls[each][0], lambda array: array))
-        parts = answer if isinstance(answer, tuple) else (answer,)
-        assert not any(isinstance(part, (np.ndarray, tuple)) for part in parts), each
-
-
 def compare(name, recorded):
     each = KERNELS[name]
     for arguments in recorded:
@@ -136,12 +121,6 @@ def compare(name, recorded):
             assert agree.all(), f"{plain[~agree]} plain, {machine[~agree]} compiled"
 
 
-@pytest.mark.parametrize("value", [0.0, 2.0, 1e-300, 1e300, np.inf, -1.0, np.nan])
-def test_square_root_follows_numpy(value):
-    with np.errstate(all="ignore"):
-        np.testing.assert_array_equal(KERNELS["numerics.vectors.root"](value), np.sqrt(value))
-
-
 @pytest.mark.parametrize("name", compiled.MODES)
 def test_division_by_zero_is_infinite_in_every_mode(name):
     with mode(name):
@@ -149,16 +128,6 @@ def test_division_by_zero_is_infinite_in_every_mode(name):
         assert np.isnan(quotient(0.0, 0.0))
         assert type(shifted(3.0)) is float
         assert shifted(3.0) == 2.5
-
-
-def test_what_a_plain_form_calls_may_import():
-    # As NumPy does at the first call of many a method, such as ndarray.sum.
-    @kernel
-    def importing(text):
-        return time.strptime(text, "%S").tm_sec
-
-    with mode("plain"):
-        assert importing("42") == 42
 
 
 @needs_jit
@@ -205,11 +174,6 @@ def test_one_search_compiles_only_what_is_dear():
         for _ in range(PLAIN_WORK + 1):
             cheap(1.0)
         assert cheap.is_ready
-
-
-def test_unknown_mode_is_refused():
-    with pytest.raises(UnknownName, match="auto"), mode("fast"):
-        pass
 
 
 def python(text, folder=None, **environment):

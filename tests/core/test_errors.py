@@ -9,8 +9,6 @@ import pytest
 import exo_pin as ep
 from exo_pin import ExoPinError, FileFormatError, UnknownName, muscle
 from exo_pin.core import errors
-from exo_pin.core.errors import FileNotWritten
-from exo_pin.core.errors.base import LONGEST, WORD, shown
 
 Q = np.zeros(2)
 #: Errors that echo a text in each of their arguments.
@@ -20,7 +18,7 @@ MAKERS = {
     "unknown among many": lambda text: UnknownName("preset", "x", [f"{text[:60]}{k}" for k in range(3000)]),
     "FileFormatError": lambda text: FileFormatError(f"expected a number, got {text}", text, text),
     "error in an error": lambda text: FileFormatError(str(UnknownName("key", text, [text])), text),
-    "FileNotWritten": lambda text: FileNotWritten(text, OSError(28, text)),
+    "FileNotWritten": lambda text: errors.FileNotWritten(text, OSError(28, text)),
     "MissingData": lambda text: errors.MissingData([text] * 50, text, text, text),
     "MissingExtra": lambda text: errors.MissingExtra("plot", text),
     "AbsentAttribute": lambda text: errors.AbsentAttribute(text, text),
@@ -54,44 +52,12 @@ TEXTS = {
 def test_messages_are_short_and_printable(maker, text):
     error = MAKERS[maker](TEXTS[text])
     message = str(error)
-    assert 20 < len(message) <= LONGEST
+    assert 20 < len(message) <= 2000
     assert all(c.isprintable() or c == "\n" for c in message)
     message.encode()
     again = pickle.loads(pickle.dumps(error))
     assert str(again) == message
     assert vars(again).keys() == vars(error).keys()
-    assert shown(message) == message
-
-
-def test_the_cut_is_shown_and_the_attributes_hold_everything():
-    name = "x" * 1_000_000
-    error = UnknownName("joint", name, ["knee", name + "y"], where="robot.yaml")
-    assert error.name == name
-    assert error.available == ("knee", name + "y")
-    assert str(error).startswith("unknown joint 'xxx")
-    # What was said about the long name is there.
-    assert "cut" in str(error)
-    assert "in robot.yaml; there are: knee, xxx" in str(error)
-    file = FileFormatError(f"expected a number, got {name}", name, name)
-    assert (file.path, file.key) == (name, name)
-    assert ": expected a number, got xxx" in str(file)
-
-
-@pytest.mark.parametrize(
-    "text", ["", "a text", "θ = 3°, J̇ v ± 1e-3 → m/s²", "two\nlines", "x" * WORD, "word " * (LONGEST // 5)]
-)
-def test_what_is_short_and_printable_is_shown_as_it_is(text):
-    assert shown(text) == text
-    assert shown(shown(text)) == text
-
-
-def test_every_error_shows_its_message_as_the_base_does():
-    def below(kind):
-        return [kind, *(each for child in kind.__subclasses__() for each in below(child))]
-
-    kinds = below(ExoPinError)
-    assert len(kinds) > 20
-    assert all(kind.__str__ in (BaseException.__str__, ImportError.__str__, AttributeError.__str__) for kind in kinds)
 
 
 def test_values_that_python_cannot_print():
@@ -110,4 +76,4 @@ def test_values_that_python_cannot_print():
             ):
                 with pytest.raises(ExoPinError) as caught:
                     call()
-                assert len(str(caught.value)) <= LONGEST
+                assert len(str(caught.value)) <= 2000

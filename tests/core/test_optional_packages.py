@@ -8,9 +8,7 @@ import pytest
 from places import REPOSITORY
 
 from exo_pin.cli import main
-from exo_pin.core import optional_packages
-from exo_pin.core.errors import MissingExtra
-from exo_pin.core.optional_packages import optional, require_extra
+from exo_pin.core import errors, optional_packages
 
 LOADING = {
     "broken": ("raise ImportError('libEGL.so.1: cannot open')", "what is installed cannot be loaded: libEGL"),
@@ -38,16 +36,16 @@ def mujoco(tmp_path, monkeypatch):
 def test_what_is_wrong_with_an_installed_package_is_said(mujoco, kind):
     text, message = LOADING[kind]
     mujoco(text)
-    with pytest.raises(MissingExtra, match=message) as found:
-        optional("robots", "mujoco")
+    with pytest.raises(errors.MissingExtra, match=message) as found:
+        optional_packages.optional("robots", "mujoco")
     assert found.value.problem
     assert ".[robots]" in str(found.value)
 
 
 def test_an_absent_package_is_absent(monkeypatch):
     monkeypatch.setitem(sys.modules, "yaml", None)
-    with pytest.raises(MissingExtra, match="this needs PyYAML: in the folder") as found:
-        require_extra("robots")
+    with pytest.raises(errors.MissingExtra, match="this needs PyYAML: in the folder") as found:
+        optional_packages.require_extra("robots")
     assert (found.value.extra, found.value.problem) == ("robots", "")
 
 
@@ -58,7 +56,7 @@ STOPPED = "try:\n    raise KeyboardInterrupt\nfinally:\n    raise ImportError('i
 def test_ctrl_c_while_a_package_is_loaded_stays_one(mujoco, text):
     mujoco(text)
     with pytest.raises(KeyboardInterrupt):
-        optional("robots", "mujoco")
+        optional_packages.optional("robots", "mujoco")
 
 
 def test_a_command_that_is_stopped_while_a_package_is_loaded_ends_as_stopped(mujoco, tmp_path, capsys):

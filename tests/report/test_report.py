@@ -7,12 +7,10 @@ from html import escape
 
 import numpy as np
 import pytest
-from command_line import run
 from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.errors import InvalidInput
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from exo_pin.report.content import sections_of
 from exo_pin.report.pages import html_page
@@ -133,23 +131,3 @@ def test_every_kind_has_a_report_of_two_pages_without_undefined_terms(name, tmp_
         assert {posture.holds for posture in found.postures} == {"supports"}
         assert all(posture.left_to_wearer_Nm >= 0.0 for posture in found.postures)
         assert all(0.0 < task.relief_percent < 100.0 for task in found.tasks)
-
-
-@pytest.mark.full
-def test_the_command_writes_pages_and_the_record(capsys, tmp_path):
-    target = tmp_path / "report.json"
-    status, out, _ = run(capsys, "report", "four-cables", "--person", "1.60,55,female", "--out", str(target))
-    assert status == 0
-    assert "What was not checked" in out
-    assert '"inside_percent"' in target.read_text()
-    status, _, err = run(capsys, "report", "four-cables", "--out", str(tmp_path / "report.doc"))
-    assert status == 2
-    assert ".pdf" in err
-
-
-@pytest.mark.full
-def test_what_cannot_be_reported_is_refused(report, tmp_path):
-    with pytest.raises(InvalidInput, match=r"end in \.pdf"):
-        report.save(tmp_path / "report.txt")
-    with pytest.raises(InvalidInput, match="arm_speed"):
-        ep.load("four-cables").report(MAN, arm_speed=0.0)

@@ -1,4 +1,4 @@
-"""Samples of a live stream: what is lost and late, and answers that are those of the Python call."""
+"""Samples of a live stream: what is lost and late, clocks, sensors, and messages of ROS."""
 
 import json
 from itertools import pairwise
@@ -10,9 +10,9 @@ from places import REPOSITORY
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.service.live_answers import LiveSession, Request, respond
+from exo_pin.service.live_answers import LiveSession
 from exo_pin.service.problems import encoded
-from exo_pin.service.ros_messages import sample_of_imus, sample_of_quaternion, wrench_of_answer
+from exo_pin.service.ros_messages import sample_of_quaternion, wrench_of_answer
 from exo_pin.service.samples import Opening, Sample, Sensors, Stream
 
 CABLES = {"design": "four-cables"}
@@ -45,13 +45,6 @@ def test_gaps_and_late_samples_are_those_that_were_made(numbered):
     assert sorted(set(missing) - set(late)) == sorted(set(range(kept[-1])) - set(kept))
 
 
-def test_the_same_sample_again_is_late_and_times_alone_have_an_order():
-    stream = Stream()
-    assert [stream.take(Sample(t=t), 1.0).is_late for t in (0.0, 0.1, 0.1, 0.05, 0.2)] == [0, 0, 1, 1, 0]
-    stream = Stream()
-    assert [stream.take(Sample(t=0.0, seq=k), 1.0).is_late for k in (3, 3, 4)] == [False, True, False]
-
-
 def test_the_delay_is_against_the_quickest_sample_and_clocks_may_drift():
     stream, drift = Stream(), 1e-4
     ways = 0.02 + 0.03 * np.random.default_rng(1).random(3000)
@@ -59,36 +52,6 @@ def test_the_delay_is_against_the_quickest_sample_and_clocks_may_drift():
     found = [stream.take(Sample(t=0.01 * k), (1.0 + drift) * 0.01 * k + way).delay for k, way in enumerate(ways)]
     # Within what clocks that are off by 100 ppm make in half a second and a bit.
     assert found == pytest.approx(ways - 0.02, abs=2e-4)
-
-
-@pytest.mark.parametrize("design", ["four-cables", "prototype"])
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_an_answer_is_that_of_the_python_call_in_every_form_of_a_sample(design, side):
-    exo = ep.load(design, side=side)
-    live = session(open={"design": design, "side": side, "load": {"force": [0.0, 5.0, -10.0]}})
-    own = exo.reaction(exo.pose(50.0, 20.0, 10.0), load=ep.Load([0.0, 5.0, -10.0]))
-    x, y, z, w = exo.pose(50.0, 20.0, 10.0).as_quat()
-    for form in (
-        {"quaternion_xyzw": (x, y, z, w)},
-        {"quaternion_wxyz": (-w, -x, -y, -z)},
-        {"flexion": 50.0, "abduction": 20.0, "internal_rotation": 10.0},
-    ):
-        found = live.answer(Sample(t=0.0, **form))
-        assert found["shoulder_force"] == pytest.approx(own.shoulder_force, rel=1e-9)
-        assert found["actuator_forces"] == pytest.approx(own.actuator_forces, rel=1e-9, abs=1e-9)
-        assert (found["verdict"], found["status"]) == (own.verdict, str(own.status))
-        assert found["can_hold"] == (None if own.unknown else bool(own.can_hold))
-
-
-def test_the_force_in_the_joint_is_answered_too():
-    pytest.importorskip("myo_sim", reason="needs the extra person")
-    man = {"height": 1.75, "mass": 75.0, "sex": "male"}
-    live = session(open={"question": "joint_contact", "design": "four-cables-worn", "person": man})
-    exo = ep.load("four-cables-worn")
-    own = exo.joint_contact(exo.pose(40.0), ep.Person(**man))
-    found = live.answer(Sample(t=0.0, flexion=40.0))
-    assert found["joint_force"] == pytest.approx(own.force, rel=1e-6)
-    assert found["shoulder_force"] is None
 
 
 def sensors_on(poses, seed):
@@ -148,29 +111,6 @@ def live_doubt(live, times, quaternions):
     return found["doubt"]
 
 
-@pytest.mark.parametrize(
-    ("message", "status", "said"),
-    [
-        ({"opening": {"open": {"design": "../x"}}}, 422, "unknown design"),
-        ({"opening": {"open": {"poses": {"flexion": 1}}}}, 422, "without poses"),
-        ({"opening": {"open": {"question": "workspace"}}}, 422, "question"),
-        ({"opening": {"open": {"load": {}}}}, 422, "force in load"),
-        ({"opening": {"open": {}, "sensors": {"forward": "x", "still": 1e3}}}, 422, "still of up to 60 s"),
-        ({"sample": {"t": 1.0}}, 422, "expected quaternion_xyzw, quaternion_wxyz or angles"),
-        ({"sample": {"t": 1.0, "flexion": 1.0, "quaternion_xyzw": [0, 0, 0, 1]}}, 422, "or angles"),
-        ({"sample": {"t": 1.0, "quaternion_xyzw": [0, 0, 0, 2]}}, 422, "length 2"),
-        ({"sample": {"t": 1.0, "quaternion_xyzw": [0, 0, 0, 1], "quaternion_wxyz": [1, 0, 0, 0]}}, 422, "got both"),
-        ({"session": "other", "sample": {"t": 1.0, "flexion": 1.0}}, 410, "open it again"),
-    ],
-)
-def test_wrong_messages_are_problems(message, status, said):
-    assert respond(msgspec.json.encode(Request("own", Opening(CABLES))))[0] == 200
-    found, body = respond(json.dumps({"session": "own", **message}).encode())
-    assert found == json.loads(body)["status"] == status
-    assert said in json.loads(body)["detail"]
-    assert respond(b'{"session": "own"}') == (200, b"{}")
-
-
 def recorded():
     """Messages of a recorded movement, with the fields of ROS 2, and its poses."""
     movement = ep.read_movement(REPOSITORY / "examples" / "lift.csv", "left", None)
@@ -193,31 +133,3 @@ def test_ros_messages_of_a_recording_give_the_forces_of_its_poses():
         assert wrench["header"] == header
         assert list(wrench["wrench"]["force"].values()) == pytest.approx(own.shoulder_force[k], rel=1e-9)
         assert set(wrench["wrench"]["torque"].values()) == {0.0}
-
-
-def imu(header, quaternion):
-    return {
-        "header": header,
-        "orientation": dict(zip("xyzw", quaternion, strict=True)),
-        "orientation_covariance": [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01],
-        "angular_velocity": dict.fromkeys("xyz", 0.0),
-        "angular_velocity_covariance": [0.0] * 9,
-        "linear_acceleration": dict.fromkeys("xyz", 0.0),
-        "linear_acceleration_covariance": [0.0] * 9,
-    }
-
-
-def test_ros_messages_of_two_sensors_are_one_sample():
-    headers, rows, _ = recorded()
-    arm, trunk = imu(headers[3], rows[3].tolist()), imu(headers[3], [0.0, 0.0, 0.0, 1.0])
-    found = msgspec.convert(sample_of_imus(arm, trunk), Sample)
-    assert found.quaternion("arm") == pytest.approx(rows[3])
-    assert found.t == headers[3]["stamp"]["sec"] + 1e-9 * headers[3]["stamp"]["nanosec"]
-    with pytest.raises(ep.InvalidInput, match="gives no orientation"):
-        sample_of_imus(arm, {**trunk, "orientation_covariance": [-1.0, *[0.0] * 8]})
-    with pytest.raises(ep.InvalidInput, match="of one time"):
-        sample_of_imus(arm, {**trunk, "header": headers[4]})
-    with pytest.raises(ep.InvalidInput, match="expected orientation in message"):
-        sample_of_imus(arm, {key: trunk[key] for key in ("header", "orientation_covariance")})
-    with pytest.raises(ep.InvalidInput, match="no force: the arm hangs"):
-        wrench_of_answer({"t": 0.0, "shoulder_force": None, "verdict": "the arm hangs"}, "torso")

@@ -1,15 +1,13 @@
-"""Bodies of requests: the answer is that of the Python call, and what is wrong is a problem document."""
+"""Bodies of requests lead to no file, and faults are not shown."""
 
 import json
 
-import numpy as np
 import pytest
 from places import REPOSITORY
 
 import exo_pin as ep
 from exo_pin.cli.documents.registry import schema
 from exo_pin.design import preset_file
-from exo_pin.exo.questions import QUESTIONS, answered
 from exo_pin.service.problems import reply
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -21,58 +19,6 @@ def asked(question, name="reaction"):
     said = found["schema"].partition("/")[0].removeprefix("exo_pin.")
     assert list(jsonschema.Draft202012Validator(schema(said)).iter_errors(found)) == []
     return status, found
-
-
-def test_the_answer_is_that_of_the_python_call_and_of_a_batch():
-    exo = ep.load("four-cables", side="right")
-    load = {"force": [0.0, 0.0, -20.0]}
-    question = {"side": "right", "poses": {"flexion": [60.0, 20.0]}, "load": load, "id": 7}
-    status, found = asked(question)
-    own = exo.reaction(exo.pose([60.0, 20.0]), load=ep.Load(**load)).document()
-    assert status == 200
-    assert found["id"] == 7
-    assert {**found["answer"], "device": 0} == json.loads(json.dumps({**own, "device": 0}))
-    assert found == answered(json.dumps({**question, "question": "reaction"}))
-
-
-@pytest.mark.parametrize(
-    "poses", [{"flexion": 30.0}, {"quaternions_xyzw": [0.0, -np.sin(np.pi / 12), 0.0, np.cos(np.pi / 12)]}]
-)
-def test_a_design_stands_in_the_question(poses):
-    text = preset_file("four-cables").replace('name = "four-cables"', 'name = "mine"')
-    status, found = asked({"design": {"toml": text}, "poses": poses})
-    assert status == 200
-    assert found["answer"]["device"]["name"] == "mine"
-    exo = ep.load("four-cables")
-    assert found["answer"]["magnitude"] == pytest.approx(float(exo.reaction(exo.pose(30.0)).magnitude), rel=1e-9)
-
-
-def test_a_robot_stands_in_the_question():
-    own = REPOSITORY / "urdf" / "serial-y-x-z.urdf"
-    texts = {"urdf": own.read_text(), "closures": own.with_suffix(".closures.toml").read_text()}
-    status, found = asked({"design": texts, "poses": {"flexion": 40.0}})
-    exo = ep.load(own)
-    assert status == 200
-    assert found["answer"]["magnitude"] == pytest.approx(float(exo.reaction(exo.pose(40.0)).magnitude), rel=1e-9)
-
-
-#: Questions that have no answer: error and a part of what it says.
-WRONG = [
-    ({}, "InvalidInput", "expected poses"),
-    ({"poses": {"flexon": 1}}, "UnknownName", "did you mean 'flexion'"),
-    ({"poses": {"flexion": "a"}}, "InvalidInput", "flexion"),
-    ({"poses": {"quaternions_xyzw": [0, 0, 0, 0]}}, "InvalidInput", "unit quaternions"),
-    ({"poses": {"quaternions_xyzw": [0, 0, 0]}}, "InvalidInput", "quaternions_xyzw"),
-    ({"poses": {"quaternions_xyzw": [0, 0, 0, 1], "flexion": 1}}, "InvalidInput", "alone"),
-    ({"poses": {"flexion": 1}, "load": {}}, "InvalidInput", "expected force in load"),
-    ({"poses": {"flexion": 1}, "side": ["left"]}, "InvalidInput", "expected side"),
-    ({"poses": {"flexion": 1}, "question": "workspace"}, "InvalidInput", "expected question 'reaction'"),
-    ({"poses": {"flexion": 1}, "design": {}}, "InvalidInput", "toml alone, or with urdf"),
-    ({"poses": {"flexion": 1}, "design": {"toml": "a = "}}, "FileFormatError", "design.toml"),
-    ({"poses": {"flexion": 1}, "design": {"toml": 1}}, "InvalidInput", "text of a file"),
-    ({"poses": {"flexion": 1}, "design": {"path": "x"}}, "UnknownName", "member of design"),
-    ([1], "InvalidInput", "JSON object"),
-]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"NaN", b"\xff", b"[" * 100_000])
@@ -131,17 +77,3 @@ def test_a_fault_of_the_package_is_logged_and_not_shown(monkeypatch, caplog):
     assert (status, found["kind"]) == (500, "InternalFault")
     assert "secret" not in json.dumps(found)
     assert "ZeroDivisionError" in caplog.text
-
-
-def test_the_description_has_every_question_and_valid_schemas():
-    openapi = pytest.importorskip("exo_pin.service.openapi", reason="needs the extra service").openapi()
-    assert {f"/{name}" for name in QUESTIONS} < set(openapi["paths"])
-    for definition in openapi["components"]["schemas"].values():
-        jsonschema.Draft202012Validator.check_schema(definition)
-    # The schema of a question allows what is answered, and refuses what is not.
-    body = openapi["paths"]["/reaction"]["post"]["requestBody"]["content"]["application/json"]["schema"]
-    checks = jsonschema.Draft202012Validator(body | {"components": openapi["components"]})
-    assert checks.is_valid({"poses": {"flexion": [1, 2]}, "load": {"force": [0, 0, 1]}, "design": {"toml": "x"}})
-    for question, _, said in WRONG:
-        if "JSON object" not in said and "alone" not in said and "unit" not in said and "design.toml" not in said:
-            assert not checks.is_valid(question), question

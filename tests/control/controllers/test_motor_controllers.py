@@ -1,4 +1,4 @@
-"""Controllers of motor drives: derivatives of lengths, feed-forward, PI of lengths, gains, loss of the sensor."""
+"""Controllers of motor drives: feed-forward, integral, a model that is not true, loss of the sensor."""
 
 from dataclasses import replace
 
@@ -7,9 +7,7 @@ import pytest
 from drive_plants import held, holding
 
 import exo_pin as ep
-from exo_pin import InvalidInput, MissingData, control
-from exo_pin.control.controllers.model_controller import gains_for
-from exo_pin.control.controllers.wrist_lengths import length_motion
+from exo_pin import control
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
 
@@ -20,16 +18,6 @@ def tracked(plant, controller, reference, duration=None):
     return run, (reference(run.times).orientation * run.rotations.inv()).magnitude()
 
 
-def test_lengths_and_their_derivatives_are_those_of_differences():
-    geometry = ep.load("four-cables").geometry
-    reference = control.AnglePath([0.0, 2.0], np.radians([[0.0, 5.0, 0.0], [50.0, 40.0, 30.0]]))
-    step = 1e-4
-    for t in (0.3, 1.0, 1.7):
-        before, now, after = (length_motion(geometry, reference(t + k * step)) for k in (-1, 0, 1))
-        np.testing.assert_allclose(now.rates, (after.lengths - before.lengths) / (2 * step), atol=1e-7)
-        np.testing.assert_allclose(now.accelerations, (after.rates - before.rates) / (2 * step), atol=1e-6)
-
-
 @pytest.mark.parametrize("name", MOTORS)
 def test_without_friction_feed_forward_follows(name):
     """What is left comes from commands that stay for 10 ms, and from the drive's inertia on a stretching limb."""
@@ -37,21 +25,10 @@ def test_without_friction_feed_forward_follows(name):
     smooth = ep.PlantOptions(winch=control.Winch(**free), linear_actuator=control.LinearActuator(**free))
     plant = ep.Plant(ep.load(name), smooth)
     reference = control.flexion(1.0, duration=2.0, law="minimum_jerk")
-    gains = replace(gains_for(plant.mechanism), stiffness=0.0, damping=0.0, integral_time=np.inf)
+    gains = replace(control.ModelController(plant, reference).gains, stiffness=0.0, damping=0.0, integral_time=np.inf)
     run, error = tracked(plant, control.ModelController(plant, reference, gains), reference)
     assert run.status == "completed"
     assert np.degrees(error.max()) < 0.5
-
-
-@pytest.mark.parametrize("name", [MOTORS[0], *(pytest.param(name, marks=pytest.mark.full) for name in MOTORS[1:])])
-@pytest.mark.parametrize("kind", [control.ModelController, control.LengthController])
-def test_both_controllers_follow_with_friction(name, kind):
-    plant = ep.Plant(ep.load(name))
-    reference = control.flexion(1.2, duration=3.0, law="minimum_jerk")
-    run, error = tracked(plant, kind(plant, reference), reference)
-    assert run.status == "completed"
-    assert np.degrees(np.sqrt((error**2).mean())) < (0.5 if kind is control.ModelController else 2.0)
-    assert np.abs(run.commands).max() < 1.0
 
 
 def test_the_integral_removes_what_the_weight_does():
@@ -67,37 +44,10 @@ def test_the_integral_removes_what_the_weight_does():
     assert off[-100:].max() < 0.02 * off.max()
 
 
-def test_a_reset_controller_repeats_itself():
-    plant = ep.Plant(ep.load("four-cables"))
-    reference = control.abduction(0.5, duration=0.5, law="minimum_jerk")
-    controller = control.LengthController(plant, reference)
-    first, _ = tracked(plant, controller, reference)
-    controller.reset()
-    again, _ = tracked(plant, controller, reference)
-    np.testing.assert_array_equal(again.commands, first.commands)
-
-
-def test_cables_stay_taut_under_the_model_based_controller():
-    plant = ep.Plant(ep.load("four-cables"))
-    reference = control.flexion(1.2, duration=3.0, law="minimum_jerk")
-    run, _ = tracked(plant, control.ModelController(plant, reference), reference)
-    assert run.tensions.min() > 0.0
-    assert not run.slack.any()
-
-
 def test_without_the_inertial_sensor_the_arm_goes_on_along_the_reference():
     experiment = control.experiment("four-cables-abduction").replace(imu=control.Imu(lost=((1.0, 4.0),)))
     tracking = experiment.run()
     assert np.degrees(tracking.rms_error()) < 1.0
-
-
-def test_gains_grow_with_the_arm_and_leave_the_prototype_alone():
-    assert gains_for(ep.load("prototype").mechanism) == control.FeedbackGains()
-    gains = gains_for(ep.load("four-cables").mechanism)
-    arm = ep.load("four-cables").arm
-    weight = arm.mass * 9.81 * np.linalg.norm(arm.centre_of_mass)
-    assert gains.stiffness == pytest.approx(weight, rel=1e-3)
-    assert gains.axial_share < 0.2
 
 
 def test_the_model_need_not_be_true():
@@ -111,17 +61,3 @@ def test_the_model_need_not_be_true():
     run, error = tracked(plant, control.ModelController(believed, reference), reference)
     assert run.status == "completed"
     assert np.degrees(error.max()) < 6.0
-
-
-def test_what_does_not_fit_is_refused():
-    prototype = ep.Plant(ep.load("prototype"))
-    with pytest.raises(InvalidInput, match="motor in every limb"):
-        control.LengthController(prototype, control.flexion())
-    plant, tensions, start = held("four-cables")
-    with pytest.raises(InvalidInput, match="reference"):
-        control.LengthController(plant, "flexion")
-    measured = control.Measurement(start.orientation, np.zeros(3), np.zeros(4), 0.0, np.ones(4), np.zeros(4))
-    for controller in (control.LengthController, control.ModelController):
-        with pytest.raises(MissingData, match="drive_positions"):
-            controller(plant, control.flexion())(0.0, measured)
-    assert len(tensions) == 4

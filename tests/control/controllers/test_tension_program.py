@@ -6,7 +6,6 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput, MissingData
 from exo_pin.control import tensions_for_motion
 
 FOUR, THREE = ep.load("four-cables"), ep.load("prototype")
@@ -42,24 +41,3 @@ def test_impossible_moment_is_met_as_nearly_as_by_bounded_least_squares():
         answer = THREE.reaction(pose, motion)
         if answer.has_answer:
             np.testing.assert_allclose(moment, arms @ answer.actuator_forces, atol=1e-8)
-
-
-@pytest.mark.parametrize("pose", POSES)
-def test_no_other_tensions_of_the_same_moment_load_the_shoulder_less(pose):
-    greatest, least = np.full(4, 90.0), np.full(4, 8.0)
-    found = tensions_for_motion(FOUR.mechanism, pose, None, greatest, least)
-    arms, along = FOUR.jacobian(pose).T, FOUR.inverse_kinematics(pose).directions
-    assert np.linalg.norm(found.missing_moment) < 1e-9
-    direction = np.linalg.svd(arms)[2][3]
-    spread = found.tensions + np.linspace(-200.0, 200.0, 4001)[:, None] * direction
-    spread = spread[((spread >= least - 1e-9) & (spread <= greatest + 1e-9)).all(axis=1)]
-    forces = found.shoulder_force + (spread - found.tensions) @ along
-    assert len(spread) > 20
-    assert np.linalg.norm(forces, axis=1).min() >= np.linalg.norm(found.shoulder_force) - 1e-6
-
-
-def test_bad_input_is_refused():
-    with pytest.raises(MissingData):
-        tensions_for_motion(THREE.mechanism.replace(arm=None), POSES[0], None, np.full(3, 10.0))
-    with pytest.raises(InvalidInput):
-        tensions_for_motion(THREE.mechanism, POSES[0], None, np.full(3, 1.0), np.full(3, 2.0))

@@ -1,15 +1,12 @@
-"""The plant in motion: energy, MuJoCo, statics, conservation of air, and the closed chain."""
+"""The plant in motion: energy, MuJoCo, statics, and the mirror image."""
 
 import mujoco
 import numpy as np
 import pytest
 from drive_plants import limb_mjcf
-from plant_chain import chain_run
 
 import exo_pin as ep
-from exo_pin.control.plant.equations.drive_kernels import air_volume
-from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
-from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
+from exo_pin.muscle import ConstantFriction, Valve, ValveUnit
 
 #: Nothing that the plant has only by estimate.
 FRICTIONLESS = {"muscle_damping": None, "second_flange": True}
@@ -26,12 +23,6 @@ def swing(prototype, abducted):
     plant = ep.Plant(prototype, ep.PlantOptions(**FRICTIONLESS))
     start = plant.state(abducted, angular_velocity=[0.8, -1.2, 2.0], pressures=[1e5, 0.5e5, 2e5])
     return plant.simulate(drive, 2.0, start)
-
-
-@pytest.fixture(scope="module")
-def finer(swing):
-    start = swing.plant.state(swing.rotations[0], swing.angular_velocity[0], swing.pressures[0])
-    return swing.plant.simulate(drive, 2.0, start, rtol=1e-11)
 
 
 def test_the_energy_s_balance_closes(swing, prototype, abducted):
@@ -54,11 +45,6 @@ def test_the_energy_s_balance_closes(swing, prototype, abducted):
     assert run.shoulder_loss[-1] > 0.1
     assert run.drive_loss[-1].sum() > 1e-4
     assert np.abs(run.energy_residual).max() < 3e-6 * run.kinetic_energy.max()
-
-
-def test_tighter_tolerances_lead_to_the_same_motion(swing, finer):
-    assert (finer.rotations * swing.rotations.inv()).magnitude().max() < 5e-5
-    assert np.abs(finer.energy_residual).max() < 1e-9 * finer.kinetic_energy.max()
 
 
 def test_accelerations_lengths_and_energy_are_mujoco_s(swing, prototype):
@@ -87,23 +73,6 @@ def test_forces_along_the_run_are_the_reaction_query_s(swing):
     np.testing.assert_allclose(swing.reaction().shoulder_force, swing.shoulder_force, atol=1e-8 * scale)
 
 
-def test_a_fourth_muscle_keeps_its_tension_in_the_query(prototype):
-    geometry, mirror = prototype.geometry, np.array([1.0, -1.0, 1.0])
-    points = [np.vstack([p, p[1] * mirror]) for p in (geometry.base_points, geometry.platform_points)]
-    limbs = [*prototype.limbs, prototype.limbs[1]]
-    exo = ep.ShoulderExo(ep.WristGeometry(*points), prototype.arm, limbs, prototype.mechanism.shoulder)
-    plant = ep.Plant(exo)
-    start = plant.state(ep.thesis_rotation(40.0, -20.0, -10.0, degrees=True), pressures=[1e5, 1e5, 2e5, 1e5])
-    run = plant.simulate(lambda t, seen: [-0.2, 0.3, 0.4, -0.3], 0.4, start)
-    assert (run.tensions > 1.0).sum(axis=1).max() >= 2
-    for split in ("spherical", "minimal"):
-        answer = run.reaction(split)
-        np.testing.assert_allclose(answer.actuator_forces, run.tensions, atol=1e-9)
-    np.testing.assert_allclose(run.reaction().shoulder_force, run.shoulder_force, atol=1e-9)
-    least = np.linalg.norm(run.reaction("minimal").shoulder_force, axis=1)
-    assert (least <= np.linalg.norm(run.shoulder_force, axis=1) + 1e-9).all()
-
-
 def test_the_plant_settles_where_the_reaction_query_says(prototype, abducted):
     """Valves shut, shoulder viscous: the end is the static equilibrium, with the muscles' forces at these pressures."""
     still = ep.PlantOptions(valves=CLOSED, shoulder_viscous=0.3)
@@ -125,56 +94,6 @@ def test_the_plant_settles_where_the_reaction_query_says(prototype, abducted):
     np.testing.assert_allclose(exact.actuator_forces, resting.tensions[0], atol=1e-9)
 
 
-def air_mass(run):
-    rows = run.plant.tables.muscles
-    volumes = np.array([[air_volume(rows[i], float(x))[0] for i, x in enumerate(k)] for k in run.bladder_contractions])
-    return ((run.pressures + ATMOSPHERE) * volumes).sum(axis=1) / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
-
-
-def test_no_air_is_lost(finer, prototype, abducted):
-    gained = air_mass(finer) - air_mass(finer)[0]
-    np.testing.assert_allclose(gained, finer.air_used - finer.air_vented, atol=1e-12)
-    assert finer.air_vented[-1] > 1e-5
-    # With a manifold behind a small regulator, which the muscles draw down.
-    supply = Supply(4e5, Valve(1e-10, 0.3), 50e-6)
-    plant = ep.Plant(prototype, ep.PlantOptions(supply=supply))
-    run = plant.simulate(drive, 1.0, plant.state(abducted, pressures=[1e5, 0.0, 1e5]), rtol=1e-11)
-    assert run.supply_pressure.min() < 3.9e5
-    held = (run.supply_pressure + ATMOSPHERE) * 50e-6 / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
-    total = air_mass(run) + held
-    np.testing.assert_allclose(total - total[0], run.air_used - run.air_vented, atol=1e-12)
-
-
-def agreement(plant, start, duration, rtol):
-    other, opening = chain_run(plant, drive, duration, start, rtol)
-    own = plant.simulate(drive, duration, start, rtol=1e-11)
-    assert other.status == own.status == "completed"
-    assert opening.max() < 1e-9
-    assert np.abs(other.energy_residual).max() < 1e-6 * other.kinetic_energy.max()
-    np.testing.assert_allclose(other.tensions, own.tensions, atol=1e-3)
-    np.testing.assert_allclose(other.angular_acceleration, own.angular_acceleration, atol=1e-2)
-    return own, other, (own.rotations * other.rotations.inv()).magnitude().max()
-
-
-@pytest.mark.full
-def test_the_closed_chain_moves_as_the_minimal_coordinates(prototype, abducted):
-    plant = ep.Plant(prototype, ep.PlantOptions(**FRICTIONLESS))
-    start = plant.state(abducted, [0.3, -0.2, 0.4], [1e5, 0.0, 2.5e5])
-    own, other, apart = agreement(plant, start, 0.05, 1e-9)
-    assert apart < 1e-8
-    np.testing.assert_allclose(other.kinetic_energy, own.kinetic_energy, atol=1e-9)
-    np.testing.assert_allclose(other.potential_energy, own.potential_energy, atol=1e-9)
-    np.testing.assert_allclose(other.tension_work, own.tension_work, atol=2e-8)
-    np.testing.assert_allclose(other.shoulder_force, own.shoulder_force, atol=1e-3)
-
-
-@pytest.mark.full
-def test_a_second_of_the_closed_chain(prototype, abducted):
-    plant = ep.Plant(prototype, ep.PlantOptions(**FRICTIONLESS))
-    start = plant.rest([1e5, 0.0, 2.5e5], near=abducted)
-    assert agreement(plant, start, 1.0, 1e-9)[2] < 1e-6
-
-
 def test_a_right_shoulder_is_the_mirror_image(prototype, abducted):
     left = ep.Plant(prototype)
     right = ep.Plant(ep.load("prototype", side="right"))
@@ -186,18 +105,3 @@ def test_a_right_shoulder_is_the_mirror_image(prototype, abducted):
     np.testing.assert_allclose(b.rotations.as_matrix(), mirror @ a.rotations.as_matrix() @ mirror, atol=1e-6)
     np.testing.assert_allclose(b.tensions, a.tensions, atol=1e-3)
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ mirror, atol=1e-3)
-
-
-def test_limbs_with_mass_move_as_a_chain(prototype):
-    def heavy(mass):
-        body = ep.LimbBody.rod(mass, 0.15, 0.01)
-        limbs = [type(limb)(**{**vars(limb), "base_body": body, "platform_body": body}) for limb in prototype.limbs]
-        return ep.Plant(prototype.replace(limbs=limbs))
-
-    pose = prototype.pose(flexion=40.0)
-    runs = [
-        plant.simulate(lambda t, seen: [-1.0, -1.0, -1.0], 0.02, plant.state(pose), control_rate=50.0)
-        for plant in (ep.Plant(prototype), heavy(1e-9), heavy(0.05))
-    ]
-    light, lightest, other = (run.rotations[-1] for run in runs)
-    assert (light * lightest.inv()).magnitude() < 1e-7 < 1e-4 < (light * other.inv()).magnitude()

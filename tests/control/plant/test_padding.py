@@ -1,6 +1,5 @@
 """Cuff and harness that give way in motion: at rest the elastic answer, stiff the rigid plant, moving as in MuJoCo."""
 
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import mujoco
@@ -12,7 +11,6 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.reaction.constraints.given_limits import given_forces
 
 TISSUE = control.Passive(20.0, 1.0, ep.shoulder_rotation(10.0, 20.0, 0.0, degrees=True), "a test")
 #: Too light to be seen in the forces; links of some devices have no mass.
@@ -46,8 +44,8 @@ def test_at_rest_it_is_the_elastic_equilibrium(name, parts):
     rest = plant.rest(near=pose, drive_positions=positions)
     run = plant.simulate(lambda t, seen: np.zeros(plant.count), 1e-6, rest)
     load = ep.Load(np.zeros(3), run.wearer_moment[0])
-    none = np.zeros((1, exo.device.limb_count))
-    limits = given_forces(none) if positions is None and plant.count else "none"
+    none = np.zeros(exo.device.limb_count)
+    limits = (none, none) if positions is None and plant.count else "none"
     answer = exo.reaction(rest.orientation, load=load, split="elastic", limits=limits)
     np.testing.assert_allclose(run.cuff_displacement[0], answer.interface_displacements[1], atol=1e-6)
     np.testing.assert_allclose(run.harness_displacement[0], answer.interface_displacements[0], atol=1e-6)
@@ -59,31 +57,6 @@ def test_at_rest_it_is_the_elastic_equilibrium(name, parts):
         moment = moment + np.cross(R.apply(CUFF.at + d[:3]), force)
         np.testing.assert_allclose(run.cuff_wrench[0], [*force, *moment], atol=1e-6)
     assert np.abs(run.cuff_displacement[0] if "cuff" in parts else run.harness_displacement[0]).max() > 5e-4
-
-
-def test_a_stiff_cuff_moves_as_a_rigid_one_and_energy_is_accounted_for():
-    name, off = "serial-y-x-z", []
-    rigid = ep.load(URDF / f"{name}.urdf")
-    pose = rigid.pose(30.0, 15.0)
-    plain = ep.Plant(rigid, wearer=TISSUE)
-    first = plain.simulate(lambda t, seen: [0.2, 0.1, 0.0], 0.2, plain.state(pose))
-    for times in (10.0, 100.0):
-        stiff = ep.Interface(times * CUFF.stiffness, CUFF.at)
-        plant = ep.Plant(rigid.replace(interfaces=ep.Interfaces(cuff=stiff)), wearer=TISSUE, cuff=PAD)
-        run = plant.simulate(lambda t, seen: [0.2, 0.1, 0.0], 0.2, plant.state(pose))
-        assert run.status == "completed"
-        assert np.abs(run.energy_residual).max() < 1e-6
-        assert run.joint_loss[-1] > 1e-4 / times
-        off.append((run.rotations * first.rotations.inv()).magnitude().max())
-    assert off[1] < 0.2 * off[0]
-
-
-def test_a_cut_run_goes_on_as_the_whole_one():
-    plant = ep.Plant(soft("serial-y-x-z"), wearer=TISSUE, cuff=PAD)
-    whole = plant.simulate(lambda t, seen: [0.2, 0.1, 0.0], 0.04, plant.state())
-    part = plant.simulate(lambda t, seen: [0.2, 0.1, 0.0], 0.02, whole.state(0.02))
-    assert (part.rotations[-1].as_quat() == whole.rotations[-1].as_quat()).all()
-    assert (part.cuff_displacement[-1] == whole.cuff_displacement[-1]).all()
 
 
 @pytest.mark.full
@@ -128,19 +101,3 @@ def test_it_moves_as_mujocos_own_matrices_say(tmp_path):
     assert (run.rotations[1:] * found.inv()).magnitude().max() < 1e-6
     assert np.abs(run.cuff_displacement).max() > 1e-2
     assert np.abs(run.energy_residual).max() < 1e-6
-
-
-def test_what_is_not_known_is_named():
-    with pytest.raises(ep.MissingData, match="damping_time"):
-        control.Padding(source="a test")
-    with pytest.raises(ep.MissingData, match="source"):
-        control.Padding(damping_time=0.01)
-    with pytest.raises(ep.MissingData, match=r"interfaces\.cuff\.stiffness"):
-        ep.Plant(ep.load("four-cables"), cuff=PAD)
-    man = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-    worn = ep.load("four-cables").replace(arm=man, interfaces=ep.Interfaces(cuff=CUFF))
-    with pytest.raises(ep.MissingData, match="mass and radius of the cuff"):
-        ep.Plant(worn, cuff=replace(PAD, mass=0.0))
-    guided = [replace(limb, kind="UPU", guide=ep.LimbGuide(65.0, 50.0)) for limb in worn.limbs]
-    with pytest.raises(ep.InvalidInput, match="guide"):
-        ep.Plant(worn.replace(limbs=guided), cuff=PAD)

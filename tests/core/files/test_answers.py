@@ -1,6 +1,7 @@
 """Answers about files, as they are stored: tables in many dialects, TOML with units, what is written and refused."""
 
 import os
+import socket
 from pathlib import Path
 
 import numpy as np
@@ -268,6 +269,8 @@ def asked_of_paths():
         return [path.as_posix() for path in paths], [path.read_bytes().hex() for path in (*paths, Path("raw"))]
 
     def endings():
+        with socket.socket(socket.AF_UNIX) as end:
+            end.bind("socket")
         (Path("pipe"), os.mkfifo("pipe"), os.symlink("own.txt", "link"), os.symlink("loop", "loop"))
         return tried(
             lambda path: require_ending("it", path, (".csv", ".toml", ".json")), "own.TOML", "own.txt", "pipe", "own"
@@ -279,7 +282,7 @@ def asked_of_paths():
             "folder": tried(require_folder, ".", "new/newer", "own.txt", "own.txt/x", 3, "a\0"),
             "read": tried(read_file, "own.txt", "no.txt", ".", "pipe", "-", "a\0b", 3),
             "text": tried(read_text, "own.txt", "latin.txt"),
-            "write": tried(lambda path: write_text(path, "x"), ".", "no/new", "loop", "", "a\0", 3, b"a"),
+            "write": tried(lambda path: write_text(path, "x"), ".", "no/new", "loop", "socket", "", "a\0", 3, b"a"),
         }
 
     def question():

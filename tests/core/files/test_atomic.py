@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 from exo_pin.core.errors import FileNotWritten
-from exo_pin.core.files import is_stream, write_bytes, write_figure, write_text
+from exo_pin.core.files import write_bytes, write_figure
 
 OLD, NEW = b"old\n" * 1000, b"the new one\n" * 1000
 NOBODY = 65534
@@ -62,28 +61,6 @@ def test_set_user_and_group_bits_are_cleared(tmp_path):
     assert mode_of(path) == 0o755
 
 
-def test_a_relative_path_and_a_long_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name in ("file", "ä" * 127 + "x", "-"):
-        write_bytes(name, NEW)
-        assert Path(name).read_bytes() == NEW
-
-
-@pytest.mark.parametrize("bad", [None, 3, "", "a\0b", b"bytes"])
-def test_what_is_no_path_is_refused(bad):
-    with pytest.raises(InvalidInput, match="expected the path of a file"):
-        write_bytes(bad, NEW)
-    assert not is_stream(bad)
-
-
-def test_a_folder_and_a_missing_folder_are_refused(tmp_path):
-    with pytest.raises(InvalidInput, match="got the folder"):
-        write_bytes(tmp_path, NEW)
-    with pytest.raises(FileNotWritten, match="make its folder first"):
-        write_bytes(tmp_path / "none" / "file", NEW)
-    assert names(tmp_path) == []
-
-
 def as_unprivileged_user(function):
     """Call a function in a child process, as somebody who is not root; return whether it ended well."""
     child = os.fork()
@@ -123,16 +100,6 @@ def test_what_may_not_be_written_is_refused():
         assert names(folder) == ["file"]
     finally:
         shutil.rmtree(folder)
-
-
-def test_a_refusal_of_the_system_names_the_file(tmp_path, monkeypatch):
-    path = tmp_path / "file"
-    path.write_bytes(OLD)
-    monkeypatch.setattr(os, "access", lambda *_, **__: False)
-    with pytest.raises(FileNotWritten, match=re.escape(str(path))) as caught:
-        write_bytes(path, NEW)
-    assert caught.value.errno == errno.EACCES
-    assert path.read_bytes() == OLD
 
 
 @pytest.mark.parametrize("step", ["write", "fsync", "fchmod", "replace"])
@@ -176,26 +143,6 @@ def figure():
     drawn = matplotlib.figure.Figure()
     drawn.subplots().plot(np.random.default_rng(0).normal(size=500))
     return drawn
-
-
-@pytest.mark.parametrize(
-    ("name", "start"), [("a.png", b"\x89PNG"), ("a.SVG", b"<?xml"), ("a.pdf", b"%PDF"), ("a", b"\x89PNG")]
-)
-def test_figures_by_their_ending(name, start, tmp_path):
-    write_figure(tmp_path / name, figure())
-    assert (tmp_path / name).read_bytes().startswith(start)
-    assert names(tmp_path) == [name]
-
-
-def test_an_unknown_ending_writes_nothing(tmp_path):
-    with pytest.raises(InvalidInput, match="xyz"):
-        write_figure(tmp_path / "a.xyz", figure())
-    assert names(tmp_path) == []
-
-
-def test_texts_are_utf_8_with_their_own_line_ends(tmp_path):
-    write_text(tmp_path / "file", "é\r\nb\n")
-    assert (tmp_path / "file").read_bytes() == b"\xc3\xa9\r\nb\n"
 
 
 def test_every_file_of_the_package_is_written_here():

@@ -20,7 +20,6 @@ from exo_pin.chain import (
     write_closures,
 )
 from exo_pin.control import MeasuredRun, read_run, write_run
-from exo_pin.design import WristGeometry
 from exo_pin.muscle import (
     ConstantFriction,
     Damping,
@@ -47,25 +46,6 @@ def test_designs_come_back(tmp_path):
         assert path.read_bytes() == before
     # Circles make their points, degrees are another unit of a field, and of a muscle no scaled law is written.
     assert left(draw) <= {"degrees", "circles", "nominal_length"}
-
-
-def test_a_design_whose_limbs_are_folded_at_rest_comes_back(tmp_path):
-    """Its neutral pose is another; a reader that first makes it with the arm hanging refuses it."""
-    base = np.array([[0.1, 0.0, 0.1], [-0.1, 0.1, 0.1], [0.0, 0.2, -0.1]])
-    geometry = WristGeometry(base, -0.5 * base, neutral=Rotation.from_rotvec([0.3, 0.2, -0.5]))
-    ep.ShoulderExo(geometry).save(tmp_path / "mine.toml")
-    assert same(ep.load(tmp_path / "mine.toml").geometry, geometry)
-
-
-def test_the_body_mass_of_a_single_arm_is_read(tmp_path):
-    text = ep.design.preset_file("appendix-d")
-    (tmp_path / "mine.toml").write_text(text.replace("[arm]", "[arm]\nbody_mass_kg = 81.0"))
-    assert ep.load(tmp_path / "mine.toml").arm.body_mass == 81.0
-    sized = "[arm]\nbody_mass_kg = 81.0\nwearer = { height_m = 1.75, mass_kg = 75.0, sex = 'male' }\n"
-    design = text[: text.index("[arm]")] + sized
-    (tmp_path / "mine.toml").write_text(design)
-    with pytest.raises(ep.FileFormatError, match=r"body_mass_kg: given twice: the wearer weighs 75 kg"):
-        ep.load(tmp_path / "mine.toml")
 
 
 def closure(draw, number):

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from places import URDF
-from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.chain.structure.description import Shape
-from exo_pin.device import Drive, Route
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -65,54 +63,3 @@ def test_a_shape_is_its_capsule_wherever_it_is(kind, size, half, axis, radius):
         own = np.array([place.act(spot) for spot in turn.apply(points * extents[kind]) + at])
         for spot in own:
             assert exo.device.gaps(R[None], body=body((spot[None], 0.0), (spot[None], 0.0))).least[0, 1] <= 1e-9
-
-
-def test_names_of_shapes_that_count():
-    shapes = (
-        Shape("link_1", "mesh", (1.0, 1.0, 1.0), file="far.stl"),
-        Shape("link_2", "mesh", (1.0, 1.0, 1.0), file="near.stl"),
-        Shape("link_2", "sphere", (0.02,)),
-        Shape("arm", "sphere", (0.5,)),
-        Shape("universe", "sphere", (0.5,)),
-    )
-    exo = with_shapes(*shapes)
-    gaps = exo.device.gaps(exo.pose().as_matrix()[None], body=ep.BodyShape.of(ep.Wearer(1.75, 75.0, "male")))
-    # Arm and torso are what it is worn on; a mesh beside another shape of its link is its looks.
-    assert gaps.parts == ("link_2",)
-    assert gaps.left_out == ("the mesh of link_1",)
-    assert gaps.unknown == ()
-    bare = exo.device.gaps(exo.pose().as_matrix()[None])
-    assert "wearer" in bare.unknown[0] or "who" in bare.unknown[0]
-    assert np.isnan(bare.least).all()
-    nothing = with_shapes(*shapes[3:])
-    assert nothing.device.gaps(np.eye(3)[None], body=ep.BodyShape.of(ep.Wearer(1.75, 75.0, "male"))).unknown == (
-        "shapes of the links",
-    )
-
-
-def test_cables_beside_links_are_as_far_apart_as_their_lines():
-    """Of three cables and two links, each cable from the torso to the arm."""
-    ends = [
-        ((0.3, 0.1, 0.2), (0.05, 0.0, -0.2)),
-        ((-0.3, 0.1, 0.2), (-0.05, 0.03, -0.25)),
-        ((0.0, 0.4, 0.3), (0.0, 0.06, -0.1)),
-    ]
-    cables = [Drive(f"cable_{k}", route=Route.over(("universe", a), ("arm", b))) for k, (a, b) in enumerate(ends)]
-    exo = with_shapes(Shape("link_2", "sphere", (0.02,)), Shape("link_1", "sphere", (0.02,)))
-    device = exo.device.replace(drives=[*exo.device.drives, *cables])
-    R = exo.pose(40.0, 30.0).as_matrix()
-    gaps = device.gaps(R[None], body=body((np.full((1, 3), 9.0), 0.0), (np.full((1, 3), 9.0), 0.0)))
-    found = dict(zip(gaps.parts, gaps.each(np.array([0])), strict=True))
-    t = np.linspace(0.0, 1.0, 800)[:, None]
-    lines = [(1 - t) * np.array(a) + t * (R @ np.array(b)) for a, b in ends]
-    apart = np.full((3, 3), np.inf)
-    for i in range(3):
-        for j in range(i):
-            apart[i, j] = apart[j, i] = cKDTree(lines[i]).query(lines[j])[0].min() - 0.006
-    for k in range(3):
-        assert found[f"cable_{k}"][2] == pytest.approx(apart[k].min(), abs=1e-3)
-        assert found[f"cable_{k}"][0] == pytest.approx(
-            np.linalg.norm(lines[k] - R @ np.full(3, 9.0), axis=1).min() - 0.003, abs=1e-3
-        )
-    assert "limbs and cables beside links" in gaps.left_out
-    assert np.isinf(found["link_2"][2])

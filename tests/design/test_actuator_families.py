@@ -34,5 +34,10 @@ def test_a_linear_actuator_is_twice_its_stroke_and_its_dead_length():
     stroke = fitting_stroke("linear", 0.3, 0.4)
     assert stroke.end_fitting == pytest.approx(0.4 - 0.3)
     assert ends(stroke) == pytest.approx((0.3, 0.4))
-    with pytest.raises(InvalidInput, match="choose another family"):
-        fitting_stroke("linear", 0.24, 0.4)
+    for case, said in (
+        ((0.24, 0.4), "choose another family"),
+        ((0.5, 0.4), "shortest <= longest"),
+        ((0.3, 0.4, 0.05), "a travel of 100 mm"),
+    ):
+        with pytest.raises(InvalidInput, match=said):
+            fitting_stroke("linear", *case)

@@ -1,4 +1,4 @@
-"""Frame and cuff that could hold a design's joints: closed forms of their mass, and a search that takes it."""
+"""Frame and cuff that could hold a design's joints: closed forms of their mass and inertia."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from exo_pin.design.holding_frame import (
     frame_parts,
     holding_bars,
     sleeve_size,
+    with_cuff_by_geometry,
 )
 
 #: A square of joints, 0.1 m from the arm's axis and 0.15 m below the shoulder.
@@ -69,3 +70,5 @@ def test_inertia_of_the_cuff_by_its_parts():
     texts = {name: text for name, *_, text in frame_parts(geometry)}
     assert texts["bars of the frame"] == "aluminium tube 13 x 1.5 mm, bent"
     assert texts["sleeve of the cuff"] == f"plastic, 4 mm, inner radius {1e3 * radius:.0f} mm"
+    with pytest.raises(ep.MissingData, match="a person's arm"):
+        with_cuff_by_geometry(ep.load("prototype").mechanism)

@@ -200,7 +200,9 @@ def test_a_changed_kind_is_of_its_class():
         assert other.device.as_chain() is other.device.as_chain()
     assert kind.as_chain().springs
     assert not changed[-1].device.springs
-    force = plain.reaction(plain.pose(40, 20)).shoulder_force
+    answer = plain.reaction(plain.pose(40, 20))
+    force = answer.shoulder_force
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(answer)).shoulder_force, force)
     for other, sign in zip(changed[:3], (1.0, MIRROR, 1.0), strict=True):
         found = other.reaction(other.pose(40, 20)).shoulder_force
         np.testing.assert_allclose(found, sign * force, atol=1e-9)

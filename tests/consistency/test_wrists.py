@@ -5,12 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import URDF
 from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.consistency import CHAIN_CHECKS, WRIST_CHECKS, check
-from exo_pin.device import Brake, Drive, Route
 from exo_pin.testing import consistency_checks
 
 test_prototype = consistency_checks("prototype")
@@ -30,44 +28,6 @@ def test_published_mechanisms_are_consistent(name):
 
 def outcome(report, name):
     return next(finding for finding in report.findings if finding.name == name)
-
-
-def test_a_singular_neutral_pose_is_noted():
-    singular = ep.load("prototype").replace(
-        geometry=ep.load("prototype").geometry.replace(neutral=ep.thesis_rotation(90, 0, 0, degrees=True))
-    )
-    finding = outcome(singular.check(), "neutral pose")
-    assert finding.outcome == "note"
-    assert "singular" in finding.detail
-
-
-@pytest.mark.parametrize("name", ["four-cables", "prototype", "scenario-one"])
-def test_a_device_without_closed_forms_is_checked_in_the_same_words(name):
-    """But for the checks of the closed forms themselves."""
-    whole, alone = ep.load(name).check(), check(ep.load(name).device.as_chain())
-    assert whole.findings[: len(alone.findings)] == alone.findings
-    assert {finding.name for finding in whole.findings[len(alone.findings) :]} == set(WRIST_CHECKS)
-
-
-def test_brakes_and_cables_count_as_what_holds():
-    """Two cables along routes and a brake in the place of the motor of each joint of a serial device."""
-    exo = ep.load(URDF / "serial-y-x-z.urdf")
-    assert outcome(exo.check(), "mobility").detail.endswith("; 0 with the drives and brakes locked")
-    joints = [drive.joint for drive in exo.device.drives]
-    alone = exo.replace(drives=())
-    assert outcome(alone.check(), "mobility").detail.endswith("; 3 with the drives and brakes locked")
-    braked = exo.replace(drives=exo.device.drives[:1], brakes=[Brake("hold", joints[1])])
-    assert outcome(braked.check(), "mobility").detail.endswith("; 1 with the drives and brakes locked")
-    ways = [Route.over(("universe", at), (exo.chain.roles.arm, [0.02, 0.0, -0.2])) for at in ([0.3, 0, 0], [0, 0.3, 0])]
-    pulled = exo.replace(drives=[Drive(f"cable {k}", route=way) for k, way in enumerate(ways)], brakes=())
-    assert outcome(pulled.check(), "mobility").detail.endswith("; 1 with the drives and brakes locked")
-
-
-def test_missing_data_is_a_note():
-    report = ep.load("scenario-one").check()
-    assert outcome(report, "inertia").outcome == "note"
-    assert outcome(ep.load("appendix-d").check(), "inertia").outcome == "note"
-    assert "outside the stroke of limb 1" in outcome(ep.load("prototype").check(), "neutral pose").detail
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,11 @@ import re
 import shutil
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin import InvalidInput, UnknownName
+from exo_pin import InvalidInput
 
 
 def rewritten(tmp_path, name, changes, suffix=".urdf"):
@@ -53,22 +52,6 @@ def test_an_axis_of_a_serial_device(tmp_path):
     assert device.device.dimensions() == pytest.approx(file.device.dimensions(), abs=1e-12)
 
 
-def test_an_offset_of_a_serial_device(tmp_path):
-    change = [(r'(name="flexion".*?<origin xyz=")[^"]*', r"\g<1>0.01 0.04 0.0")]
-    file, device = (
-        rewritten(tmp_path, "nesm", change),
-        changed("nesm", **{"joint[flexion].y_mm": 40.0, "joint[flexion].x_m": 0.01}),
-    )
-    assert device.device.dimensions() == pytest.approx(file.device.dimensions(), abs=1e-12)
-    rng = np.random.default_rng(5)
-    chain, other = device.chain, file.chain
-    turns = rng.uniform(-1.0, 1.0, chain.model.nv)
-    q, same = (pin.integrate(each.model, each.neutral(), turns) for each in (chain, other))
-    for frame in chain.model.frames:
-        there, here = other.placement(same, frame.name), chain.placement(q, frame.name)
-        np.testing.assert_allclose(here.homogeneous, there.homogeneous, atol=1e-12)
-
-
 def test_the_base_of_a_3rps(tmp_path):
     own = "-0.0383632953282309, 0.26559141027112976, 0.08929983405220508"
     new = "-0.0483632953282309, 0.25559141027112976, 0.09929983405220508"
@@ -91,47 +74,6 @@ def test_the_anchor_and_the_law_of_a_support(tmp_path):
     stiff = two.with_dimensions(**{"law[extra].stiffness_N_m": 800.0, "law[extra].slack_mm": 150.0})
     assert stiff.springs[1].law == ep.device.LinearSpring(800.0, slack=0.15)
     assert stiff.springs[0] == two.springs[0]
-
-
-def test_a_sweep_varies_dimensions_of_any_device():
-    exo = ep.load(URDF / "spring-support.urdf")
-    values = [0.0, 0.03, 0.06]
-    poses = exo.pose([30.0, 60.0, 80.0])
-    table = ep.sweep(exo, {"spring[strut,1].x_m": values}, poses)
-    assert table["spring[strut,1].x_m"].tolist() == values
-    for row, value in enumerate(values):
-        design = ep.ShoulderExo.from_device(exo.device.with_dimensions(**{"spring[strut,1].x_m": value}))
-        answer = design.reaction(poses, limits="none")
-        assert table["error"][row] == ""
-        assert table["peak_F_s_N"][row] == pytest.approx(answer.magnitude.max(), rel=1e-9)
-    assert np.ptp(table["peak_F_s_N"]) > 0.1
-
-
-def test_every_dimension_is_put_back_as_it_was():
-    for name in ("nesm", "3rps-passive-ball", "spherical-3rrr", "spring-support"):
-        device = ep.load(URDF / f"{name}.urdf").device
-        own = device.dimensions()
-        assert len(own) > 5
-        again = device.with_dimensions(**own)
-        assert again.dimensions() == pytest.approx(own, abs=1e-12)
-        rng = np.random.default_rng(2)
-        for key in rng.choice(sorted(own), 6, replace=False):
-            if key.startswith("axis") and abs(own[key.split(".")[0] + ".elevation_rad"]) > 1.5:
-                continue  # along z: its azimuth is any
-            moved = device.with_dimensions(**{key: own[key] + 0.003}).dimensions()
-            assert moved == pytest.approx(own | {key: own[key] + 0.003}, abs=1e-12)
-
-
-def test_what_is_no_dimension():
-    device = ep.load(URDF / "nesm.urdf").device
-    with pytest.raises(UnknownName, match="joint"):
-        device.with_dimensions(**{"joint[knee].x_m": 0.1})
-    with pytest.raises(UnknownName):
-        device.with_dimensions(**{"joint[flexion].x_deg": 0.1})
-    with pytest.raises(InvalidInput, match="twice"):
-        device.with_dimensions(**{"joint[flexion].x_m": 0.1, "joint[flexion].x_mm": 100.0})
-    with pytest.raises(InvalidInput):
-        device.with_dimensions(**{"joint[flexion].x_m": np.nan})
 
 
 #: The joint on the torso of one limb of the 3RPS, as its file has it, and elsewhere.
@@ -159,49 +101,6 @@ def test_an_uncertain_dimension_is_a_file_with_another_number(tmp_path):
     assert max(sizes) - min(sizes) > 1e-3
     with pytest.raises(InvalidInput, match=r"uncertain quantity or dimension 'loop_mm'.*end_b_mm"):
         exo.uncertainty(pose, uncertainties={"loop_mm": 3.0})
-
-
-def test_a_search_finds_the_base_of_a_3rps(tmp_path):
-    exo = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(MAN)
-    poses = exo.pose([20.0, 60.0], [10.0, 40.0])
-    found = ep.optimise(
-        exo, {"end_b[limb_1_base].x_mm": "-60:-20"}, poses, "worst_margin", ("singularity",),
-        budget=24, run_length=24, step=60.0, finer_step=60.0,
-    )  # fmt: skip
-    x = 1e3 * found.best.device.dimensions()["end_b[limb_1_base].x_m"]
-    assert -60.0 <= x <= -20.0
-    file = base_at(tmp_path, x)
-    there = [design.workspace(poses, ["singularity"]).margins["singularity"] for design in (file, exo)]
-    assert there[0].min() > there[1].min()
-    assert "Links that move otherwise" in str(found)
-    with pytest.raises(UnknownName, match="joint"):
-        ep.optimise(exo, {"r_A_mm": (1.0, 2.0)}, poses)
-
-
-def test_links_that_do_not_fit_make_no_design():
-    exo = ep.load(URDF / "nesm.urdf").worn_by(MAN)
-    with pytest.raises(ep.LoopNotClosed):
-        ep.optimise(exo, {"joint[flexion].y_mm": (20.0, 40.0)}, exo.pose([20.0]), budget=24, run_length=24, step=90.0)
-
-
-def test_rows_of_a_table_are_designs(tmp_path):
-    moved = base_at(tmp_path, -48.0)
-    table = tmp_path / "designs.csv"
-    rows = [f"{URDF / '3rps-passive-ball.urdf'},as it is,,", f"{URDF / '3rps-passive-ball.urdf'},moved,-48,"]
-    rows += ["3rps-passive-ball.urdf,,,", "four-cables,,,200"]
-    table.write_text("\n".join(["design,name,end_b[limb_1_base].x_mm,cuff_height_mm", *rows]))
-    wrong = table.with_name("wrong.csv")
-    wrong.write_text(table.read_text().replace("moved,-48,", "moved,-48,3"))
-    with pytest.raises(ep.FileFormatError, match=r"line 3.*cuff_height"):
-        ep.load_designs(wrong)
-    designs = ep.load_designs(table)
-    assert [exo.name for exo in designs] == ["as it is", "moved", "3rps-passive-ball", "four-cables cuff_height_mm=200"]
-    poses = moved.pose([20.0, 60.0], [10.0, 40.0])
-    found = ep.study.compare(*designs, poses=poses, person=MAN, limits="none")
-    np.testing.assert_allclose(
-        found["peak_F_s_N"][1:3], moved.reaction(poses, limits="none").magnitude.max(), rtol=1e-7
-    )
-    assert abs(found["peak_F_s_N"][0] - found["peak_F_s_N"][1]) > 1e-3
 
 
 def test_any_device_carries_a_payload_and_leans():

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mechanisms import random_wrist
 from places import URDF
 
 import exo_pin as ep
@@ -55,20 +54,6 @@ def test_a_soft_wrist_as_a_chain_has_its_own_answer(parts, case):
     assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
 
 
-@pytest.mark.parametrize("part", ["harness", "cuff"])
-def test_a_wrist_with_a_rigid_shoulder_has_the_answer_of_its_chain(part):
-    exo = soft_wrist("four-linear-actuators", None, **{part: {"harness": HARNESS, "cuff": CUFF}[part]})
-    case = ep.Case(exo.pose(20, 30, 10), **CASES["load"], **CASES["offset"])
-    ways = [ep.solve(device, case, ep.Assumptions("elastic", "none")) for device in (exo, as_chain(exo))]
-    assert_same(*ways)
-    other = {"harness": "cuff", "cuff": "harness"}[part]
-    for answer in ways:
-        assert (answer.centre_displacement == 0.0).all()
-        assert np.linalg.norm(answer.shoulder_force) > 1.0
-        named = [text for text in answer.cautions if text.startswith("Taken as rigid")]
-        assert named == [f"Taken as rigid, because no stiffness is given: shoulder and {other}."]
-
-
 TUBE = ep.LimbGuide(65.0, 50.0)
 JOINTED = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=800.0)
 GUIDED = [
@@ -106,72 +91,6 @@ def test_guides_bend_in_a_chain_as_in_the_wrist(name, guides, stiffness, parts):
     np.testing.assert_allclose(other.source.poses.lengths[0], longer, atol=1e-10)
 
 
-def test_guided_slides_come_back_from_a_device_file(tmp_path):
-    exo = soft_wrist("prototype").replace(limbs=[ep.Limb(guide=guide) for guide in (TUBE, None, JOINTED)])
-    device = as_chain(exo)
-    ep.ShoulderExo.from_device(device).save(tmp_path / "mine.toml")
-    again = ep.load(tmp_path / "mine.toml").chain_device
-    assert again.guided_slides == device.guided_slides
-    assert [part.guide for part in again.guided_slides] == [TUBE, None, JOINTED]
-
-
-def test_a_guided_slide_is_that_of_a_limb():
-    device = as_chain(soft_wrist("prototype"))
-    for slide, error in (("limb_1_base_x", ep.InvalidInput), ("limb_9_slide", ep.UnknownName)):
-        with pytest.raises(error):
-            ep.solve(
-                device.replace(guided_slides=[GuidedSlide(slide, TUBE)]),
-                ep.Case(ep.load("prototype").pose(20)),
-                ep.Assumptions("elastic", "none"),
-            )
-    with pytest.raises(ep.InvalidInput, match="one guide"):
-        ep.solve(
-            device.replace(guided_slides=[GuidedSlide("limb_1_slide", TUBE)] * 2),
-            ep.Case(ep.load("prototype").pose(20)),
-            ep.Assumptions("elastic", "none"),
-        )
-    spring = SoftLink("limb_1_base_body", ep.Interface.of(1e5, 1e3))
-    with pytest.raises(ep.InvalidInput, match="guide or a spring"):
-        ep.solve(
-            device.replace(guided_slides=[GuidedSlide("limb_1_slide", TUBE)], soft_links=[spring]),
-            ep.Case(ep.load("prototype").pose(20)),
-            ep.Assumptions("elastic", "none"),
-        )
-    for slide, guide in (("", TUBE), (3, None), ("limb_1_slide", 5.0)):
-        with pytest.raises(ep.InvalidInput):
-            GuidedSlide(slide, guide)
-
-
-def test_what_has_no_stiffness_at_all_has_no_elastic_answer():
-    exo = soft_wrist("four-linear-actuators", None)
-    case = ep.Case(exo.pose(20, 30))
-    for device in (exo, as_chain(exo)):
-        with pytest.raises(ep.MissingData, match="shoulder stiffness"):
-            ep.solve(device, case, ep.Assumptions("elastic", "none"))
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("kinds", ["SSS", "SSSSS"])
-def test_a_random_soft_wrist_with_heavy_limbs_has_its_own_answer(kinds, case):
-    mechanism = random_wrist(7, kinds, with_masses=True).replace(
-        shoulder=ep.Shoulder(stiffness=STIFFNESS), interfaces=ep.Interfaces(HARNESS, CUFF)
-    )
-    exo = ep.ShoulderExo.from_mechanism(mechanism.replace(limbs=[limb.without_spin() for limb in mechanism.limbs]))
-    pose = exo.pose(10, 15, 5)
-    one = exo.reaction(pose, split="elastic", limits="none", **CASES[case])
-    assert_same(one, ep.solve(as_chain(exo), ep.Case(pose, **CASES[case]), ep.Assumptions("elastic", "none")))
-
-
-def test_efforts_within_limits_are_chosen_at_the_geometry_to_which_they_lead():
-    exo = soft_wrist("four-cables", cuff=CUFF)
-    pose = exo.pose(20, 30)
-    one = exo.reaction(pose, split="elastic", limits=(5.0, 400.0))
-    other = ep.solve(as_chain(exo), ep.Case(pose), ep.Assumptions("elastic", (5.0, 400.0)))
-    assert one.actuator_forces.min() == pytest.approx(5.0)
-    assert_same(one, other, 1e-8)
-
-
 @pytest.fixture(scope="module")
 def serial():
     """The serial device on an arm that carries all weight itself."""
@@ -195,49 +114,6 @@ def test_a_spring_does_the_same_in_the_cuff_and_in_the_link_that_turns_on_the_ar
     assert in_link.certificate.undetermined == in_cuff.certificate.undetermined == 3
     np.testing.assert_allclose(in_link.shoulder_force, in_cuff.shoulder_force, atol=1e-7)
     np.testing.assert_allclose(in_link.actuator_forces, in_cuff.actuator_forces, atol=1e-7)
-
-
-@pytest.mark.full
-def test_the_twist_of_a_soft_limb_is_that_of_its_guide():
-    guide, offset = ep.LimbGuide(1e9, 50.0), [0.0, 0.004, 0.004]
-    exo = ep.load("prototype").replace(limbs=[ep.Limb(guide=guide)] * 3, shoulder=ep.Shoulder(stiffness=20e3))
-    pose = exo.pose(30, 30)
-    own = exo.reaction(pose, split="elastic", centre_offset=offset, limits="none")
-    chain, missing = exo.chain, []
-    for stiff in (1e5, 1e6):
-        links = []
-        for limb, length in enumerate(own.limb_lengths, start=1):
-            slide = chain.model.joints[chain.model.getJointId(f"limb_{limb}_slide")]
-            data = slide.createData()
-            slide.calc(data, np.zeros(1))
-            along = np.array(data.S).reshape(6)[:3]
-            twist = (50.0 / length - stiff) * np.outer(along, along) + stiff * np.eye(3)
-            links.append(SoftLink(f"limb_{limb}_base_body", ep.Interface(_blocks(stiff * np.eye(3), twist))))
-        soft = as_chain(exo).replace(soft_links=links, guided_slides=())
-        answer = ep.solve(soft, ep.Case(pose, centre_offset=offset), ep.Assumptions("elastic", "none"))
-        missing.append(float(np.linalg.norm(answer.shoulder_force - own.shoulder_force)))
-    assert np.linalg.norm(own.shoulder_force - own.spherical_force) > 1.0
-    assert missing[1] < 0.15 * missing[0] < 1.0
-
-
-def _blocks(one, other):
-    return np.block([[one, np.zeros((3, 3))], [np.zeros((3, 3)), other]])
-
-
-def test_a_link_that_gives_way_is_one_of_the_device(serial):
-    spring = ep.Interface.of(1e3, 10.0)
-    for link, words in (("arm", "part of the arm"), ("cuff", "part of the arm"), ("universe", "part of the torso")):
-        with pytest.raises(ep.InvalidInput, match=words):
-            serial.replace(soft_links=[SoftLink(link, spring)])
-    with pytest.raises(ep.InvalidInput, match="one body"):
-        serial.replace(soft_links=[SoftLink("link_1", spring), SoftLink("link_1", spring)])
-    with pytest.raises(ep.UnknownName):
-        serial.replace(soft_links=[SoftLink("elbow", spring)])
-    for link, own in ((5, spring), ("", spring), ("link_1", None)):
-        with pytest.raises(ep.InvalidInput):
-            SoftLink(link, own)
-    with pytest.raises(ep.InvalidInput, match="interfaces"):
-        serial.replace(interfaces=3)
 
 
 def test_a_rigid_device_in_line_with_a_soft_shoulder_carries_the_arm_alone(serial):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from limb_devices import in_small_steps, limb_device
-from places import URDF
 from scipy.spatial.transform import Rotation
 from two_bar_devices import TwoBar
 
@@ -74,34 +73,6 @@ def test_random_limbs_keep_their_modes(seed):
         else:
             np.testing.assert_allclose(found[4:], exact[4:], atol=1e-8)
     assert compared >= 3
-
-
-@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "3rps-passive-ball", "prototype"])
-def test_the_order_and_the_size_of_a_stack_do_not_matter(name):
-    exo = ep.load(URDF / f"{name}.urdf")
-    rng = np.random.default_rng(1)
-    poses = exo.pose(rng.uniform(0, 100, 150), rng.uniform(-10, 60, 150), rng.uniform(-20, 30, 150))
-    whole = exo.configurations(poses)
-    order = rng.permutation(150)
-    np.testing.assert_allclose(exo.configurations(poses[order]), whole[order], atol=1e-9)
-    halves = [exo.configurations(poses[own]) for own in (slice(0, 71), slice(71, 150))]
-    np.testing.assert_allclose(np.concatenate(halves), whole, atol=1e-9)
-    alone = [exo.configurations(poses[k]) for k in range(0, 150, 15)]
-    np.testing.assert_allclose(alone, whole[::15], atol=1e-9)
-
-
-def test_a_pose_is_singular_here_or_beyond_a_singular_one():
-    exo = ep.load(URDF / "serial-y-x-z.urdf")
-    # The middle axis is that of abduction: the first and the last are one at 90°.
-    answer = exo.reaction(exo.pose(0.0, [80.0, 90.0, 100.0]))
-    assert list(answer.equilibrium_status) == ["ok", "singular", "beyond_singular"]
-    assert list(exo.singularity(exo.pose(0.0, [80.0, 90.0, 100.0])).kind[1:]) == ["serial", "beyond_singular"]
-    alone = exo.reaction(exo.pose(0.0, 100.0))
-    assert not alone.can_hold
-    assert "comes to a singular configuration" in alone.verdict
-    assert "as far as flexion 0°, abduction 90°" in alone.verdict
-    # A way beside it goes on.
-    assert exo.reaction(exo.pose(3.0, 100.0)).equilibrium_status == "ok"
 
 
 def test_modes_of_a_linkage_beside_that_from_rest():

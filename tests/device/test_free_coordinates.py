@@ -1,7 +1,5 @@
 """Freedoms of a device that leave the arm where it is: they follow the least motion, whatever the file or the steps."""
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,29 +7,10 @@ from places import URDF
 
 import exo_pin as ep
 
-ROLES = """schema = 1
-name = "again"
-robot = "{}"
-[roles]
-arm = "arm"
-shoulder = "root_joint"
-cuff = "cuff_middle"
-actuated = {}
-"""
-
 
 @pytest.fixture(scope="module")
 def rps():
     return ep.load(URDF / "3rps-passive-ball.urdf")
-
-
-def test_a_device_with_a_freedom_of_its_own_has_one_answer_in_two_formats(rps, tmp_path):
-    robot = Path(rps.chain.to_sdf(tmp_path))
-    drives = str(list(rps.chain.roles.actuated)).replace("'", '"')
-    robot.with_suffix(".device.toml").write_text(ROLES.format(robot.name, drives))
-    poses = rps.pose([60.0, 80.0], [30.0, 10.0], [10.0, -10.0])
-    one, other = (exo.reaction(poses, limits="none").shoulder_force for exo in (rps, ep.load(robot)))
-    np.testing.assert_allclose(other, one, atol=1e-9)
 
 
 def least_motion_along(chain, q, turn, steps):

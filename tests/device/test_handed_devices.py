@@ -8,7 +8,6 @@ from handed_devices import BASES, FORMATS, MAN, answers, handed
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.cli import main
 
 WITH_ARM = [
     "3rps-passive-ball", "nesm", "prototype", "prototype-shoulder", "serial-y-x-z", "six-cables", "spherical-3rrr",
@@ -114,62 +113,6 @@ def test_a_device_is_saved_and_saved_again(seed, tmp_path):
     assert_same_device(exo, ep.load(tmp_path / "mine.device.toml"))
 
 
-def test_what_a_bare_file_lacks_is_named(tmp_path):
-    exo = ep.load(URDF / "spring-support.urdf")
-    cuff = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.17))
-    written = exo.replace(interfaces=cuff).export(tmp_path / "support.xml")
-    assert [file.name for file in written] == ["support.xml", "support.device.toml"]
-    assert any("strut" in text for text in written.beside)
-    assert any("stiffness of cuff" in text for text in written.beside)
-    assert "support.xml alone lacks, and support.device.toml has" in written.statement
-    # And so it is: the springs are gone without the device file.
-    (tmp_path / "support.device.toml").unlink()
-    assert ep.load(tmp_path / "support.xml").chain.roles.arm is None
-
-
-def test_of_a_robot_that_is_no_device_roles_are_lost_by_name(tmp_path, capsys):
-    status = main(["export", str(URDF / "dummy-shoulder.urdf"), "--out", str(tmp_path / "dummy.sdf")])
-    assert status == 1
-    assert "Lost, in no file: the roles of its parts." in capsys.readouterr().out
-    assert main(["export", str(URDF / "spring-support.urdf"), "--out", str(tmp_path / "support.sdf")]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "support.sdf alone lacks, and support.device.toml has" in said
-    assert "the springs strut" in said
-
-
-def test_a_shoulder_that_is_a_ball_on_the_torso_becomes_urdf(tmp_path):
-    exo = handed(list(BASES).index("mjcf universal, with a ball"))
-    kinds = {
-        str(name): kind.shortname() for name, kind in zip(exo.chain.model.names, exo.chain.model.joints, strict=True)
-    }
-    path = exo.export(tmp_path / "ball.urdf")[0]
-    # Other programs read a URDF whose arm floats; with the closures file it is a ball joint, also without device file.
-    assert 'name="shoulder" type="floating"' in path.read_text()
-    path.with_suffix(".device.toml").unlink()
-    chain = ep.ClosedChain.from_urdf(path)
-    assert {
-        str(name): kind.shortname() for name, kind in zip(chain.model.names, chain.model.joints, strict=True)
-    } == kinds
-    assert chain.mobility(chain.close(chain.neutral())).degrees_of_freedom == (
-        exo.chain.mobility(exo.chain.close(exo.chain.neutral())).degrees_of_freedom
-    )
-    # A type is of a floating joint alone.
-    closures = path.with_suffix(".closures.toml")
-    closures.write_text(closures.read_text().replace('name = "shoulder"\ntype', 'name = "lift"\ntype', 1))
-    with pytest.raises(ep.FileFormatError, match="floating joint 'lift'"):
-        ep.ClosedChain.from_urdf(path)
-
-
-def test_a_design_that_is_not_its_robots_is_refused(tmp_path):
-    path = ep.load("prototype").export(tmp_path / "mine.urdf")[0]
-    beside = path.with_suffix(".device.toml")
-    text = beside.read_text()
-    beside.write_text(text.replace("platform_radius_m = 0.", "platform_radius_m = 0.1", 1))
-    assert beside.read_text() != text
-    with pytest.raises(ep.FileFormatError, match="the robot's file and this design differ in the place of joint"):
-        ep.load(path)
-
-
 def test_saving_overwrites_nobody_elses_file(tmp_path):
     exo = ep.load(URDF / "nesm.urdf")
     (tmp_path / "mine.urdf").write_text("<robot/>")
@@ -198,25 +141,3 @@ def test_nothing_stays_of_a_device_that_cannot_be_written(tmp_path, monkeypatch)
     with pytest.raises(ep.ExoPinError, match="disk full"):
         exo.save(tmp_path / "mine.toml")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["serial-y-x-z", "spring-support"])
-def test_forces_in_a_pose_are_the_reaction(name, capsys):
-    words = [str(URDF / f"{name}.urdf"), "--flexion", "60", "--abduction", "20", "--person", "1.755,85,male"]
-    said = []
-    for command in ("forces", "reaction"):
-        assert main([command, *words]) == 0
-        said.append(capsys.readouterr().out)
-    assert said[0] == said[1]
-
-
-def test_forces_of_the_chain_are_those_of_the_pose(capsys):
-    exo = ep.load(URDF / "serial-y-x-z.urdf")
-    assert main(["forces", str(URDF / "serial-y-x-z.urdf"), "--flexion", "60", "--external", "arm=0,0,-20"]) == 0
-    out = capsys.readouterr().out
-    # 20 N at O turn nothing: the efforts are those without it.
-    effort = dict(zip((own.name for own in exo.device.drives), exo.reaction(exo.pose(60)).actuator_forces, strict=True))
-    rows = {line.split()[2]: float(line.split()[3]) for line in out.splitlines() if line.startswith("effort of")}
-    assert rows == pytest.approx(effort, rel=5.1e-3, abs=1e-6)
-    assert main(["forces", str(URDF / "spring-support.urdf"), "--flexion", "60", "--external", "arm=0,0,-20"]) == 2
-    assert "do not feel strut" in capsys.readouterr().err

@@ -58,18 +58,3 @@ def test_a_device_that_holds_the_centre_turns_its_cuff_as_far_as_the_arm_asks(an
     force = -(CUFF.stiffness[:3] @ np.concatenate([apart, turn]))
     np.testing.assert_allclose(np.linalg.norm(answer.interface_displacements[1, 3:]), np.linalg.norm(turn), rtol=1e-5)
     np.testing.assert_allclose(pose.inv().apply(np.array(answer.shoulder_force)), force - weight, atol=1e-3)
-
-
-@pytest.mark.full
-def test_offsets_of_a_pose_far_from_rest_are_those_of_each_alone():
-    """In a stack the way begins at the equilibrium of the first offset, however often motions were counted anew."""
-    exo = ep.load(URDF / "spherical-3rrr.urdf").worn_by(ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.pi / 2))
-    exo = exo.replace(interfaces=ep.Interfaces(cuff=CUFF))
-    offsets = 0.01 * np.array([[0.0, 0.0, 0.0], [0.0, -0.6, 0.8]])
-    poses = exo.pose([0, 0], 90, 0)
-    stack = exo.reaction(poses, split="elastic", limits="none", centre_offset=offsets)
-    alone = exo.reaction(poses[1], split="elastic", limits="none", centre_offset=offsets[1])
-    assert alone.load_share == 1.0
-    np.testing.assert_allclose(stack.shoulder_force[1], alone.shoulder_force, atol=1e-7)
-    np.testing.assert_allclose(stack.interface_displacements[1], alone.interface_displacements, atol=1e-9)
-    np.testing.assert_allclose(stack.actuator_forces[1], alone.actuator_forces, atol=1e-7)

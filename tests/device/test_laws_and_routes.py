@@ -4,10 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 from arm_alone import arm_alone
-from places import URDF
 
 import exo_pin as ep
-from exo_pin import ExoPinError, FileFormatError
 from exo_pin.device import (
     ChainDevice,
     ConstantForce,
@@ -15,7 +13,6 @@ from exo_pin.device import (
     GasSpring,
     LinearSpring,
     Route,
-    RoutePoint,
     Spring,
     TableLaw,
 )  # fmt: skip
@@ -44,15 +41,6 @@ def test_force_is_the_slope_of_energy(law):
     slope = (law.energy(x + step) - law.energy(x - step)) / (2 * step)
     # Central differences of step h err by h² f'' / 6, and by rounding over h.
     np.testing.assert_allclose(law.force(x), slope, rtol=1e-6, atol=1e-6)
-
-
-def test_laws_refuse_what_they_do_not_know():
-    with pytest.raises(ep.InvalidInput, match="ends of the table"):
-        LAWS[-1].force(0.8)
-    with pytest.raises(ep.InvalidInput, match="longer than"):
-        LAWS[3].force(0.05)
-    with pytest.raises(ep.InvalidInput, match="rising"):
-        TableLaw((0.2, 0.1), (1.0, 2.0))
 
 
 def bare_arm(drives=(), springs=()):
@@ -126,72 +114,3 @@ def test_a_spring_along_a_route_takes_its_share_of_the_weight():
     change = without.actuator_forces - with_it.actuator_forces
     np.testing.assert_allclose(change, np.cross(ends[1], pull), atol=1e-12)
     assert not with_it.can_hold
-
-
-def test_a_device_file_comes_back(tmp_path):
-    exo = ep.load(URDF / "serial-y-x-z.urdf")
-    springs = [Spring(f"spring_{k}", law, route=ROUTE) for k, law in enumerate(LAWS)]
-    turning = (LinearSpring(3.0, 0.2), ConstantForce(2.5), TableLaw((0.0, 0.5, 2.0), (1.0, 2.0, -1.0)))
-    springs += [Spring(f"twist_{k}", law, joint="flexion") for k, law in enumerate(turning)]
-    cable = Drive("cable", route=ROUTE, lower=5.0, upper=200.0, least=0.1, greatest=0.9, speed_limit=0.5)
-    law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=5e5)
-    muscle = Drive("muscle", route=ROUTE, actuator=law, stroke=ep.Stroke(0.3, 0.75, 1.0, 0.2))
-    drives = (*exo.device.drives, cable, muscle)
-    device = exo.device.replace(springs=springs, drives=drives, name="mine", title="A device")
-    loaded = ep.load(ep.ShoulderExo.from_device(device).to_urdf(tmp_path))
-    again = loaded.device
-    assert again.springs == device.springs
-    assert again.drives == device.drives
-    assert (again.name, again.title) == ("mine", "A device")
-    sliding = ep.load(URDF / "3rps-passive-ball.urdf").device
-    springs = [Spring(f"slide_{k}", law, joint=sliding.drives[0].joint) for k, law in enumerate(turning)]
-    other = ep.ShoulderExo.from_device(sliding.replace(springs=springs)).to_urdf(tmp_path / "sliding")
-    assert ep.load(other).device.springs == tuple(springs)
-    R = pose(30, 20, 0)
-    np.testing.assert_allclose(
-        loaded.reaction(R, limits="none").shoulder_force,
-        ep.solve(device, ep.Case(R), ep.Assumptions(limits="none")).shoulder_force,
-        atol=1e-9,
-    )
-
-
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        ("schema = 1\nname = 'x'\nwrong = 2", FileFormatError),
-        (
-            "schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='table'\njoint='flexion'\ncoordinates_m=[0,1]",
-            FileFormatError,
-        ),
-        ("schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='odd'\njoint='flexion'", FileFormatError),
-        ("schema = 1\nname = 'x'\n[[springs]]\nname='s'\nlaw='constant'\nforce_N=1\njoint='none'", ExoPinError),
-        ("schema = 1\nname = 'x'\n[[drives]]\nname='s'", FileFormatError),
-    ],
-)
-def test_a_wrong_device_file_is_told(text, error, tmp_path):
-    robot = ep.load(URDF / "serial-y-x-z.urdf").to_urdf(tmp_path)
-    robot.with_suffix(".device.toml").write_text(text)
-    with pytest.raises(error):
-        ep.load(robot)
-
-
-def test_modes_of_an_agile_eye_and_the_one_from_rest():
-    exo = ep.load(URDF / "spherical-3rrr.urdf")
-    R = pose(20, 10, 5)
-    modes = exo.assembly_modes(R, starts=120)
-    assert len(modes) == 8
-    followed = exo.configurations(R)
-    np.testing.assert_allclose(modes[0], followed, atol=1e-9)
-    for q in modes:
-        assert np.abs(exo.chain.residual(q)).max() < 1e-9
-
-
-def test_points_of_a_route_are_checked():
-    with pytest.raises(ep.InvalidInput, match="two or more"):
-        Route((RoutePoint("arm"),))
-    with pytest.raises(ep.InvalidInput, match="on a joint or along a route"):
-        Drive("x")
-    with pytest.raises(ExoPinError):
-        ep.solve(
-            bare_arm([Drive("x", route=Route.over(("nowhere", (0, 0, 0)), ("arm", (0, 0, 1))))]), ep.Case(pose(0, 0, 0))
-        )

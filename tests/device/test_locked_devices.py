@@ -5,7 +5,6 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 from exo_pin.device import WristDevice
 
 OFFSET = ep.CentreOffset([0.002, 0.0, 0.001], [0.0, 0.001, 0.0])
@@ -79,24 +78,3 @@ def test_an_arm_in_a_soft_cuff_on_locked_motors_turns_as_on_a_spring():
     # The motors bear the moment of the weight about their axes, as in a rigid device.
     rigid = exo.replace(interfaces=ep.Interfaces()).reaction(pose, limits="none")
     np.testing.assert_allclose(answer.actuator_forces, rigid.actuator_forces, rtol=2e-2, atol=2e-3)
-
-
-def test_more_lengths_than_freedoms_and_a_device_that_holds_nothing_are_refused():
-    exo = wrist(4, "UPU", ep.LimbGuide(60.0, 40.0))
-    case = ep.Case(exo.pose(40.0, 30.0))
-    for device in (exo, WristDevice.of(exo.mechanism).as_chain()):
-        with pytest.raises(InvalidInput, match="with locked actuators, got 4"):
-            ep.solve(device, case, LOCKED)
-    support = ep.load(URDF / "spring-support.urdf").worn_by(ep.Wearer(1.755, 85.0, "male"))
-    soft = support.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
-    with pytest.raises(InvalidInput, match="hold the arm about every axis"):
-        soft.reaction(soft.pose(60.0), split="elastic_locked")
-
-
-def test_a_load_that_an_arm_in_a_soft_cuff_gives_way_to_has_no_equilibrium():
-    """The arm would have to turn in its cuff by more than the spring can make a moment of."""
-    cuff = ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.15))
-    exo = ep.load(URDF / "serial-y-x-z.urdf").replace(interfaces=cuff)
-    load = ep.Load([2e4, 0.0, -2e4], at=[0.0, 0.0, -0.5])
-    answer = exo.reaction(exo.pose(60.0, 30.0), load=load, split="elastic_locked", limits="none")
-    assert answer.status == "no_equilibrium"

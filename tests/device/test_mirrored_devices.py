@@ -6,7 +6,7 @@ from arm_alone import arm_alone
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.device import Brake, ChainDevice, Drive, LinearSpring, Route, SoftLink, Spring, TableLaw
+from exo_pin.device import ChainDevice, Drive, LinearSpring, Route, SoftLink, Spring, TableLaw
 
 #: Bent elbow and a load in the hand: the arm has moments of inertia of every kind.
 MAN = ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.radians(70.0), payload=1.5)
@@ -80,21 +80,6 @@ def test_a_misplaced_centre_is_mirrored(pair):
     assert_image(*pair, centre_offset=OFFSET, digits=1e-8)
 
 
-def test_jacobians_and_joints_are_mirrored(pair):
-    left, right = pair
-    poses, image = left.pose(*ANGLES), right.pose(*ANGLES)
-    # An angular velocity is a pseudovector.
-    np.testing.assert_allclose(-left.jacobian(poses) @ MIRROR, right.jacobian(image), atol=1e-9)
-    signs = left.chain.mirror_signs()
-    q, q_ = left.configurations(poses), right.configurations(image)
-    # A quaternion and its opposite are one turn.
-    for joint in list(left.chain.model.names)[1:]:
-        own = left.chain.configuration_slice(joint)
-        same = [np.abs(sign * signs.configuration[own] * q[:, own] - q_[:, own]).max(axis=1) for sign in (1.0, -1.0)]
-        balls = own.stop - own.start >= 4
-        assert (np.minimum(*same) if balls else same[0]).max() < 1e-8, joint
-
-
 @pytest.mark.parametrize(
     "name",
     ["serial-y-x-z", *(pytest.param(name, marks=pytest.mark.full) for name in ("spherical-3rrr", "3rps-passive-ball"))],
@@ -127,14 +112,6 @@ def test_a_soft_link_is_mirrored():
     assert right.device.soft_links[0].spring.at.tolist() == [0.1, -0.02, 0.0]
 
 
-def test_a_brake_holds_the_mirror_image_too():
-    exo = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(MAN)
-    held = exo.replace(brakes=[Brake("lock", "cuff_slide", 300.0)])
-    one, two = assert_image(held, held.mirrored())
-    assert one.has_answer.any()
-    assert two.drive_units == one.drive_units
-
-
 def generated(seed):
     """An arm on cables over via points with ranges, a strut with a table, and a spring that goes slack."""
     rng = np.random.default_rng(seed)
@@ -164,114 +141,3 @@ def test_generated_cables_and_springs_are_mirrored(seed):
     assert one.has_answer.any()
     names = [spring.route.points[0].point[1] for spring in two.source.poses.mechanism.springs]
     assert (np.array(names) < 0.0).all()
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_springs_and_drives_in_joints_keep_their_coordinates(seed):
-    """A serial device with springs in its hinges and one-sided limits: angles and moments have the same sign."""
-    rng = np.random.default_rng(seed)
-    exo = ep.load(URDF / f"{('serial-y-x-z', 'nesm')[seed % 2]}.urdf").worn_by(MAN)
-    drives = [
-        Drive(each.name, each.joint, lower=float(rng.uniform(-30, -1)), upper=float(rng.uniform(20, 90)),
-              least=float(rng.uniform(-2, -1)), greatest=float(rng.uniform(1, 3)))
-        for each in exo.device.drives
-    ]  # fmt: skip
-    springs = [
-        Spring(f"spring_{k}", LinearSpring(float(rng.uniform(2, 20)), float(rng.uniform(-1, 1))), joint=each.joint)
-        for k, each in enumerate(drives)
-    ]
-    sprung = exo.replace(drives=drives, springs=springs)
-    one, _ = assert_image(sprung, sprung.mirrored())
-    plain = exo.replace(drives=drives).reaction(exo.pose(*ANGLES))
-    assert np.nanmax(np.abs(plain.actuator_forces - one.actuator_forces)) > 0.1
-
-
-@pytest.mark.parametrize("name", ["four-cables", "four-linear-actuators", "prototype"])
-def test_a_wrist_and_its_exported_chain_have_one_mirror_image(name):
-    exo = ep.load(name)
-    device = ChainDevice.from_chain(exo.chain, exo.side).replace(arm=exo.arm)
-    right = exo.mirrored()
-    poses = right.pose(*ANGLES[:, 1:4])
-    own = right.reaction(poses, limits="none")
-    chain = ep.solve(device.mirrored(), ep.Case(poses), ep.Assumptions("spherical", "none"))
-    scale = 1e-9 * np.abs(own.limb_wrenches).max()
-    np.testing.assert_allclose(chain.shoulder_force, own.shoulder_force, atol=scale)
-    np.testing.assert_allclose(chain.actuator_forces, own.actuator_forces, atol=scale)
-    # The mirrored chain is a wrist again.
-    again = ep.ShoulderExo.from_chain(exo.chain.mirrored(), "right")
-    np.testing.assert_allclose(again.geometry.base_points, right.geometry.base_points, atol=1e-12)
-    lengths = [each.inverse_kinematics(poses).lengths for each in (again, right)]
-    np.testing.assert_allclose(*lengths, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", DEVICES)
-def test_a_mirrored_robot_comes_back_from_its_files(name, tmp_path):
-    right = ep.load(URDF / f"{name}.urdf", side="right")
-    again = ep.load(right.to_urdf(tmp_path))
-    assert again.side == "right"
-    assert (again.wrist is None) == (right.wrist is None)
-    poses = right.pose(*ANGLES)
-    one, two = right.reaction(poses), again.reaction(poses)
-    scale = max(1.0, float(np.nanmax(np.abs(one.limb_wrenches))))
-    np.testing.assert_allclose(one.shoulder_force, two.shoulder_force, atol=1e-8 * scale)
-    np.testing.assert_allclose(one.actuator_forces, two.actuator_forces, atol=1e-8 * scale)
-    assert one.can_hold.tolist() == two.can_hold.tolist()
-    # Its file is that of a right device: the other side is the left one.
-    left = ep.load(right.to_urdf(tmp_path), side="left")
-    back = left.reaction(left.pose(*ANGLES))
-    np.testing.assert_allclose(back.shoulder_force @ MIRROR, one.shoulder_force, atol=1e-8 * scale)
-
-
-@pytest.mark.parametrize("part", ["whole", "wrist", "shoulder", "floating"])
-@pytest.mark.parametrize("name", ["prototype", "appendix-d", "four-cables"])
-def test_every_part_of_a_right_wrist_says_so_in_its_files(name, part, tmp_path):
-    for side in ("left", "right"):
-        written = ep.load(name, side=side).to_urdf(tmp_path / side, part)
-        assert ep.load(written).side == side
-
-
-@pytest.mark.parametrize("name", ["appendix-d-wrist", "dummy-shoulder"])
-def test_robots_without_forces_are_mirrored_too(name, tmp_path):
-    right = ep.load(URDF / f"{name}.urdf", side="right")
-    assert right.side == "right"
-    again = ep.load(right.export(tmp_path / "other.urdf")[0])
-    assert (again.side, again.mirrored().side) == ("right", "left")
-    q = np.zeros(right.chain.model.nq) + right.chain.neutral()
-    for frame, place in ep.load(URDF / f"{name}.urdf").chain.placements(q).items():
-        np.testing.assert_allclose(right.chain.placement(q, frame).translation, place.translation @ MIRROR, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", ["prototype", str(URDF / "serial-y-x-z.urdf"), str(URDF / "six-cables.urdf")])
-def test_another_label_alone_is_refused(name):
-    exo = ep.load(name)
-    with pytest.raises(ep.InvalidInput, match=r"mirrored\(\)"):
-        exo.replace(side="right")
-    assert exo.replace(side="left").side == "left"
-    with pytest.raises(ep.InvalidInput, match=r"mirrored\(\)"):
-        (exo.mechanism if name == "prototype" else exo.device).replace(side="right")
-
-
-def test_a_robot_built_for_the_right_says_so_itself(tmp_path):
-    """A device file names the side that the robot was built for; a chain of one's own is given it."""
-    right = ep.load(URDF / "serial-y-x-z.urdf", side="right")
-    chain = right.device.chain
-    assert ep.ShoulderExo.from_chain(chain, "right").side == "right"
-    path = right.to_urdf(tmp_path)
-    with pytest.raises(ep.core.errors.FileFormatError, match="built for the right shoulder"):
-        ep.ShoulderExo.from_chain(chain, "left", device_file=path.with_suffix(".device.toml"))
-
-
-def test_a_robot_in_mjcf_is_mirrored(tmp_path):
-    roles = '[roles]\narm = "arm"\nshoulder = "ball"\nactuated = ["lift"]\n'
-    inertial = '<inertial mass="{}" pos="{}" diaginertia="0.02 0.02 0.005"/>'
-    lift = f'<body name="link" pos="0 0.1 0"><joint name="lift" axis="1 0 0" range="-20 120"/>{inertial}</body>'
-    arm = f'<body name="arm"><joint name="ball" type="ball"/>{inertial.format(3.0, "0 0.03 -0.3")}</body>'
-    equality = '<equality><connect name="tip" body1="link" body2="arm" anchor="0 -0.1 -0.2"/></equality>'
-    world = f"{arm}{lift.format(0.5, '0 0 -0.1')}"
-    (tmp_path / "lifter.xml").write_text(f"<mujoco><worldbody>{world}</worldbody>{equality}</mujoco>")
-    (tmp_path / "lifter.device.toml").write_text(f'schema = 1\nname = "lifter"\n{roles}')
-    left, right = (ep.load(tmp_path / "lifter.xml", side=side) for side in ("left", "right"))
-    assert (left.side, right.side) == ("left", "right")
-    one, two = left.reaction(left.pose(), limits="none"), right.reaction(right.pose(), limits="none")
-    assert one.status == two.status
-    np.testing.assert_allclose(one.shoulder_force @ MIRROR, two.shoulder_force, atol=1e-9)

@@ -137,6 +137,7 @@ def without_data():
         ("universe", [0.1, 0.2, 0.3]), ("universe", [0.1, 0.2, 0.3]), (exo.chain.roles.arm, [0, 0, -0.2])
     )
     table = TableLaw((-0.1, 0.05, 0.3), (-2.0, 1.0, 4.0))
+    end = float(exo.inverse_kinematics(poses).positions[1, 0])
 
     def asked(*springs, rows=slice(None), **more):
         answer = exo.replace(springs=springs, **more).reaction(poses[rows])
@@ -164,6 +165,9 @@ def without_data():
             "brake": lambda: asked(drives=exo.device.drives[:2], brakes=[Brake("lock", joints[2], 6.0)]),
             "too few": lambda: asked(drives=exo.device.drives[:2]),
             "cable": lambda: asked(drives=(*exo.device.drives, Drive("cable", route=to_arm, upper=30.0, least=0.45))),
+            "nearly": lambda: asked(
+                Spring("bow", TableLaw((-3.0, 0.0, end - 2e-5), (-2.0, 1.0, 4.0)), joints[0]), rows=1
+            ),
         }
     )
 
@@ -339,7 +343,57 @@ def beside():
     )  # fmt: skip
 
 
+#: A tendon that is a spring only outside some lengths.
+TENDON = """<mujoco><worldbody><site name="a" pos="0.5 0 0"/>
+  <body pos="0 0 -1"><joint/><geom size="0.1"/><site name="b"/></body></worldbody>
+  <tendon><spatial name="t" stiffness="9" springlength="0.1 0.2"><site site="a"/><site site="b"/></spatial></tendon>
+</mujoco>"""
+
+
+def of_designs():
+    """Robots whose device file is that of another design or side, and arms and tendons that files cannot say."""
+
+    def read(*pairs, path=None):
+        path = path or ep.load("prototype").to_urdf("one", assumed=None)
+        beside = path.with_suffix(".device.toml")
+        text = beside.read_text(encoding="utf-8")
+        for old, new in pairs:
+            assert old in text, old
+            text = text.replace(old, new, 1)
+        beside.write_text(text, encoding="utf-8")
+        found = ep.load(path)
+        return repr(found), found.wrist.beyond_record
+
+    def on(side, exo, other=None):
+        robot = exo.export("two.urdf")[0]
+        chain = (other or ep.load(robot)).chain
+        return ep.ShoulderExo.from_chain(chain, side, None, robot.with_suffix(".device.toml")).side
+
+    def without_inertia():
+        exo = ep.load(URDF / "six-cables.urdf").replace(arm=ep.Arm(3.0, [0, 0, -0.3]))
+        return repr(ep.load(exo.export("three.urdf")[0]).arm)
+
+    wrist, serial = ep.load("prototype"), ep.load(URDF / "serial-y-x-z.urdf")
+    with folder():
+        return in_turn(
+            {
+                "as written": read,
+                "speed": lambda: read(("[[drives]]", "[[drives]]\nspeed_m_s = 0.2")),
+                "place": lambda: read(
+                    ("platform_radius_m = 0.", "platform_radius_m = 0.1"), path=wrist.export("four.urdf")[0]
+                ),
+                "mass": lambda: read(("mass_kg = 0.65", "mass_kg = 0.75"), path=wrist.to_urdf("five")),
+                "side": lambda: on("right", wrist),
+                "other design": lambda: on(None, wrist, ep.load("optimised-table-5-3")),
+                "side of a robot": lambda: on("left", serial.mirrored()),
+                "no inertia": without_inertia,
+                "tendon": lambda: ep.ClosedChain.from_mjcf(TENDON),
+            }
+        )
+
+
 ASKED = {
+    "of_designs": of_designs,
     "laws": laws,
     "drives": drives,
     "without_data": without_data,

@@ -8,9 +8,10 @@ import pinocchio as pin
 import pytest
 from answers import changes, each_of
 from asked_in_turn import in_turn
+from places import URDF
 
 import exo_pin as ep
-from exo_pin.device import Drive, GasSpring, LinearSpring, Route, Spring
+from exo_pin.device import Drive, GasSpring, GuidedSlide, LinearSpring, Route, SoftLink, Spring
 
 
 def hinges(**parts):
@@ -27,6 +28,9 @@ def postures():
     def asked(posture, pose=pose):
         answer = exo.reaction(pose, limits="none", posture=posture)
         return answer.status, answer.shoulder_force, answer.actuator_forces, answer.cautions
+
+    def weak():
+        return exo.replace(drives=[replace(drive, lower=-1.0, upper=1.0) for drive in exo.device.drives])
 
     elbow = doors.generated("limbs-4")
     elbow_pose = elbow.pose(3.0, 4.0, 1.0)
@@ -59,6 +63,10 @@ def postures():
             "out of reach": lambda: turned({"limb_0_1_deg": 100.0}),
             "back out of reach": lambda: turned({"limb_0_1_deg": -60.0}),
             "modes": lambda: elbow.assembly_modes(elbow_pose, starts=4, seed=1).shape,
+            "no freedom": lambda: hinges().reaction(pose, posture={"flexion": 0.1}),
+            "where it is": lambda: asked({"ring": float(modes[chain.configuration_slice("ring")][0])}),
+            "strokes": lambda: exo.workspace(poses, ["stroke"], posture={"ring_mm": 4.0}).lengths,
+            "nearby": lambda: weak().remedy(pose, posture={"ring_mm": 4.0}).nearest is None,
         }
     )
 
@@ -220,7 +228,47 @@ def near_the_body():
     return in_turn({name: lambda name=name: asked(name, [10, 60], [30, 15], 5) for name in names})
 
 
+def gives_way():
+    """Devices that give way beyond what they can follow, and moments that no arm is known to."""
+    cuff = ep.Interface.upper_arm_cuff(0.19)
+    serial, support, round_ = (doors.shipped(name) for name in ("serial-y-x-z", "spring-support", "spherical-3rrr"))
+    own = ep.load("four-linear-actuators-worn")
+    limbs = [ep.Limb("UPU", actuator=limb.actuator, guide=ep.LimbGuide(60.0, 40.0)) for limb in own.limbs]
+    chain = ep.ShoulderExo.from_device(own.replace(limbs=limbs).device.as_chain())
+    soft_limb = round_.replace(soft_links=[SoftLink("limb_1_outer", ep.Interface.of(5e3, 50.0, np.zeros(3)))])
+    bent = ep.load(URDF / "3rps-passive-ball.urdf").worn_by(
+        ep.Wearer(1.755, 85.0, "male", elbow_flexion=np.radians(0.2))
+    )
+    guided = ep.load("prototype").device.as_chain().replace(
+        guided_slides=[GuidedSlide("limb_1_slide", ep.LimbGuide(65.0, 50.0))],
+        soft_links=[SoftLink("limb_1_base_body", ep.Interface.of(1e5, 1e3))],
+    )  # fmt: skip
+
+    def asked(exo, *angles, **more):
+        answer = exo.reaction(exo.pose(*angles), **more)
+        return answer.status, answer.load_share, answer.verdict, answer.shoulder_force, answer.cautions
+
+    on_cuff = {"interfaces": ep.Interfaces(cuff=cuff)}
+    bare = ep.load(URDF / "serial-y-x-z.urdf")
+    on_arm = {"interfaces": ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.15))}
+    locked = {"split": "elastic_locked", "limits": "none"}
+    heavy = ep.Load([2e4, 0.0, -2e4], at=[0.0, 0.0, -0.5])
+    return in_turn(
+        {
+            "soft limb": lambda: asked(soft_limb, 30, 20, split="elastic"),
+            "rigid limbs": lambda: asked(soft_limb, 30, 20, split="elastic", centre_offset=[0.0, 0.0, 0.01]),
+            "too heavy": lambda: asked(bare.replace(**on_arm), 60, 30, load=heavy, **locked),
+            "holds nothing": lambda: asked(support.replace(**on_cuff), 60, **locked),
+            "too many": lambda: asked(chain, 40, 30, **locked),
+            "rigid": lambda: asked(serial, 60, 30, split="elastic"),
+            "guide and spring": lambda: asked(ep.ShoulderExo.from_device(guided), 20, split="elastic"),
+            "little is left": lambda: asked(bent, 30, 30),
+        }
+    )
+
+
 ASKED = {
+    "gives_way": gives_way,
     "postures": postures,
     "spans": spans,
     "framed": framed,

@@ -11,8 +11,6 @@ from scipy.optimize import least_squares, linprog
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.core.compiled import mode
-from exo_pin.device import ChainDevice, Drive
 
 FOUND = Path(ep.__file__).parent / "design" / "presets" / "found"
 NAME = "four-linear-actuators-worn"
@@ -72,48 +70,7 @@ def test_twins_and_rates_from_the_file_alone(flexion, away, off):
     assert found.degrees_per_mm == pytest.approx(1.0 / found.mm_per_degree)
 
 
-def test_rates_of_the_worn_design_and_of_the_other():
-    """0.25 mm/° where the worn design is raised to 80°, and 1.5 of the other."""
-    for name, rate in ((NAME, 0.25), ("four-linear-actuators", 1.54)):
-        exo = ep.load(name)
-        poses = exo.pose(80.0)
-        assert exo.accuracy(poses, twins=False).mm_per_degree == pytest.approx(rate, abs=0.005)
-        assert own_rate(lengths_of(name), poses.as_rotvec()) == pytest.approx(rate, abs=0.005)
-
-
-def test_the_compiled_search_and_the_general_one_agree():
-    """Of limbs that are compiled, and of the same limbs asked as a chain's readings are."""
-    from exo_pin.device.accuracy.pose_accuracy import limb_readings, tolerances
-    from exo_pin.device.accuracy.twins import find_twins
-
-    exo = ep.load(NAME)
-    matrices = ep.load_case.ADL_BOX.poses(35.0).as_matrix().reshape(-1, 3, 3)
-    share = tolerances(exo.device)
-    np.testing.assert_allclose(share, 2e-3)
-
-    def readings(poses, rows):
-        return limb_readings(exo.geometry, poses)
-
-    none = np.zeros((1, 3))
-    points = np.array(exo.geometry.base_points), np.array(exo.geometry.platform_points)
-    general = find_twins(readings, matrices, share, "left")
-    with mode("plain"):
-        quick = find_twins(readings, matrices, share, "left", limbs=(*points, none, none))
-    np.testing.assert_allclose(quick.difference, general.difference, rtol=1e-6)
-    assert 0.05 < (general.difference <= 1.0).mean() < 0.5
-
-
-def test_mirrored_designs_place_the_arm_alike():
-    exo = ep.load(NAME)
-    other = exo.mirrored()
-    one, two = (
-        each.accuracy(each.pose([30.0, 80.0, 60.0], [0.0, 10.0, 40.0], [0.0, 20.0, -10.0])) for each in (exo, other)
-    )
-    np.testing.assert_allclose(one.rate, two.rate, rtol=1e-12)
-    np.testing.assert_allclose(one.twin_difference, two.twin_difference, rtol=1e-2)
-
-
-def test_stated_play_and_resolution_decide(tmp_path):
+def test_stated_play_and_resolution_decide():
     """A twin at 0.34 mm in all is none for drives of 0.05 mm each, whatever way they are stated."""
     exo = ep.load(NAME)
     actuator = exo.limbs[0].actuator
@@ -135,77 +92,6 @@ def test_stated_play_and_resolution_decide(tmp_path):
         linprog(rng.normal(size=3), np.vstack([J, -J]), [0.25e-3] * 8, bounds=[(None, None)] * 3).x for _ in range(40)
     ]
     assert found.free_turn == pytest.approx(np.linalg.norm(ends, axis=1).max(), rel=1e-6)
-    coarse.save(tmp_path / "coarse.toml")
-    again = ep.load(tmp_path / "coarse.toml")
-    assert again.limbs[0].play, again.limbs[0].resolution == (4e-4, 1e-4)
-    assert again.device.hash == coarse.device.hash != exo.device.hash
-    as_chain = again.device.as_chain()
-    assert {(drive.play, drive.resolution) for drive in as_chain.drives} == {(4e-4, 1e-4)}
-    with pytest.raises(ep.InvalidInput, match="play"):
-        ep.Actuator("linear", play=-1e-3)
-    with pytest.raises(ep.InvalidInput, match="resolution"):
-        Drive("a", joint="b", resolution=float("nan"))
-
-
-def test_hinges_count_by_degrees(serial):
-    """Of three hinges on one axis each, one degree of the arm is at least what the rates of the hinges say."""
-    pose = serial.pose([20.0, 40.0], 10.0)
-    found = serial.accuracy(pose, twins=False)
-    assert found.unit == "°/°"
-    values = np.linalg.svd(serial.jacobian(pose), compute_uv=False)
-    np.testing.assert_allclose(found.mm_per_degree, values[:, 2])
-    assert isinstance(serial.device, ChainDevice)
-
-
-@pytest.fixture(scope="module")
-def serial():
-    return ep.load(URDF / "serial-y-x-z.urdf")
-
-
-@pytest.mark.full
-def test_a_chain_finds_the_twins_of_its_closed_forms(serial):
-    """The same limbs without closed forms; of a serial arm, whose hinges say its pose, none."""
-    assert not serial.accuracy(serial.pose([20.0, 40.0])).has_twin.any()
-    exo = ep.load(NAME)
-    chain = ep.ShoulderExo.from_device(exo.device.as_chain())
-    found, expected = (each.accuracy(each.pose([80.0, 90.0])) for each in (chain, exo))
-    np.testing.assert_allclose(found.rate, expected.rate, rtol=1e-8)
-    np.testing.assert_allclose(found.twin_difference, expected.twin_difference, rtol=1e-4)
-
-
-def test_drives_that_do_not_hold_an_axis_leave_it_free():
-    """At 90° of abduction the printed prototype is singular: 1 mm turns the arm by 1e16 degrees, or by any angle."""
-    exo = ep.load("prototype")
-    found = exo.accuracy(exo.pose(0, 90, 0))
-    assert found.mm_per_degree < 1e-9
-    assert "turns the arm freely about one axis" in found.sensitivity()
-    assert found.as_dict()["degrees_per_mm"] == found.degrees_per_mm > 1e9
-
-
-def test_workspace_and_search_ask_for_it():
-    """Per pose as asked of one pose, and what 99 % of the poses exceed as an objective."""
-    exo = ep.load(NAME)
-    asked = ep.Criteria(("accuracy", "twins"), least_rate=0.3 / MM, least_twin_angle=np.radians(10.0))
-    poses = exo.pose([0.0, 45.0, 80.0, 90.0], 5.0)
-    found, each = exo.workspace(poses, asked), exo.accuracy(poses)
-    np.testing.assert_allclose(found.margins["accuracy"], each.rate - 0.3 / MM, rtol=1e-9)
-    np.testing.assert_allclose(found.margins["twins"], each.twin_difference - 1.0, rtol=1e-3)
-    assert found.units["accuracy"] == "m/rad"
-    np.testing.assert_array_equal(found.columns()["margin_accuracy_m_per_rad"], found.margins["accuracy"])
-    assert not exo.workspace(poses).margins.keys() & {"accuracy", "twins"}
-    best = ep.optimise(
-        exo,
-        {"A[1].radius_mm": (530.0, 532.0)},
-        poses,
-        ("index", "weakest_rate"),
-        asked,
-        budget=24,
-        finer_step=30.0,
-        step=30.0,
-    )
-    grid = exo.workspace(30.0, asked)
-    rates = exo.accuracy(grid.poses, twins=False).rate[grid.inside]
-    assert best.values[0]["weakest_rate"] == pytest.approx(np.quantile(rates, 0.01), rel=0.05)
 
 
 @pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-linear-actuators", "six-cables"])
@@ -237,7 +123,7 @@ def test_the_hand_gives_way_as_the_energy_of_the_cuff_says(name):
     assert np.isnan(exo.replace(arm=ep.Arm(3.0, (0.0, 0.0, -0.3))).accuracy(pose, twins=False).hand_stiffness)
 
 
-def test_words_of_an_accuracy_are_its_numbers(serial):
+def test_words_of_an_accuracy_are_its_numbers():
     exo = ep.load(NAME).worn_by(ep.Wearer(1.755, 85, "male"))
     found, stack = exo.accuracy(exo.pose(80.0)), exo.accuracy(exo.pose([80.0, 20.0], 0.0))
     low, high = stack.mm_per_degree.min(), stack.mm_per_degree.max()
@@ -256,6 +142,7 @@ def test_words_of_an_accuracy_are_its_numbers(serial):
     assert "Play and resolution leave the arm 1.3° to either side." in str(played)
     assert "move it by more than 100 mm." in str(played)
     assert stack.sensitivity(1).endswith("°") != stack.has_twin[1]
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
     hinges = serial.accuracy(serial.pose(20.0))
     assert "°/°: 1° of the drives turns the arm by 1" in str(hinges)
     assert "sensor" not in str(hinges)

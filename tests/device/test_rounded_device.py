@@ -53,3 +53,16 @@ def test_stiffness_of_a_rounded_prototype_gives_the_forces_of_the_exact_one(tmp_
     found = _prototype(tmp_path, 4).replace(**soft).reaction(pose, split=split)
     np.testing.assert_allclose(found.actuator_forces, exact.actuator_forces, atol=0.2)
     np.testing.assert_allclose(found.shoulder_force, exact.shoulder_force, atol=0.2)
+
+
+def test_a_device_says_where_digits_leave_a_singular_pose_open():
+    """As its chain does: a wrist of a file of seven decimals beside a singular pose, and far from one."""
+    exact = ep.load(_URDF / "prototype.urdf")
+    rounded = ep.ShoulderExo.from_device(exact.device.replace(chain=exact.device.chain.with_tolerance(5e-8)))
+    poses = exact.pose(flexion=[35.45, 90.0])
+    assert exact.singularity(poses).kind.tolist() == ["near", "regular"]
+    assert rounded.singularity(poses).kind.tolist() == ["undetermined", "regular"]
+    for pose, verdict in zip(poses, ("singular", "regular"), strict=True):
+        assert rounded.chain.mobility(rounded.configurations(pose), part="orientation").verdict == verdict
+        said = [text for text in rounded.reaction(pose).cautions if text.startswith("Undetermined")]
+        assert bool(said) == (verdict != "regular")

@@ -93,21 +93,6 @@ def _is_stable(device, spring):
         assert there + back - 2.0 * here > 0.0
 
 
-def test_a_driven_pendulum_moves_as_little_as_it_can():
-    axis, centre = (1.0, 0.0, 0.0), (0.02, 0.1, 0.05)
-    device = pendulum_device(axis, centre, [Drive("motor", joint="hinge", lower=-5.0, upper=5.0)])
-    hinge = configurations(device)[:, device.chain.configuration_slice("hinge")]
-    # No loop: not at all.
-    np.testing.assert_allclose(hinge, 0.0, atol=1e-12)
-    assert "as little as possible" in rule(device)
-
-
-def test_a_spin_without_slope_keeps_the_least_motion():
-    device = pendulum_device((0.0, 0.0, 1.0), (0.0, 0.0, 0.1))
-    hinge = configurations(device)[:, device.chain.configuration_slice("hinge")]
-    np.testing.assert_allclose(hinge, 0.0, atol=1e-12)
-
-
 @pytest.mark.filterwarnings("ignore::exo_pin.OutsideHumanRange")
 def test_a_device_with_a_pendulum_is_in_equilibrium():
     device = pendulum_device((0.6, 0.8, 0.0), (0.02, 0.1, 0.05))

@@ -42,7 +42,11 @@ def one_pose():
         "singular": ("serial-y-x-z", 0, 90),
         "row": ("four-cables", 20, 10, 0, "--to", "70,40,10", "--poses", 3),
     }  # fmt: skip
-    return {name: pose(*case) for name, case in cases.items()}
+    forces = {name: ("forces", URDF / f"{name}.urdf") for name in ("serial-y-x-z", "spring-support")}
+    return {name: pose(*case) for name, case in cases.items()} | {
+        f"{name} by its chain": printed(*words, "--flexion", 60, "--external", "arm=0,0,-20")
+        for name, words in forces.items()
+    }
 
 
 def asked():
@@ -87,6 +91,7 @@ def asked():
         {"question": "reaction", "poses": at, "design": {"toml": "schema = 1"}},
         {"question": "reaction", "poses": at, "design": {"xml": "a"}},
         {"question": "reaction", "poses": at, "worn_by": {"height": 17, "mass": 70, "sex": "female"}},
+        {"question": "reaction", "poses": at, "schema": "exo_pin.sweep/1"},
         {"question": 3},
         [3],
         3,
@@ -228,6 +233,7 @@ def parts():
             "nobody": lambda: wrist.worn_by(3),
             "worn": lambda: repr(wrist.worn_by(ep.Wearer(1.7, 60, "female"))),
             "labels": lambda: wrist.view(labels=True),
+            "limbs alone": lambda: ep.load(URDF / "six-cables.urdf").wrist.limbs_alone().limb_count,
             "looks": lambda: robot().view(human=True),
             "configuration": lambda: wrist.view(q=wrist.configurations(wrist.pose(20)), human=False),
             "remedy": lambda: str(ep.load("prototype").remedy(wrist.pose(110, 40))),

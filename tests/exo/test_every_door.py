@@ -18,7 +18,6 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.study import evaluate
-from exo_pin.view import plots
 
 #: What a result has that answers the question whether and with which force a pose is held.
 ANSWERS = {"shoulder_force", "can_hold", "held", "reaction", "inside", "rows", "answer"}
@@ -200,64 +199,3 @@ def test_every_door_is_asked_or_excepted():
              "uncertainty"}  # fmt: skip
     assert doors() <= asked | set(EXCEPTIONS), doors() - asked - set(EXCEPTIONS)
     assert asked <= doors() | {"remedy", "compare"}
-
-
-def test_every_door_asks_solve(monkeypatch, capsys):
-    """Without the one way to an answer no door has one."""
-    from exo_pin.cli import main
-
-    class Gone(RuntimeError):
-        pass
-
-    def gone(*_, **__):
-        raise Gone
-
-    exo = ep.load("four-cables")
-    poses, person = exo.pose([20, 40, 60, 80], 30), ep.Person(1.75, 75, "male")
-    scene = ep.view.Scene(exo, human=False)
-    monkeypatch.setattr("exo_pin.reaction.solve_case.answer", gone)
-    monkeypatch.setattr("exo_pin.reaction.batch.reaction_maps.MapLimits", gone)
-    asked = (
-        lambda: exo.reaction(poses),
-        lambda: exo.follow(ep.Movement.from_samples(np.arange(4), poses, smoothing=None)),
-        lambda: exo.reaction_map(poses),
-        lambda: exo.compare(exo, poses),
-        lambda: ep.sweep(exo, {"lean_forward": [0.0]}, poses, cone=person.glenoid_cone(muscle_compression=1e3)),
-        lambda: exo.remedy(poses[0]),
-        lambda: exo.uncertainty(poses[0]),
-        lambda: exo.joint_contact(poses, person),
-        lambda: scene.show(poses[0]),
-        lambda: plots.shoulder_force_map(exo, step=50.0),
-        lambda: main(["reaction", "four-cables", "--flexion", "60"]),
-    )
-    for door in asked:
-        with pytest.raises(Gone):
-            door()
-
-
-def test_forces_are_chosen_once(monkeypatch):
-    """Verdict, texts and whether a pose can be held read the one choice."""
-    from exo_pin.reaction import answer as module
-
-    count, own = [], module.chosen_forces
-    monkeypatch.setattr(module, "chosen_forces", lambda *arguments: count.append(1) or own(*arguments))
-    exo = ep.load("four-cables")
-    answer = exo.reaction(exo.pose([60, 110], [30, 96]))
-    str(answer), answer.to_json(), answer.can_hold, answer.certificate, answer.closest, answer.optimum
-    assert len(count) == 1
-
-
-def test_a_case_is_asked_again():
-    exo = ep.load("four-cables")
-    person = ep.Person(1.6, 60, "female")
-    case = ep.Case(exo.pose([20, 60], 30), load=ep.Load([0, 0, -10], at=[0, 0, -0.3]), wearer=person)
-    answer = ep.solve(exo, case)
-    np.testing.assert_array_equal(
-        answer.shoulder_force, exo.worn_by(person).reaction(case.poses, load=case.load).shoulder_force
-    )
-    again = ep.solve(exo, answer.case, answer.assumptions)
-    np.testing.assert_array_equal(again.shoulder_force, answer.shoulder_force)
-    with pytest.raises(ep.InvalidInput, match="case"):
-        ep.solve(exo, case.poses)
-    with pytest.raises(ep.InvalidInput, match="device"):
-        ep.solve("four-cables", ep.Case(case.poses))

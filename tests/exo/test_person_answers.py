@@ -36,6 +36,8 @@ def joints():
     chain = ep.ShoulderExo.from_device(cables.chain_device)
     pose, poses = cables.pose(50, 20, 5), cables.pose([20, 70], [15, 30], 5)
     given = cables.reaction(pose).actuator_forces
+    way = ep.device.Route.over(("universe", (0.0, 0.0, -0.5)), ("arm", (0.0, 0.0, -0.2)))
+    down = ep.device.Spring("down", ep.device.ConstantForce(20.0), route=way)
     bow = ep.device.Spring("bow", ep.device.TableLaw((5.0, 6.0), (1.0, 2.0)), "flexion")
 
     def asked(exo, poses, forces=None, **more):
@@ -67,6 +69,8 @@ def joints():
             "fewer": lambda: asked(cables, pose, [1.0, 2.0]),
             "nobody": lambda: cables.joint_contact(pose, ep.Wearer(1.7, 70, "male")),
             "lacking": lambda: asked(hinges.replace(springs=[bow]), pose),
+            "lacking, given": lambda: asked(hinges.replace(springs=[bow]), pose, [1.0, 6.0, 5.0]),
+            "pulled down": lambda: str(support.replace(springs=[down]).joint_contact(pose, MAN)),
         }
     )
 

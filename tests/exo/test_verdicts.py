@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
+from wrists import exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.study import evaluate
@@ -85,3 +86,37 @@ def test_no_verdict_is_wrong_with_a_cone_or_an_offset(name, split, compression, 
     held = np.array([value is not None and value > 0.0 for value in left])
     assert 0 < held.sum() < held.size
     np.testing.assert_array_equal(answer.can_hold[clear], held[clear])
+
+
+def _can_be_held(answer, k):
+    """Whether tensions of 0 to 3000 N and any side forces balance the arm without a shoulder, by a linear program."""
+    state, upu = answer.source.poses.state.row(k), answer.source.poses.upu
+    n = len(state.closure)
+    A = np.block(
+        [
+            [state.moment_of_f, np.zeros((3, upu.size))],
+            [state.shoulder_of_f, state.shoulder_of_g[:, upu]],
+        ]
+    )
+    b = np.concatenate([state.moment, -state.shoulder])
+    bounds = [(0.0, 3000.0)] * n + [(None, None)] * upu.size
+    return linprog(np.zeros(n + upu.size), A_eq=A, b_eq=b, bounds=bounds).status == 0
+
+
+@pytest.mark.parametrize(("sides", "cables"), [(0, 6), (0, 7), (1, 4), (3, 2)])
+def test_without_a_shoulder_only_tensions_that_leave_it_unloaded_count(sides, cables):
+    kinds = ["UPU"] * sides + ["SPS"] * cables
+    rng = np.random.default_rng(90)
+    mechanism = random_mechanism(rng, len(kinds), kinds)
+    pull = ep.Actuator("cable", pull_limit=3000.0)
+    stroke = ep.Stroke(0.3, 0.01, 10.0, 0.0)
+    exo = exo_of(mechanism.replace(limbs=[ep.Limb(kind, actuator=pull, stroke=stroke) for kind in kinds]))
+    poses = regular_poses(mechanism, rng, 15, margin=0.1)
+    alone, held = (exo.reaction(poses, split="standalone", limits=bounds) for bounds in ("none", "design"))
+    assert alone.has_answer.all()
+    np.testing.assert_allclose(alone.shoulder_force, 0.0, atol=1e-6)
+    np.testing.assert_array_equal(held.can_hold, [_can_be_held(held, k) for k in range(len(poses))])
+    np.testing.assert_allclose(held.shoulder_force[held.can_hold], 0.0, atol=1e-6)
+    assert held.actuator_forces[held.can_hold].min(initial=0.0) >= -1e-9
+    # With a shoulder, other tensions hold some more of these poses, unless three side forces can replace it.
+    assert (exo.reaction(poses).can_hold & ~held.can_hold).any() == (sides < 3)

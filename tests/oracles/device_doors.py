@@ -1,7 +1,5 @@
 """One question about a device of any kind at every door, and devices to ask."""
 
-import json
-
 import numpy as np
 from handed_devices import handed
 from idle_devices import random_device
@@ -12,7 +10,6 @@ from scenes import commands
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.cli import main
 
 MAN = ep.Wearer(1.755, 85.0, "male", elbow_flexion=0.6, payload=0.5)
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -151,14 +148,6 @@ def assert_same(one, two, names=None, but=()):
             np.testing.assert_allclose(b, a, rtol=1e-7, atol=scale * size, err_msg=key)
         else:
             np.testing.assert_array_equal(b, a, err_msg=key)
-
-
-def command_line(path, angles, capsys, *more):
-    """What ``exo-pin reaction --json`` says of a file in one pose."""
-    words = [text for name, value in zip(("flexion", "abduction", "internal-rotation"), angles, strict=True)
-             for text in (f"--{name}", repr(float(value)))]  # fmt: skip
-    assert main(["reaction", str(path), *words, "--json", *more]) == 0
-    return json.loads(capsys.readouterr().out)
 
 
 def one_by_one(exo, angles, **query):

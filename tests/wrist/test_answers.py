@@ -100,8 +100,10 @@ def forward():
         ]
     near = ep.load("prototype")
     way = near.pose(abduction=np.linspace(3.0, 9.0, 7), flexion=2.0)
-    path = near.forward_kinematics(near.inverse_kinematics(way).lengths).follow(way[0])
-    return found, path.rotations.as_rotvec(), path.index, path.ambiguous
+    lengths = near.inverse_kinematics(way).lengths
+    lost = np.where(np.arange(7)[:, None] == 3, 9.0, lengths)
+    paths = [near.forward_kinematics(each).follow(way[0]) for each in (lengths, lost)]
+    return found, [(path.rotations.as_rotvec(), path.index, path.ambiguous) for path in paths]
 
 
 def clear():
@@ -157,6 +159,7 @@ def forces():
     off = ep.CentreOffset([0.006, -0.002, 0.003], [0.0, 0.004, -0.005])
     load = ep.Load([3.0, -2.0, 5.0], [0.1, 0.0, -0.2], at=[0.0, 0.02, -0.3])
     motion = ep.Motion(np.tile([0.7, -0.4, 1.1], (3, 1)), np.tile([2.0, 1.0, -3.0], (3, 1)))
+    bending = three.replace(limbs=[ep.Limb("UPU", guide=ep.LimbGuide(5.0, 300.0))] * 3)
     asked = [
         (heavy, poses, {"motion": motion, "load": load}),
         (heavy, poses, {"split": "minimal", "motion": motion}),
@@ -166,9 +169,15 @@ def forces():
         (guided(three), others, {"split": "elastic_locked", "centre_offset": off}),
         (guided(three).replace(interfaces=soft), others, {"split": "elastic_locked", "load": load}),
         (three.replace(limbs=[ep.Limb("UPU")] * 3), others, {"split": "standalone", "load": load}),
+        (four.replace(interfaces=soft), poses, {"split": "elastic", "load": load, "limits": (-25.0, 25.0)}),
+        (
+            bending,
+            others,
+            {"split": "elastic", "centre_offset": ep.CentreOffset([0.03, 0.0, -0.03], [0.0, 0.03, 0.03])},
+        ),
     ]
     return [
-        answered(ep.ShoulderExo.from_mechanism(each).reaction(at, limits="none", **question))
+        answered(ep.ShoulderExo.from_mechanism(each).reaction(at, **{"limits": "none"} | question))
         for each, at, question in asked
     ]
 

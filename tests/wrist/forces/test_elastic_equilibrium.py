@@ -9,9 +9,6 @@ from scipy.spatial.transform import Rotation
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.load_case.pose_stacks import arm_loads, as_query
-from exo_pin.numerics.analytic_vectors import left_jacobian, turn_matrix
-from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations
 
 SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))
 #: Stiffness of the shoulder, N/m, and EI and GJ of the guides, N m².
@@ -83,25 +80,19 @@ def walk(worn, count, seed, split, every=False):
     return compared, alone
 
 
-@pytest.mark.full
-def test_equals_maximal_coordinates(worn):
-    compared, alone = walk(worn, 1, 30, "elastic")
-    assert compared >= 3
-    assert alone <= 1
-
-
 @pytest.mark.parametrize(
-    ("split", "count", "least"),
+    ("split", "count", "every", "least"),
     [
-        pytest.param("elastic_locked", 2, 15, marks=pytest.mark.full),
-        pytest.param("elastic", 4, 33, marks=pytest.mark.long),
-        pytest.param("elastic_locked", 4, 33, marks=pytest.mark.long),
+        pytest.param("elastic", 1, False, 3, marks=pytest.mark.full),
+        pytest.param("elastic_locked", 2, True, 15, marks=pytest.mark.full),
+        pytest.param("elastic", 4, True, 33, marks=pytest.mark.long),
+        pytest.param("elastic_locked", 4, True, 33, marks=pytest.mark.long),
     ],
 )
-def test_equals_maximal_coordinates_in_many_poses(worn, split, count, least):
-    compared, alone = walk(worn, count, 31, split, every=True)
+def test_equals_maximal_coordinates(worn, split, count, every, least):
+    compared, alone = walk(worn, count, 31 if every else 30, split, every)
     assert compared >= least
-    assert alone <= 0.1 * compared
+    assert alone <= max(1, 0.1 * compared)
 
 
 @pytest.mark.full
@@ -124,32 +115,6 @@ def test_another_branch_beyond_two_folds_is_no_answer(worn):
     assert 0.36 < answer.load_share < 0.38
     device = Device(exo, pose, base, cuff, load.force, load.moment, locked=True)
     assert device.solve(steps=50) is None
-
-
-def test_most_poses_have_an_answer(worn):
-    rng = np.random.default_rng(33)
-    box = ep.adl_box(10).as_quat().reshape(-1, 4)
-    poses = Rotation.from_quat(box[rng.choice(len(box), 40, replace=False)])
-    poses = poses[np.abs(worn.singularity(poses).determinant) > 0.05]
-    for K, EI, GJ in RANGE:
-        exo = guided(worn, ep.LimbGuide(EI, GJ), K)
-        answer = exo.reaction(poses, split="elastic", centre_offset=offsets(rng, len(poses)))
-        assert answer.has_answer.mean() >= 0.9
-        assert set(np.unique(answer.status)) <= {"ok", "near_singular", "no_equilibrium"}
-        assert (answer.residual[answer.has_answer] < 1e-9).all()
-
-
-@pytest.mark.full
-def test_guides_without_a_stable_shape_spoil_no_other_pose(worn):
-    """Soft guides under a large misfit: some find no shape at the full offset, which is no answer and no NaN."""
-    exo, rng = guided(worn, ep.LimbGuide(2.0, 200.0), 3e4), np.random.default_rng(41)
-    poses = regular_poses(exo.mechanism, rng, 30, margin=0.02)
-    base, cuff = offsets(rng, 30, 0.1), offsets(rng, 30, 0.1)
-    answer = exo.reaction(poses, split="elastic", centre_offset=ep.CentreOffset(base, cuff))
-    assert 0.2 < answer.has_answer.mean() < 1.0
-    assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()
-    assert (answer.residual[answer.has_answer] < 1e-9).all()
-    assert np.isnan(answer.shoulder_force[~answer.has_answer]).all()
 
 
 def rod_errors(worn, guide, K, count, size, seed):
@@ -184,55 +149,3 @@ def test_guides_equal_exact_rods(worn, guide, K, size):
     assert bending.max() < 0.05
     assert finite.max() < 2.0 * bending.max() ** 2 + 1e-4
     assert wrong.max() < 0.02 * bending.max()
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("size", [0.005, 0.015, 0.025])
-@pytest.mark.parametrize(("K", "EI", "GJ"), RANGE)
-def test_tubes_are_exact_rods(worn, size, K, EI, GJ):
-    finite, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 10, size, 36)
-    assert len(finite) >= 7
-    assert bending.max() < 0.05
-    assert finite.max() < 0.02
-    assert np.median(finite) < 1e-3
-    assert wrong.max() < 0.01 * bending.max()
-
-
-@pytest.mark.parametrize("locked", [False, True])
-@pytest.mark.parametrize("interfaces", [ep.Interfaces(), SOFT], ids=["rigid", "soft"])
-@pytest.mark.parametrize("mass", [False, True], ids=["light", "heavy"])
-def test_jacobian_equals_differences(worn, locked, interfaces, mass):
-    half = ep.LimbBody.rod(0.2, 0.12, 0.012) if mass else None
-    limbs = [ep.Limb("UPU", half, half, guide=ep.LimbGuide(60.0, 50.0))] * 3
-    mechanism = worn.mechanism.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=2e4), interfaces=interfaces)
-    poses = regular_poses(mechanism, np.random.default_rng(37), 2, margin=0.1)
-    motion = ep.Motion([0.5, -1.0, 0.3], [2.0, 1.0, -1.0])
-
-    def loads(rows, matrices):
-        return arm_loads(mechanism.arm, mechanism.gravity, as_query(Rotation.from_matrix(matrices), motion))
-
-    rng = np.random.default_rng(38)
-    offset = offsets(rng, 2)
-    equations = ElasticEquations(mechanism, as_query(poses, motion), offset, offset, loads, 2e4 * np.eye(3), locked)
-    x = 0.01 * rng.normal(size=(2, equations.size))
-    x[:, equations.parts[3].stop :] *= 1e3
-    rows, share, h = np.arange(2), np.array([0.6, 1.0]), 1e-5
-    _, jacobian, rate = equations(rows, x, share)
-    for column, step in enumerate(h * np.eye(equations.size)):
-        ends = [equations(rows, x + sign * step, share)[0] for sign in (1, -1)]
-        np.testing.assert_allclose(
-            (ends[0] - ends[1]) / (2 * h), jacobian[:, :, column], atol=1e-6 * np.abs(jacobian).max()
-        )
-    ends = [equations(rows, x, share + sign * h)[0] for sign in (1, -1)]
-    np.testing.assert_allclose((ends[0] - ends[1]) / (2 * h), rate, atol=1e-6 * np.abs(rate).max())
-
-
-def test_analytic_vectors():
-    rng = np.random.default_rng(39)
-    v = rng.normal(size=(40, 3)) * np.geomspace(1e-9, 2.0, 40)[:, None]
-    np.testing.assert_allclose(turn_matrix(v), Rotation.from_rotvec(v).as_matrix(), atol=1e-14)
-    for rate in np.eye(3):
-        # exp[v + h dv] = exp[h J dv] exp[v]
-        ends = [Rotation.from_rotvec(v + h * rate) for h in (1e-5, -1e-5)]
-        turn = (ends[0] * ends[1].inv()).as_rotvec() / 2e-5
-        np.testing.assert_allclose(left_jacobian(v) @ rate, turn, atol=1e-9)

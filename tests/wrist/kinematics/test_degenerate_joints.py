@@ -7,7 +7,6 @@ from forward_oracle import all_solutions, distance_to_closest, length_equations
 from scipy.spatial.transform import Rotation
 
 from exo_pin import wrist
-from exo_pin.design import WristGeometry
 
 #: A pose counts as regular above this; an error of some eps then moves it by 1e-12.
 REGULAR = 1e-4
@@ -85,25 +84,3 @@ def test_no_solution_is_missed(sets):
             assert np.abs(own - solution).max(axis=(1, 2)).min() < 1e-7
         compared += 1
     assert compared > 0.6 * sets
-
-
-def test_doubt_is_rare_where_nothing_is_degenerate():
-    rng = np.random.default_rng(8)
-    doubtful = total = 0
-    for _ in range(50):
-        geometry = wrist_of("generic", 3, rng)
-        poses = Rotation.random(200, rng=rng)
-        modes = wrist.forward_kinematics(geometry, wrist.inverse_kinematics(geometry, poses).lengths)
-        doubtful += int((modes.status != "ok").sum())
-        total += len(poses)
-    assert total == 10_000
-    assert doubtful < 100
-
-
-def test_joints_on_one_line_leave_a_curve_of_poses():
-    """Three platform joints on one line through O: the arm spins about it, and the answer says so."""
-    geometry = WristGeometry(0.15 * np.eye(3), np.outer([1.0, 1.3, -0.8], [0.1, 0.05, -0.2]))
-    lengths = wrist.inverse_kinematics(geometry, Rotation.from_rotvec([0.3, 0.2, -0.4])).lengths
-    modes = wrist.forward_kinematics(geometry, lengths, near=Rotation.identity())
-    assert modes.status == "continuum"
-    assert modes.ambiguous

@@ -4,12 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from forward_oracle import all_solutions, distance_to_closest, length_equations
+from forward_oracle import all_solutions, length_equations
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import thesis_angles, thesis_rotation, wrist
-from exo_pin.design import WristGeometry, preset
+from exo_pin.design import preset
 
 DEGREES = {"degrees": True}
 GEOMETRIES = ("prototype", "appendix-d", "scenario-one", "optimised-table-5-3", "optimised-table-c-2")
@@ -62,15 +62,6 @@ def test_theta_x_alone_against_brute_force_over_all_length_combinations():
             for combination in itertools.product(*lengths)
         )
         assert modes.count[k] == total
-
-
-def test_equal_radii_have_no_spurious_zero_length():
-    geometry = WristGeometry.from_circles(0.15, 0.15, 0.16, 0.16, np.radians([20.0, 100.0, 250.0]))
-    poses = Rotation.random(100, np.random.default_rng(6))
-    state = wrist.inverse_kinematics(geometry, poses)
-    modes = wrist.forward_kinematics_from_base_angles(geometry, theta_x=state.base_theta_x)
-    assert distance_to_closest(modes, poses).max() < 1e-8
-    assert (modes.count <= 8).all()
 
 
 def test_scenario_one_example_comes_back_exactly():

@@ -1,6 +1,7 @@
 """Lengths, directions and joint angles against printed figures and against one another."""
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
@@ -39,22 +40,6 @@ def test_universal_angles_rebuild_both_limb_directions():
     np.testing.assert_allclose(back, -state.directions, atol=1e-14)
 
 
-def test_joint_frames_are_right_handed_and_point_to_the_centre():
-    for mechanism in (
-        preset("prototype"),
-        preset("prototype").mirrored(),
-        random_mechanism(np.random.default_rng(2), 5),
-    ):
-        geometry = mechanism.geometry
-        for frames, points in (
-            (geometry.base_frames, geometry.base_points),
-            (geometry.platform_frames, geometry.platform_points),
-        ):
-            np.testing.assert_allclose(np.linalg.det(frames), 1.0, atol=1e-14)
-            towards = -points / np.linalg.norm(points, axis=-1, keepdims=True)
-            np.testing.assert_allclose(frames[..., 1], towards, atol=1e-15)
-
-
 def test_base_frames_of_circles_are_the_printed_matrix():
     # (4-15), entry by entry.
     geometry = preset("prototype").geometry
@@ -66,11 +51,49 @@ def test_base_frames_of_circles_are_the_printed_matrix():
         np.testing.assert_allclose(frame, printed, atol=1e-15)
 
 
-def test_moment_arm_is_minus_reach_times_normal():
-    geometry = random_mechanism(np.random.default_rng(4), 3).geometry
-    state = wrist.inverse_kinematics(geometry, Rotation.random(100, np.random.default_rng(5)))
-    arm = np.cross(state.platform_points, state.directions)
-    np.testing.assert_allclose(arm, -state.reach[..., None] * state.normals, atol=1e-14)
-    # ... so the determinants of actuation and constraint are tied.
-    product = -np.prod(state.reach, axis=-1) * np.linalg.det(state.normals)
-    np.testing.assert_allclose(np.linalg.det(arm), product, rtol=1e-9)
+#: Central differences: truncation ~ step², rounding ~ eps/step; equal at the cube root of eps.
+STEP = np.finfo(float).eps ** (1 / 3)
+
+
+def calm_poses(geometry, rng, count):
+    """Poses in which no joint is near its lock (a folded limb), where angles have unbounded derivatives."""
+    poses = Rotation.random(20 * count, rng)
+    state = wrist.inverse_kinematics(geometry, poses)
+    radius = np.linalg.norm(geometry.platform_points, axis=1)
+    short = state.lengths.min(axis=1) > 0.3 * radius.min()
+    calm = short & ((state.reach / radius).min(axis=1) > 0.3) & (np.abs(state.base_theta_x).max(axis=1) < 1.2)
+    calm &= np.abs(state.platform_theta_x).max(axis=1) < 1.2
+    return poses[np.flatnonzero(calm)[:count]]
+
+
+def geometries():
+    rng = np.random.default_rng(0)
+    return [preset("prototype").geometry, preset("scenario-one").geometry, random_mechanism(rng, 5).geometry]
+
+
+def difference(ahead, behind, name):
+    gap = getattr(ahead, name) - getattr(behind, name)
+    return gap if name == "lengths" else np.angle(np.exp(1j * gap))
+
+
+@pytest.mark.parametrize("geometry", geometries(), ids=["prototype", "scenario-one", "random-5"])
+def test_rates_of_joints(geometry):
+    rng = np.random.default_rng(1)
+    poses = calm_poses(geometry, rng, 30)
+    assert len(poses) >= 10
+    omega = rng.normal(size=(len(poses), 3))
+    rows = wrist.joint_jacobians(geometry, poses)
+    ahead, behind = (wrist.inverse_kinematics(geometry, Rotation.from_rotvec(omega * t) * poses) for t in (STEP, -STEP))
+    for name in wrist.QUANTITIES:
+        # With every joint 20° from its lock third derivatives of the angles stay below some hundred.
+        velocity = difference(ahead, behind, name) / (2 * STEP)
+        found = np.einsum("kij,kj->ki", getattr(rows, name), omega)
+        np.testing.assert_allclose(found, velocity, atol=500 * STEP**2)
+
+
+def test_lengths_are_the_limb_jacobian():
+    geometry = preset("prototype").geometry
+    poses = Rotation.random(20, np.random.default_rng(2))
+    np.testing.assert_allclose(
+        wrist.joint_jacobians(geometry, poses).lengths, wrist.limb_jacobian(geometry, poses), atol=1e-15
+    )

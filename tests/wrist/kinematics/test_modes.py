@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput, thesis_rotation
+from exo_pin import thesis_rotation
 
 DEGREES = {"degrees": True}
 
@@ -62,62 +62,3 @@ def test_following_a_path_keeps_the_mode_and_flags_the_crossing():
     side = modes.side[np.arange(len(crossing)), path.index]
     assert (side[crossing > 6.22] == side[0]).all()
     assert (side[crossing < 6.2] == -side[0]).all()
-
-
-def test_near_picks_row_by_row_and_single():
-    exo = ep.load("prototype")
-    poses = thesis_rotation([20, 40], [-30, -20], [10, -30], **DEGREES)
-    lengths = exo.inverse_kinematics(poses).lengths
-    modes = exo.forward_kinematics(lengths, near=poses)
-    assert (modes.nearest_rotations * poses.inv()).magnitude().max() < 1e-9
-    one = exo.forward_kinematics(lengths[0], near=poses[0])
-    assert one.nearest.shape == ()
-    assert (one.nearest_rotations * poses[0].inv()).magnitude() < 1e-9
-    assert (exo.forward_kinematics(lengths, near=poses[0]).nearest >= 0).all()
-
-
-def test_stacks_keep_their_shape_and_bad_rows_to_themselves():
-    exo = ep.load("prototype")
-    lengths = np.array(exo.inverse_kinematics(Rotation.random(6, np.random.default_rng(9))).lengths).reshape(2, 3, 3)
-    clean = exo.forward_kinematics(lengths)
-    assert clean.rotations.shape == (2, 3, 8)
-    spoiled = lengths.copy()
-    spoiled[0, 0, 1], spoiled[0, 1], spoiled[1, 2, 0] = np.nan, 10.0, -0.1
-    modes = exo.forward_kinematics(spoiled, near=Rotation.identity())
-    assert modes.status[0, 0] == modes.status[1, 2] == "invalid"
-    assert modes.status[0, 1] == "unreachable"
-    assert modes.nearest[0, 1] == -1
-    assert modes.ambiguous[0, 1]
-    for row in ((0, 2), (1, 0), (1, 1)):
-        np.testing.assert_array_equal(modes.rotations.as_quat()[row], clean.rotations.as_quat()[row])
-    assert exo.forward_kinematics(lengths[:0]).count.shape == (0, 3)
-    angles = np.full((2, 3), 0.3)
-    angles[1, 0] = np.nan
-    assert exo.forward_kinematics_from_base_angles(theta_y=angles).status[1] == "invalid"
-    assert exo.forward_kinematics_from_base_angles(theta_x=angles).status[1] == "invalid"
-    assert exo.forward_kinematics_from_base_angles(angles, angles).status[1] == "invalid"
-
-
-def test_empty_slots_hold_no_other_orientation():
-    exo = ep.load("prototype")
-    modes = exo.forward_kinematics(
-        [[262.958325e-3, 330.503366e-3, 384.212449e-3], [9.0, 9.0, 9.0]], near=Rotation.identity()
-    )
-    quats = modes.rotations.as_quat()
-    assert (quats[0][~modes.valid[0]] == quats[0, 0]).all()
-    assert not modes.valid[1].any()
-    assert np.isnan(modes.residual[~modes.valid]).all()
-    with pytest.raises(InvalidInput, match=r"1 of 2 rows"):
-        _ = modes.nearest_rotations
-
-
-def test_a_path_that_is_lost_holds_the_last_pose():
-    exo = ep.load("prototype")
-    poses = ep.shoulder_rotation(0, np.linspace(20, 40, 5), 0, **DEGREES)
-    lengths = np.array(exo.inverse_kinematics(poses).lengths)
-    lengths[2] = 9.0
-    path = exo.forward_kinematics(lengths).follow(poses[0])
-    assert path.index[2] == -1
-    assert path.ambiguous[2]
-    np.testing.assert_array_equal(path.rotations.as_quat()[2], path.rotations.as_quat()[1])
-    assert (path.rotations[3] * poses[3].inv()).magnitude() < 1e-9

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 from locked_chains import LockedChains
-from mirror_image import mirrored
 from scipy.spatial import HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import InvalidInput, thesis_rotation, wrist
-from exo_pin.design import Limb, preset
-from exo_pin.wrist.limbs import margin_of_limbs
+from exo_pin.design import preset
+from exo_pin.load_case import ADL_BOX
 
 DEGREES = {"degrees": True}
 
@@ -46,14 +45,6 @@ def test_pinocchio_says_the_same(name):
             assert chain.smallest_singular_value == pytest.approx(closed.smallest_singular_value, rel=1e-9)
             assert chain.amplification == pytest.approx(closed.amplification, rel=1e-9)
             assert chain.centre_shift == pytest.approx(closed.centre_shift, rel=1e-9)
-
-
-def test_prototype_passes_through_the_locus_where_it_is_known_to():
-    exo = ep.load("prototype")
-    for pose in (ep.shoulder_rotation(0, 6.21, 0, **DEGREES), ep.shoulder_rotation(35.45, 0, 0, **DEGREES)):
-        assert np.degrees(exo.nearest_singularity(pose).distance) < 0.01
-    assert exo.singularity(thesis_rotation(90, 0, 0, **DEGREES)).kind == "singular"
-    assert exo.nearest_singularity(thesis_rotation(90, 0, 0, **DEGREES)).degrees < 1e-9
 
 
 def test_a_folded_limb_lets_the_arm_go():
@@ -108,17 +99,6 @@ def test_centre_shift_is_the_farthest_corner_of_the_play():
             assert wrist.singularity(geometry, pose).centre_shift == pytest.approx(farthest, rel=1e-9)
 
 
-def test_sps_limbs_hold_no_centre():
-    mechanism = preset("prototype")
-    bare = ep.ShoulderExo.from_mechanism(mechanism.replace(limbs=(Limb("SPS"),) * 3))
-    state = bare.singularity(thesis_rotation(20, -30, 10, **DEGREES))
-    assert state.constraint
-    assert not state.actuation
-    assert state.centre_shift == np.inf
-    with pytest.raises(InvalidInput, match="booleans"):
-        wrist.singularity(mechanism.geometry, Rotation.identity(), is_upu=[1, 0])
-
-
 @pytest.mark.parametrize(
     ("name", "samples"),
     [("prototype", 30_000), *(pytest.param(k, 100_000, marks=pytest.mark.full) for k in ("prototype", "appendix-d"))],
@@ -155,26 +135,29 @@ def test_distance_to_folding_is_the_angle_between_two_lines():
         wrist.nearest_singularity(random_mechanism(np.random.default_rng(5), 4).geometry, pose)
 
 
-def test_mirror_image_is_as_far_from_singularity():
-    left = preset("prototype")
-    poses = Rotation.random(3, np.random.default_rng(6))
-    a = wrist.nearest_singularity(left.geometry, poses).distance
-    b = wrist.nearest_singularity(left.mirrored().geometry, mirrored(poses)).distance
-    np.testing.assert_allclose(a, b, rtol=1e-6)
+@pytest.mark.parametrize(
+    ("name", "negative", "close"),
+    [("prototype", 0.620, 0.284), ("optimised-table-5-3", 0.606, 0.691), ("optimised-table-c-2", 0.640, 0.124)],
+)
+def test_known_shares_of_the_daily_life_box(name, negative, close):
+    poses = ADL_BOX.poses(5.0)
+    determinant = wrist.singularity(preset(name).geometry, poses).determinant
+    assert (determinant < 0).mean() == pytest.approx(negative, abs=6e-4)
+    assert (np.abs(determinant) < 0.05).mean() == pytest.approx(close, abs=6e-4)
 
 
-def test_two_planes_hold_no_centre():
-    shift = wrist.centre_shift(np.random.default_rng(10).normal(size=(4, 2, 3)))
-    assert shift.shape == (4,)
-    assert (shift == np.inf).all()
-
-
-@pytest.mark.parametrize("count", [3, 4, 6])
-def test_the_margin_of_any_number_of_limbs_is_that_of_the_singular_values(count):
-    rng = np.random.default_rng(61)
-    for shrink in (1.0, 1e-3, 1e-6):
-        X, reach = rng.normal(size=(count, 3)) * [1.0, 1.0, shrink], rng.uniform(0.1, 0.3, count)
-        values = np.linalg.svd(X * reach[:, None], compute_uv=False)
-        margin = 3.0 / np.sqrt((values**2).sum() * (values**-2.0).sum())
-        assert margin_of_limbs(X, reach) == pytest.approx(margin, rel=1e-6)
-        assert values[2] / values[0] * (1.0 - 1e-9) <= margin <= 3.0 * values[2] / values[0] * (1.0 + 1e-9)
+def test_daily_ranges_across_the_locus():
+    geometry = preset("prototype").geometry
+    found = {item.range.name: item for item in wrist.daily_crossings(geometry)}
+    share = found["daily-life box"].across
+    assert share == pytest.approx(0.399, abs=2e-3)
+    own = [item.range for item in found.values()]
+    assert len(own) == 4
+    assert own[1].intervals == ((14.7, 111.9), (-20.1, 39.7), (18.7, 85.9))  # Table 2-1
+    for item in found.values():
+        determinant = wrist.singularity(geometry, item.range.poses(5.0)).determinant
+        # Poses of a grid, each counted once, are not its volume, but nearly.
+        assert item.across == pytest.approx((determinant > 0).mean(), abs=0.03)
+        if item.range.name == "daily-life box":
+            assert (determinant > 0).mean() == pytest.approx(0.380, abs=6e-4)
+        assert 0.05 < item.across < 0.95

@@ -11,7 +11,6 @@ from exo_pin.numerics.smoothing.smoothing_splines import (
     SplineBasis,
     fit_samples,
     interpolate_samples,
-    smooth_samples,
 )
 
 
@@ -61,15 +60,6 @@ def test_noise_is_found_and_curves_without_noise_are_interpolated():
     np.testing.assert_allclose(exact.values[2][:, 0], -np.sin(x / 15.0) / 225, atol=1e-9)
 
 
-def test_pure_noise_is_smoothed_away():
-    rng = np.random.default_rng(4)
-    x = np.arange(200.0)
-    smooth = smooth_samples(x, rng.normal(size=(200, 3)), 3)
-    # A cubic through pure noise of standard deviation 1 has a root of mean square of √(4/200).
-    assert np.sqrt((smooth.values[0] ** 2).mean()) < 2 * np.sqrt(4 / 200)
-    assert smooth.noise == pytest.approx(1.0, rel=0.1)
-
-
 def test_odd_sampling():
     """Samples at almost the same time, in clusters, or few: a curve, and no error."""
     rng = np.random.default_rng(6)
@@ -91,12 +81,3 @@ def test_interpolation_is_exact_up_to_its_degree_and_no_further():
             found = interpolate_samples(x, x[:, None] ** power, 1).values[1][:, 0]
             error = np.abs(found - power * x ** (power - 1)).max()
             assert (error < 1e-9) == (power == degree), (count, power, error)
-
-
-@pytest.mark.parametrize("rest", [False, True])
-@pytest.mark.parametrize("penalty", [10.0, 1e4])
-def test_freedom_is_the_trace_of_what_turns_samples_into_the_curve(rest, penalty):
-    x = np.arange(40.0)
-    basis = SplineBasis(x, 1, rest=rest)
-    hat = basis.values(np.eye(40), basis.factor(penalty))[0]
-    assert basis.freedom(penalty) == pytest.approx(np.trace(hat), abs=1e-4)

@@ -1,7 +1,6 @@
 """What a chain answers to questions of many kinds, as plain data that other machines give, too."""
 
 import re
-import tempfile
 
 import numpy as np
 import pinocchio as pin
@@ -43,14 +42,6 @@ def projector(basis):
     left, sizes, _ = np.linalg.svd(basis, full_matrices=False)
     left = left[:, sizes > 1e-9 * sizes[0]]
     return left @ left.T
-
-
-def written_as(chain, kind, *q):
-    """The files that a chain is written to, as short texts by name, and what the first is when it is read again."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = getattr(chain, f"to_{kind}")(folder, *q)
-        files = {each.name: short(each.read_text(encoding="utf-8")) for each in sorted(path.parent.iterdir())}
-        return files | {"read": tried(lambda: parts_of(getattr(ep.ClosedChain, f"from_{kind}")(path)))}
 
 
 def parts_of(chain):

@@ -288,7 +288,8 @@ def on_person():
         spring=lambda: export("one.xml", "person.xml", cuff="spring"),
         coupled=lambda: soft.replace(interfaces=ep.Interfaces(cuff=stiff)).export_on_person("one.xml", "person.xml",
         cuff="spring"), left=lambda: ep.load("four-cables").export_on_person("one.xml", "person.xml"),
-        half=lambda: ep.load("four-cables").export_on_person("one.xml", "left.xml"), none=lambda: export("one.xml",
+        half=lambda: ep.load("four-cables").export_on_person("one.xml", "left.xml"), chain=lambda: ep.load(
+            URDF / "spherical-3rrr.urdf").export_on_person("one.xml", "person.xml"), none=lambda: export("one.xml",
         "nothing.xml"), files=lambda: sorted(path.name for path in Path().iterdir()),
     )  # fmt: skip
 

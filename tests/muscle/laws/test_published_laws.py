@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exo_pin import FileFormatError, InvalidInput
-from exo_pin.muscle import ChouHannaford, FestoLaw, PolynomialModel, Validity, load_parameters, save_parameters
+from exo_pin import InvalidInput
+from exo_pin.muscle import ChouHannaford, FestoLaw, PolynomialModel, Validity
 
 LIMITS = Validity(strain=(0.0, 0.16), pressure=(0.0, 6.2e5))
 
@@ -56,20 +56,3 @@ def test_tondu_and_lopez_of_a_cylinder_is_chou_and_hannaford():
     np.testing.assert_allclose(rounder.force(x / 1.25, p), cylinder.force(x, p), rtol=1e-12)
     with pytest.raises(InvalidInput, match="right angle"):
         PolynomialModel.tondu_lopez(diameter, 24.0, length, name="degrees", validity=LIMITS)
-
-
-def test_laws_by_form_and_constants_in_files(tmp_path):
-    law, path = festo(), tmp_path / "law.toml"
-    save_parameters(law, path)
-    assert load_parameters(path) == law
-    head = 'name = "braid"\nreference_length_m = 0.3\nform = "tondu-lopez"\n'
-    ranges = "[validity]\nstrain = [0.0, 0.16]\npressure_bar = [0.0, 6.2]\n"
-    path.write_text(f"{head}{ranges}[constants]\ndiameter_m = 0.012\nbraid_angle_deg = 24\nk = 1.2\n")
-    read = load_parameters(path)
-    made = PolynomialModel.tondu_lopez(0.012, np.radians(24), 0.3, 1.2, name="braid", validity=LIMITS)
-    np.testing.assert_allclose(read.force(0.03, 3e5), made.force(0.03, 3e5), rtol=1e-12)
-    save_parameters(read, path)
-    np.testing.assert_allclose(load_parameters(path).force(0.03, 3e5), made.force(0.03, 3e5), rtol=1e-12)
-    path.write_text(f"{head}{ranges}[constants]\ndiameter_m = 0.012\nbraid_angle_deg = 24\n")
-    with pytest.raises(FileFormatError, match="k"):
-        load_parameters(path)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from exo_pin import InvalidInput
 from exo_pin.muscle import PressureStep, dynamic_model, settling_against_lag, simulate
 
 
@@ -22,11 +21,3 @@ def test_settling_follows_the_lag():
     assert alone[0].overshoot > 0.5
     assert max(run.overshoot for run in alone[1:]) < 0.001
     assert settling[1] == pytest.approx(alone[1].settling_time(), abs=0.02)
-
-
-def test_bad_lags_are_named():
-    model = dynamic_model("tang-3-31")
-    with pytest.raises(InvalidInput, match="zero or more"):
-        settling_against_lag(model, 2.0, 4e5, [-1.0])
-    with pytest.raises(InvalidInput, match="record"):
-        settling_against_lag(model, 2.0, 4e5, [1.0], record=0.0)

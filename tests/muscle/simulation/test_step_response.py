@@ -10,7 +10,6 @@ from exo_pin.muscle import (
     Damping,
     DynamicModel,
     Mode,
-    OutsideValidity,
     PolynomialModel,
     PressureStep,
     Validity,
@@ -18,7 +17,6 @@ from exo_pin.muscle import (
     muscle_model,
     simulate,
 )
-from exo_pin.muscle.simulation.step_response import INTEGRATION
 
 G = 9.81
 
@@ -113,76 +111,6 @@ def test_events_agree_with_time_stepping_and_converge():
     ]
     assert errors[1] < 2e-5
     assert errors[1] < 0.4 * errors[0]
-
-
-@pytest.mark.parametrize("name", ["tang-3-31", pytest.param("tang-constant-friction", marks=pytest.mark.full)])
-def test_results_do_not_depend_on_step_size_or_method(name, monkeypatch):
-    model = dynamic_model(name)
-    times = np.linspace(0.0, 1.5, 301)
-    pressure = PressureStep(0.0, 3.6e5, 0.02, 0.1)
-    settings = [
-        ({}, {}),
-        ({"max_step": 5e-4}, {}),
-        ({}, {"rtol": 1e-8, "atol": 1e-10}),
-        ({"method": "RK45"}, {"rtol": 1e-9, "atol": 1e-11}),
-        ({"method": "Radau"}, {"rtol": 1e-8, "atol": 1e-10}),
-    ]
-    runs = []
-    for integration, tolerances in settings:
-        with monkeypatch.context() as patch:
-            for key, value in integration.items():
-                patch.setitem(INTEGRATION, key, value)
-            chosen = {"outside": "mark", **tolerances}
-            runs.append(simulate(model, 22.74 / G, pressure, times, **chosen))
-    stroke = np.ptp(runs[0].contraction)
-    for run in runs[1:]:
-        assert np.abs(run.contraction - runs[0].contraction).max() < 1e-6 * stroke
-        assert [mode for _, mode in run.switches] == [mode for _, mode in runs[0].switches]
-
-
-def test_energy_balance_closes():
-    model = dynamic_model("tang-3-31")
-    response = simulate(model, 12.74 / G, PressureStep(0.0, 3.6e5, 0.0, 0.15), np.linspace(0, 3, 301), outside="mark")
-    gained = response.mass * G * (response.contraction[-1] - response.contraction[0])
-    spent = response.friction_loss + response.damping_loss + response.impact_loss
-    np.testing.assert_allclose(response.muscle_work, gained + spent, atol=1e-9)
-    assert response.friction_loss > 0
-    assert response.damping_loss > 0
-
-
-def test_a_motion_too_fast_for_the_damping_raises_or_is_cut():
-    fast = linear(800.0, 1.0, (-1.0, 0.802))
-    with pytest.raises(OutsideValidity, match=r"at 0\.\d+ s expected damping"):
-        simulate(fast, 2.0, PressureStep(3e5, 3e5), np.linspace(0, 1, 11), contraction=0.004)
-    # Marked, the damping is cut at zero while it would push: the motion is that without damping.
-    times = np.linspace(0.0, 0.02, 5)
-    settings = {"contraction": 0.02, "velocity": 1.0, "outside": "mark"}
-    cut = simulate(fast, 2.0, PressureStep(3e5, 3e5), times, **settings)
-    bare = simulate(linear(800.0, 1.0), 2.0, PressureStep(3e5, 3e5), times, **settings)
-    assert cut.velocity.min() > 0.802
-    assert cut.damping_loss == 0.0
-    assert not cut.inside.any()
-    np.testing.assert_allclose(cut.contraction, bare.contraction, atol=1e-12)
-
-
-def test_from_an_empty_muscle_the_mass_waits_at_the_stop():
-    model = dynamic_model("tang-constant-friction")
-    pressure = PressureStep(0.0, 3.6e5, 0.0, 0.2)
-    times = np.linspace(0.0, 3.0, 1501)
-    with pytest.raises(OutsideValidity, match="at 0 s expected strain"):
-        simulate(model, 22.74 / G, pressure, times)
-    response = simulate(model, 22.74 / G, pressure, times, outside="mark")
-    assert response.switches[0] == (0.0, Mode.AT_STOP)
-    lift_off, mode = response.switches[1]
-    assert mode is Mode.SHORTENING
-    # It lifts when the static force carries the weight and the friction.
-    assert abs(model.static.unchecked_force(0.0, pressure(lift_off)) - 22.74 - 2.5) < 1e-6
-    waiting = times < lift_off
-    assert (response.contraction[waiting] == 0).all()
-    assert not response.inside[waiting].any()
-    assert response.inside[-1]
-    low, high = model.rest_band(22.74 / G, 3.6e5)
-    assert low <= response.steady_state <= high
 
 
 def test_a_mass_that_comes_down_is_stopped_without_rebound():

@@ -1,14 +1,10 @@
 """What is drawn of a chain: visuals of the URDF, meshes, or the joints themselves."""
 
-import numpy as np
-import pytest
 from mechanisms import four_bar
-from scenes import URDF, commands, panel, place
-from spatial_mechanisms import delta
+from scenes import commands, panel
 
 import exo_pin as ep
 from exo_pin.chain import write_closures
-from exo_pin.view import ChainScene
 
 
 def written(named, folder):
@@ -54,19 +50,3 @@ def test_a_wrists_missing_mesh_is_told(tmp_path):
     scene = ep.load(path).view(human=False)
     assert "nowhere.stl" in scene.messages[0]
     assert "/meshcat/exo/visuals/arm_0" in drawn(scene)
-
-
-def test_a_distance_closure_is_a_line():
-    named = delta()
-    scene = ChainScene(named.chain(), q=named.q)
-    assert {closure.type for closure in named.closures.closures} == {"distance"}
-    for index, closure in enumerate(named.closures.closures):
-        line = place(scene, f"/meshcat/closures/chain_{index}/gap")[:3, 2]
-        assert np.linalg.norm(line) == pytest.approx(closure.distance)
-        assert f"{closure.name}: {closure.distance:g} m apart" in [item["text"] for item in panel(scene, "labels")]
-
-
-def test_the_dummys_shoulder_has_no_closures_and_is_drawn():
-    scene = ep.load(URDF / "dummy-shoulder.urdf").view()
-    assert not any("closures" in path for path in drawn(scene))
-    assert panel(scene, "numbers")["values"][0]["value"] == "3"

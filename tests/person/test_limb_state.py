@@ -66,6 +66,30 @@ def test_pulls_and_moments_are_those_of_mujocos_jacobians():
         assert np.abs(state.forearm[0] - moments[:, 4]).max() < 1e-9
 
 
+def test_arm_is_a_free_body_in_balance():
+    """Lines of action of the muscles from MuJoCo's Jacobians, weights from the segments of the person's arm."""
+    person = ep.Person(1.75, 75, "male", elbow_flexion=40, payload=2.0, side="right", degrees=True)
+    angles = np.random.default_rng(1).uniform([-15, 5, -30], [80, 100, 40], (12, 3)).T
+    poses = ep.shoulder_rotation(*angles, side="right", degrees=True)
+    load = ep.Load([5.0, -8.0, 12.0], moment=[0.4, -0.3, 0.2], at=(0.0, 0.0, -0.2))
+    result = person.joint_contact(poses, load=load)
+    assert (result.status == "ok").all()
+    to_base = thorax_to_base(myoarm())
+    for row, R in enumerate(poses.as_matrix()):
+        force, moments, axes = jacobians(*angles_of(myoarm(), R[None])[0], person.elbow_flexion, 0.0)
+        tension = result.muscle_forces[row]
+        weight = person.arm.mass * np.array([0.0, 0.0, -9.81])
+        pull = force.T @ tension @ to_base.T
+        balance = result.force[row] + pull + weight + load.force
+        largest = max(np.linalg.norm(result.force[row]), tension.max())
+        assert np.abs(balance).max() < 1e-9 * largest
+        outer = np.cross(R @ person.arm.centre_of_mass, weight) + load.moment + np.cross(R @ load.at, load.force)
+        about = person.length_scale * tension @ moments[:, :3] + axes @ to_base.T @ outer
+        assert np.abs(about).max() < 1e-9 * largest
+        assert abs(tension @ moments[:, 4]) * person.length_scale < 1e-9 * largest
+    assert result.residual.max() < 1e-12
+
+
 def test_glenoid_is_fitted_to_the_mesh():
     script = runpy.run_path(str(SCRIPTS / "glenoid_surface.py"))
     centre, axes, height, width, triangles = script["fitted"]()

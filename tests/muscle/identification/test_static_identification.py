@@ -6,7 +6,9 @@ from scipy.optimize import curve_fit
 
 from exo_pin import InvalidInput
 from exo_pin.muscle import NotIdentifiable, find_region, identify_static, muscle_model, steady_states
-from exo_pin.muscle.identification.regimes import SECOND_ORDER
+
+#: Powers of contraction and pressure, in the order of the coefficients.
+SECOND_ORDER = ((2, 1), (1, 1), (0, 1), (2, 0), (1, 0), (0, 0))
 
 
 def valid():

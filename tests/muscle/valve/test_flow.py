@@ -6,7 +6,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from exo_pin.muscle import Valve
-from exo_pin.muscle.valve.flow import GAS_CONSTANT, LAMINAR_RATIO, REFERENCE_TEMPERATURE, mass_flow
 
 
 def iso_6358(high, low, C, b):
@@ -20,7 +19,7 @@ def iso_6358(high, low, C, b):
 def test_flow_is_the_standard_s_both_ways(b):
     valve, rng = Valve(2e-9, b), np.random.default_rng(3)
     high = rng.uniform(1e5, 8e5, 200)
-    low = high * rng.uniform(0.0, LAMINAR_RATIO, 200)
+    low = high * rng.uniform(0.0, 0.999, 200)
     expected = [iso_6358(p, q, 2e-9, b) for p, q in zip(high, low, strict=True)]
     np.testing.assert_allclose(valve.flow(high, low), expected, rtol=1e-12)
     np.testing.assert_allclose(valve.flow(low, high), -np.array(expected), rtol=1e-12)
@@ -29,13 +28,13 @@ def test_flow_is_the_standard_s_both_ways(b):
 def test_a_volume_fills_as_in_closed_form():
     """Isothermal: linear in time while choked, then p/p_s = b + (1 - b) sin(...) up to the laminar part."""
     C, b, supply, volume, start = 1e-9, 0.3, 5e5, 20e-6, 1e5
-    rate = GAS_CONSTANT * REFERENCE_TEMPERATURE * C * 1.185 * supply / volume
+    rate = 1e5 * C * supply / volume  # of the standard's air
     choked = (b * supply - start) / rate
     through = choked + (1.0 - b) * supply / rate * np.arcsin((0.99 - b) / (1.0 - b))
     times = np.linspace(0.0, through, 60)
 
     def fill(t, p):
-        return [GAS_CONSTANT * REFERENCE_TEMPERATURE * mass_flow(supply, float(p[0]), C, b) / volume]
+        return [1e5 / 1.185 * Valve(C, b).flow(supply, p[0]) / volume]
 
     found = solve_ivp(fill, (0.0, through), [start], t_eval=times, rtol=1e-11, atol=1e-4, method="DOP853").y[0]
     angle = np.clip((times - choked) * rate / ((1.0 - b) * supply), 0.0, None)

@@ -65,22 +65,6 @@ def test_no_active_set_but_the_right_one_is_taken(seed):
     assert taken == (0 if best is None else 1)
 
 
-def test_the_cone_holds_where_it_pushes():
-    """Nearest to 0 with x_1 = 1 and |(x_2 - 2, x_3)| <= x_0 + s: on the line from (0, 2) or free."""
-    A, b, B = np.array([[0.0, 1.0, 0.0, 0.0]]), np.ones(1), np.eye(4)[[0, 2, 3]]
-    for room in (3.0, 1.0):
-        program = effort(A, b, low=0.0, B=B, d=[room, -2.0, 0.0], weights=np.ones(4))
-        # min x_0² + x_2² with 2 - x_2 = x_0 + room: x_0 = x_2 = (2 - room) / 2.
-        half = 0.5 * (2.0 - room)
-        expected = np.array([half, 1.0, half, 0.0]) if room < 2.0 else np.array([0.0, 1.0, 0.0, 0.0])
-        start = expected + np.array([0.1, 0.0, 0.1, 0.0])
-        loose, tight = (polished(program, start, active(program, cone=on)) for on in (False, True))
-        right, wrong = (loose, tight) if room > 2.0 else (tight, loose)
-        assert wrong is None
-        np.testing.assert_allclose(right[0], expected, atol=1e-12)
-        assert right[1] < 1e-12
-
-
 @pytest.mark.parametrize(
     ("goal", "taken"),
     [

@@ -230,8 +230,11 @@ def asked_of_dynamic_fits():
 
 
 def asked_of_dynamic_calls():
-    """What does not hang on how a machine rounds."""
-    return each({name: question for name, question in dynamic_questions().items() if name != "two"})
+    return each({name: question for name, question in dynamic_questions().items() if name not in ("two", "heavy")})
+
+
+def asked_of_doubted_recordings():
+    return each(heavy=dynamic_questions()["heavy"])
 
 
 def asked_of_recordings():
@@ -257,10 +260,11 @@ ASKED = {
     "possible": asked_of_possible_states,
     "dynamic_fits": asked_of_dynamic_fits,
     "dynamic_calls": asked_of_dynamic_calls,
+    "doubted_recordings": asked_of_doubted_recordings,
     "recordings": asked_of_recordings,
 }
 #: Those that take longer than 0.15 s.
-LONGER = {"fits", "doubts", "dynamic_fits"}
+LONGER = {"fits", "doubts", "dynamic_fits", "doubted_recordings"}
 #: Those that hang on how a machine rounds.
 BY_HAND = {"dynamic_fits"}
 

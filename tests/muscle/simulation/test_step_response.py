@@ -1,9 +1,10 @@
-"""Stick and slip: against exact solutions, time stepping, and other tolerances; what a step response says."""
+"""Stick and slip against exact solutions and time stepping; short pulses and slow supplies."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from exo_pin.muscle import (
     ConstantFriction,
@@ -12,9 +13,11 @@ from exo_pin.muscle import (
     Mode,
     PolynomialModel,
     PressureStep,
+    PressureTrace,
     Validity,
     dynamic_model,
     muscle_model,
+    settling_against_lag,
     simulate,
 )
 
@@ -160,3 +163,32 @@ def test_ever_smaller_slips_end(lag):
     assert len(steady) > 8
     np.testing.assert_allclose(np.diff(steady), np.diff(steady).mean(), rtol=2e-3)
     assert lacking[-1] < 1e-2
+
+
+def test_a_short_pulse_in_a_trace_is_not_missed():
+    """What exceeds friction lasts less than half of a sample."""
+    model, grid = dynamic_model("tang-constant-friction"), np.linspace(0.0, 0.2, 5)
+    rest = simulate(model, 2.0, PressureStep(3e5, 3e5), grid).contraction[0]
+    lack = 2.0 * G + model.friction.bound(rest, 3e5, 2.0)
+    enough = brentq(lambda p: float(model.static.unchecked_force(rest, p)) - lack, 3e5, 4e5) - 3e5
+    for share, lifted in ((0.98, False), (1.03, True)):
+        trace = PressureTrace(grid, np.array([3e5, 3e5, 3e5 + share * enough, 3e5, 3e5]))
+        run = simulate(model, 2.0, trace, np.linspace(0.0, 0.2, 201))
+        assert (run.contraction[-1] > rest) == lifted
+
+
+@pytest.mark.full
+def test_settling_follows_the_lag():
+    model, mass = dynamic_model("tang-3-31"), 22.74 / 9.81
+    lags = [0.0, 1.0, 2.0]
+    settling = settling_against_lag(model, mass, 4e5, lags)
+    # A jump drives the mass faster than the damping holds.
+    assert np.isnan(settling[0])
+    assert settling[1] == pytest.approx(3.63, abs=0.05)
+    assert settling[1] < 6.0 < settling[2]
+    steps = [PressureStep(0.0, 4e5, time_constant=lag) for lag in lags]
+    times = np.linspace(0, 8, 801)
+    alone = [simulate(model, mass, step, times, outside="mark") for step in steps]
+    assert alone[0].overshoot > 0.5
+    assert max(run.overshoot for run in alone[1:]) < 0.001
+    assert settling[1] == pytest.approx(alone[1].settling_time(), abs=0.02)

@@ -4,9 +4,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import five_bar, four_bar, planar_3rrr
-from scenes import commands, place
+from scenes import commands, panel, place
 from spatial_mechanisms import delta, stewart
 
+import exo_pin as ep
 from exo_pin.chain import write_closures
 from exo_pin.cli import main
 from exo_pin.core import errors
@@ -94,3 +95,42 @@ def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
         assert said in capsys.readouterr().err
     assert main(["view", "prototype", "--set", "limb_1_slide=0m", "--plot", str(page)]) == 2
     assert "--flexion" in capsys.readouterr().err
+
+
+def drawn(scene):
+    return {item["path"] for item in commands(scene) if item["type"] == "set_object"}
+
+
+def test_a_missing_mesh_is_told_and_the_joints_are_drawn(tmp_path):
+    named = four_bar()
+    mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
+    xml = named.urdf.replace('<link name="crank">', f'<link name="crank">{mesh}', 1)
+    path = written(named._replace(urdf=xml), tmp_path)
+    scene = ep.load(path).view()
+    assert "nowhere.stl" in scene.messages[0]
+    assert "/meshcat/chain/visuals/crank_hinge_joint" in drawn(scene)
+    assert any("nowhere.stl" in note["text"] for note in panel(scene, "numbers")["notes"])
+
+
+def test_meshes_beside_the_urdf_are_found(tmp_path):
+    named = four_bar()
+    corners = "".join(f"vertex {x} {y} 0\n" for x, y in ((0, 0), (1, 0), (0, 1)))
+    shape = f"solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid a\n"
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/tri.stl").write_text(shape)
+    mesh = f'<visual><geometry><mesh filename="package://{tmp_path.name}/meshes/tri.stl"/></geometry></visual>'
+    xml = named.urdf.replace('<link name="crank">', f'<link name="crank">{mesh}', 1)
+    scene = ep.load(written(named._replace(urdf=xml), tmp_path)).view()
+    assert scene.messages == ()
+    assert "/meshcat/chain/visuals/crank_0" in drawn(scene)
+
+
+def test_a_wrists_missing_mesh_is_told(tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
+    mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
+    text = path.read_text()
+    assert '<link name="arm">' in text
+    path.write_text(text.replace('<link name="arm">', f'<link name="arm">{mesh}', 1))
+    scene = ep.load(path).view(human=False)
+    assert "nowhere.stl" in scene.messages[0]
+    assert "/meshcat/exo/visuals/arm_0" in drawn(scene)

@@ -16,10 +16,7 @@ from exo_pin.chain import TYPES
 from exo_pin.reaction import SPLITS, Split, reaction_table
 from exo_pin.view import Scene
 from exo_pin.view.plots import rotation_ball, workspace_slices
-from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
-from exo_pin.workspace.criterion import forces
-from exo_pin.workspace.optimisation.merit import Merit
-from exo_pin.workspace.optimisation.search_poses import DesignVariables
+from exo_pin.workspace import CRITERIA, task_reach
 
 BLOCKS = re.findall(r"```python\n(.*?)```", page("contributing"), re.S)
 
@@ -142,19 +139,8 @@ def test_an_added_criterion_in_every_table_picture_and_command(exo, capsys, tmp_
     assert set(json.loads(out)["fractions"]) == {"stroke", "reach"}
 
 
-def test_an_added_criterion_weighs_in_a_search_in_its_own_unit(exo):
-    item, poses = CRITERIA["reach"], lifting_poses(counts=(3, 3, 2))
-    space = DesignVariables(exo.mechanism, free_joints(3))
-    merit = Merit(space, poses, Criteria(names=("reach",)), fit_strokes=False)
-    value = merit.evaluate(np.full(18, 0.5), {})
-    margin = 0.35 - merit.lengths(space.design(space.values(np.full(18, 0.5)))).max(axis=1)
-    expected = np.clip((item.aim - margin) / item.scale, 0.0, item.most) + 0.3 * (margin < 0.0)
-    assert value.merit == pytest.approx(float((poses.weights * expected).sum()), rel=1e-12)
-    assert value.objectives["index"] == pytest.approx(float(poses.weights[margin >= 0.0].sum()))
-
-
 def test_a_criterion_that_needs_what_there_is_not_says_so(monkeypatch):
-    monkeypatch.setitem(CRITERIA, "reach", replace(CRITERIA["reach"], needs=(forces,)))
+    monkeypatch.setitem(CRITERIA, "reach", replace(CRITERIA["reach"], needs=CRITERIA["forces"].needs))
     bare = ep.load("prototype").replace(arm=None)
     assert "arm mass" in bare.workspace(60.0).not_checked["reach"]
     with pytest.raises(ep.MissingData, match="the criterion 'reach'"):

@@ -1,4 +1,4 @@
-"""What docs/contributing.md says how to add is run as it stands there, and found wherever such things are named."""
+"""What docs/contributing.md says how to add is run as it stands there."""
 
 import json
 import re

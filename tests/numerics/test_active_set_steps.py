@@ -1,4 +1,4 @@
-"""Parts of the quadratic programs' solution, each against the optimum that an enumeration of all active sets finds."""
+"""Quadratic programs against the optimum that an enumeration of all active sets finds."""
 
 import itertools
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""External loads for OpenSim: written, read back, and loaded by OpenSim where it is installed."""
+"""External loads as OpenSim applies them, where it is installed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The cone of a person's socket against the anatomical model's bones, the contact query, and published angles."""
+"""The cone of a person's socket against MyoArm's scapula and published angles."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""Postures, paths and glenoid of the anatomical model against MuJoCo's own quantities and finite differences."""
+"""Postures, paths, glenoid and contact force against MuJoCo's own quantities and finite differences."""
 
 import runpy
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""Properties and curves of the muscles."""
+"""Strengths of the source and curves of OpenSim."""
 
 import numpy as np
 import pytest

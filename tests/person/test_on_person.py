@@ -1,4 +1,4 @@
-"""The device on MyoArm as one MJCF: its motion beside the plant's, both sides, and what a person's file must have."""
+"""The device on MyoArm as one MJCF: its motion beside the plant's, both sides, and a cuff on springs."""
 
 import mujoco
 import numpy as np

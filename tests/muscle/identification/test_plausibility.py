@@ -1,4 +1,4 @@
-"""Digits of columns, single measurements against all others, and where one law ends."""
+"""Single measurements against the law of all others."""
 
 import numpy as np
 import pytest

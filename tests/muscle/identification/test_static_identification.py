@@ -1,4 +1,4 @@
-"""Static identification: fit, covariance, leave-one-out, coefficients that cannot be distinguished, the region."""
+"""Static identification: fit, covariance, leave-one-out, confidence intervals and the region."""
 
 import numpy as np
 import pytest

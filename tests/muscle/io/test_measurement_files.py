@@ -1,4 +1,4 @@
-"""Muscle data from files: units by header, and slips that are named with the header that cures them."""
+"""Muscle data from files: planted mistakes are named, and regions lose no good states."""
 
 import re
 import runpy

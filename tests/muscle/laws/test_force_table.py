@@ -1,4 +1,4 @@
-"""A table of forces as a law: between entries, derivatives, files, and a device that is driven by it."""
+"""A table of forces as a law, against SciPy's interpolation and differences."""
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator

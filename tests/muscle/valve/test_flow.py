@@ -1,4 +1,4 @@
-"""Flow of air through valves, against ISO 6358's formula written again, closed forms and conservation of mass."""
+"""Flow of air through valves, against ISO 6358's formula written again, a closed form and an exact series."""
 
 import numpy as np
 import pytest

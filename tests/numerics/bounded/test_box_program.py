@@ -1,4 +1,4 @@
-"""The exact active-set method against enumeration, against ProxSuite, and against its own optimality conditions."""
+"""The exact active-set method against enumeration, ProxSuite and LAPACK."""
 
 import itertools
 

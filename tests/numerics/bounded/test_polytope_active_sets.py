@@ -1,4 +1,4 @@
-"""Sums of at most three unknowns within limits, against an enumeration of all active sets; rows without direction."""
+"""Sums of at most three unknowns within limits, against an enumeration of all active sets."""
 
 from itertools import combinations
 

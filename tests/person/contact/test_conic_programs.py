@@ -1,4 +1,4 @@
-"""Cone programs with answers in closed form, and what is made of a solver that errs."""
+"""What is made of programs without an answer and of a solver that errs."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Newton's answer on an active set, and the shortest choice, against closed forms, differences and enumeration."""
+"""Newton's answer on an active set against enumeration, and choices of a solver that errs."""
 
 from itertools import product
 

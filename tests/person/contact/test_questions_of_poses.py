@@ -1,4 +1,4 @@
-"""What the query asks of the muscles in each pose, and what becomes of a pose without an answer."""
+"""The same arm is solved once, and what becomes of a pose without an answer."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The browser as a process: what it is called with, how it fails, and what it leaves behind."""
+"""The browser as a process: its pictures, how it fails, and what it leaves behind."""
 
 import subprocess
 import sys

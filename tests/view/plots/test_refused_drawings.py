@@ -1,4 +1,4 @@
-"""What cannot be drawn is refused, and any range of forces has a readable scale."""
+"""What cannot be drawn is refused."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The person in the scene: its shoulder, its stature, and what is said without it."""
+"""What is said and drawn without the figure of the person, and where it is found."""
 
 import importlib.metadata
 

@@ -1,4 +1,4 @@
-"""The scene served, exported, recorded and played."""
+"""The scene served, exported and played."""
 
 import socket
 import time

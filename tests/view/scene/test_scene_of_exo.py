@@ -1,4 +1,4 @@
-"""The scene without a browser: what moves, what is said, what is refused."""
+"""The scene without a browser: what is sent, and what is refused."""
 
 import sys
 from contextlib import closing

@@ -1,4 +1,4 @@
-"""The wearer's bones, muscles and contact force in the scene."""
+"""The wearer's bones and muscles."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A device whose centre is not the shoulder's: drawn where its joints are, with the forces of that place."""
+"""A device whose centre is not the shoulder's: what its arrows show is in balance."""
 
 import dataclasses
 

@@ -1,9 +1,6 @@
-"""What docs/contributing.md says how to add is run as it stands there, and found wherever such things are named."""
+"""What docs/contributing.md says how to add is run as it stands there."""
 
-import importlib
-import inspect
 import json
-import pkgutil
 import re
 from dataclasses import replace
 
@@ -16,18 +13,10 @@ from scenes import panel
 
 import exo_pin as ep
 from exo_pin.chain import TYPES
-from exo_pin.control import Plant
-from exo_pin.exo.pose_report import report_on_pose
 from exo_pin.reaction import SPLITS, Split, reaction_table
-from exo_pin.reaction.assumptions import as_split
-from exo_pin.study import evaluate
 from exo_pin.view import Scene
-from exo_pin.view.picture.mechanism_picture import offsets
 from exo_pin.view.plots import rotation_ball, workspace_slices
-from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, task_reach
-from exo_pin.workspace.criterion import forces
-from exo_pin.workspace.optimisation.merit import Merit
-from exo_pin.workspace.optimisation.search_poses import DesignVariables
+from exo_pin.workspace import CRITERIA, task_reach
 
 BLOCKS = re.findall(r"```python\n(.*?)```", page("contributing"), re.S)
 
@@ -55,97 +44,6 @@ def exo():
 
 def movement(exo):
     return ep.Movement.from_samples(np.linspace(0.0, 2.0, 5), exo.pose(LIFT, 30.0), smoothing=None)
-
-
-def stood(exo):
-    """A run of the device that is left to itself for a moment."""
-    plant = Plant(exo)
-    return plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, plant.rest())
-
-
-#: How each public function that takes a split is asked, by its name.
-DOORS = {
-    "reaction": lambda exo, split: exo.reaction(exo.pose(30, 30), split=split),
-    "remedy": lambda exo, split: exo.remedy(exo.pose(30, 30), split=split),
-    "follow": lambda exo, split: exo.follow(movement(exo), static=True, split=split),
-    "reaction_map": lambda exo, split: exo.reaction_map(exo.pose(LIFT, 30.0), split=split),
-    "uncertainty": lambda exo, split: exo.uncertainty(exo.pose(30, 30), split=split),
-    "total_uncertainty": lambda exo, split: exo.total_uncertainty(exo.pose(30, 30), split=split, draws=8),
-    "Run.reaction": lambda exo, split: stood(exo).reaction(split),
-    "offsets": lambda exo, split: offsets([0.01, 0.0, 0.0], exo.pose(30, 30), split),
-    "Assumptions": lambda exo, split: ep.solve(exo, ep.Case(exo.pose(30, 30)), ep.Assumptions(split)),
-    "as_split": lambda exo, split: as_split(split),
-    "report_on_pose": lambda exo, split: report_on_pose(exo, exo.reaction(exo.pose(30, 30), split=split)),
-}
-
-
-#: Other ways to put it, which pass it on.
-DOORS |= {
-    "evaluate": lambda exo, split: evaluate(exo, exo.pose(LIFT, 30.0), split=split),
-    "compare": lambda exo, split: exo.compare(exo, exo.pose(LIFT, 30.0), split=split),
-    "sweep": lambda exo, split: ep.sweep(exo, {"lean_forward": [0.0]}, exo.pose(LIFT, 30.0), split=split),
-    "Scene.show": lambda exo, split: Scene(exo, human=False).show(exo.pose(30, 30), split=split),
-    "cone": lambda exo, split: exo.reaction(exo.pose(30), split=split, cone=ep.GlenoidCone(40.0)),
-}
-
-
-#: Those that refuse a split of one's own.
-REFUSING = {"cone"}
-
-
-def takers():
-    """Public functions, methods and classes that take a split by its name, and the annotation of the argument."""
-    found = {}
-    for module in pkgutil.walk_packages(ep.__path__, "exo_pin."):
-        if module.name.startswith("exo_pin.cli"):
-            continue
-        for name, item in vars(importlib.import_module(module.name)).items():
-            own = {name: item} if getattr(item, "__module__", None) == module.name and callable(item) else {}
-            if own and inspect.isclass(item):
-                own |= {f"{name}.{k}": each for k, each in vars(item).items() if inspect.isfunction(each)}
-            for called, each in own.items():
-                split = None if re.search(r"(^|\.)_", called) else parameters(each).get("split")
-                if split is not None and "str" in str(split.annotation):
-                    found[called] = str(split.annotation)
-    return found
-
-
-def parameters(item):
-    try:
-        return inspect.signature(item).parameters
-    except (TypeError, ValueError):
-        return {}
-
-
-def test_every_function_that_takes_a_split_is_asked():
-    records = {"Reaction", "ReactionMap"}  # they hold its name
-    found = {name: annotation for name, annotation in takers().items() if name not in records}
-    assert set(found.values()) == {"str | Split"}
-    names = {name if name in DOORS else name.rsplit(".")[-1] for name in found}
-    assert names <= set(DOORS)
-    assert len(names) >= 9
-
-
-@pytest.mark.parametrize("door", DOORS)
-def test_a_split_of_ones_own_is_taken_or_refused_by_a_reason(exo, door):
-    by_name = answer_at(door, exo, "preloaded")
-    by_instance = answer_at(door, exo, type(SPLITS["preloaded"])())
-    if door in REFUSING:
-        assert isinstance(by_name, ep.InvalidInput)
-        assert "preloaded" in str(by_name)
-        assert str(by_name) == str(by_instance)
-        return
-    assert type(by_instance) is type(by_name)
-    for name in ("shoulder_force", "constraint_forces"):
-        if hasattr(by_name, name):
-            np.testing.assert_array_equal(getattr(by_instance, name), getattr(by_name, name))
-
-
-def answer_at(door, exo, split):
-    try:
-        return DOORS[door](exo, split)
-    except ep.ExoPinError as error:
-        return error
 
 
 def test_an_added_splits_forces_are_those_that_it_says(exo):
@@ -241,19 +139,8 @@ def test_an_added_criterion_in_every_table_picture_and_command(exo, capsys, tmp_
     assert set(json.loads(out)["fractions"]) == {"stroke", "reach"}
 
 
-def test_an_added_criterion_weighs_in_a_search_in_its_own_unit(exo):
-    item, poses = CRITERIA["reach"], lifting_poses(counts=(3, 3, 2))
-    space = DesignVariables(exo.mechanism, free_joints(3))
-    merit = Merit(space, poses, Criteria(names=("reach",)), fit_strokes=False)
-    value = merit.evaluate(np.full(18, 0.5), {})
-    margin = 0.35 - merit.lengths(space.design(space.values(np.full(18, 0.5)))).max(axis=1)
-    expected = np.clip((item.aim - margin) / item.scale, 0.0, item.most) + 0.3 * (margin < 0.0)
-    assert value.merit == pytest.approx(float((poses.weights * expected).sum()), rel=1e-12)
-    assert value.objectives["index"] == pytest.approx(float(poses.weights[margin >= 0.0].sum()))
-
-
 def test_a_criterion_that_needs_what_there_is_not_says_so(monkeypatch):
-    monkeypatch.setitem(CRITERIA, "reach", replace(CRITERIA["reach"], needs=(forces,)))
+    monkeypatch.setitem(CRITERIA, "reach", replace(CRITERIA["reach"], needs=CRITERIA["forces"].needs))
     bare = ep.load("prototype").replace(arm=None)
     assert "arm mass" in bare.workspace(60.0).not_checked["reach"]
     with pytest.raises(ep.MissingData, match="the criterion 'reach'"):

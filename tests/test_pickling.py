@@ -19,7 +19,7 @@ from harvest import harvest, has_persons, public_classes
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import ExoPinError, ExoPinWarning, muscle
+from exo_pin import ExoPinError, ExoPinWarning
 from exo_pin.core.records import OneProcess
 
 WAYS = {
@@ -198,7 +198,3 @@ def test_parts_that_refer_to_each_other_still_do():
 def test_example_of_a_new_class_is_missed():
     with pytest.raises(AssertionError, match="no example of InvalidInput"):
         check_class(ep.InvalidInput, {})
-
-
-def test_measured_tables_are_shared_and_cannot_be_written():
-    assert not muscle.steady_states().called_valid.flags.writeable

@@ -1,4 +1,4 @@
-"""Parts of the quadratic programs' solution, each against the optimum that an enumeration of all active sets finds."""
+"""Quadratic programs against the optimum that an enumeration of all active sets finds."""
 
 import itertools
 from dataclasses import replace
@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from exo_pin.numerics import LeastSquares, judged, solve
-from exo_pin.numerics.quadratic import _on_working_set, _proxqp, _walk, _without_noise
+from exo_pin.numerics import LeastSquares, solve
 
 
 def random_program(rng, rank):
@@ -69,41 +68,6 @@ def test_the_answer_is_the_best_of_all_active_sets(cases):
     assert held > len(cases)  # constraints matter
 
 
-def test_the_start_is_near_the_optimum(cases):
-    for program, _, z, _, _ in cases:
-        start, equality, inequality, bound = _proxqp(program)
-        np.testing.assert_allclose(start, z, atol=1e-6)
-        judge = judged(program, start, equality, inequality)
-        assert judge.kkt < 1e-6
-        np.testing.assert_allclose(bound, judge.bound, atol=1e-6)
-
-
-@pytest.mark.parametrize("kind", ["inside", "on wrong bounds"])
-def test_active_sets_are_found_from_any_start(cases, kind):
-    """Also from one whose bounds leave no room for the equality."""
-    for program, _, z, side, rows in cases:
-        none = np.zeros(1), np.zeros(2)
-        if kind == "inside":
-            # Half of the way from the optimum to a point that meets the constraints strictly.
-            start, bound = np.clip(z, -0.9, 0.9), np.zeros(4)
-        else:
-            start, bound = program.high.copy(), np.ones(4)
-        best, found, kept = _walk(program, start, *none, bound)
-        assert best.kkt < 1e-12
-        np.testing.assert_allclose(best.z, z, atol=1e-10)
-        np.testing.assert_array_equal(found, side)
-        np.testing.assert_array_equal(kept, rows)
-
-
-def test_the_last_digits_come_from_the_working_set_alone(cases):
-    for program, _, z, side, rows in cases:
-        answer = _on_working_set(program, side, rows)
-        assert answer.kkt < 1e-13
-        np.testing.assert_allclose(answer.z, z, atol=1e-11)
-        assert (answer.z[side > 0] == program.high[side > 0]).all()
-        assert (answer.z[side < 0] == program.low[side < 0]).all()
-
-
 def test_of_many_best_answers_the_shortest_is_taken():
     """The shortest point of the optimal face, by an enumeration of its own."""
     rng, seen = np.random.default_rng(42), set()
@@ -150,11 +114,3 @@ def by_enumeration_of_many(program):
             if np.abs(held @ z - right).max() < 1e-9 and program.violation(z) < 1e-8 and z @ z < best[0] - 1e-12:
                 best = z @ z, z, side, rows
     return best
-
-
-def test_what_two_runs_of_proxqp_differ_in_is_rounded_away():
-    z = np.random.default_rng(43).uniform(-50.0, 50.0, 200)
-    rounded = _without_noise(z)
-    np.testing.assert_allclose(rounded, z, rtol=0, atol=2.0**-34)
-    assert (_without_noise(z + 1e-14) == rounded).all()
-    assert (_without_noise(rounded) == rounded).all()

@@ -1,10 +1,17 @@
-"""Bases, ranks and small systems against NumPy's and SciPy's dense linear algebra."""
+"""Bases, ranks, small systems and pivoted QR against NumPy's and SciPy's dense linear algebra."""
 
 import numpy as np
 import pytest
 import scipy
 
-from exo_pin.numerics.small_linear import complete_basis, orthonormalise, row_rank, solve_cholesky
+from exo_pin.numerics.small_linear import (
+    complete_basis,
+    orthonormalise,
+    pivoted_qr,
+    solve_cholesky,
+    solve_factored,
+    solve_triangle,
+)
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -25,24 +32,6 @@ def test_bases_are_orthonormal_and_complete(n):
         np.testing.assert_allclose(whole.T @ whole, np.eye(n), atol=1e-14)
 
 
-def test_only_the_columns_that_are_asked_for_are_changed():
-    A = np.random.default_rng(56).normal(size=(4, 3))
-    Q, U = A.copy(), np.zeros((3, 3))
-    orthonormalise(Q, U, 2)
-    np.testing.assert_allclose(Q[:, :2] @ U[:2, :2], A[:, :2], atol=1e-15)
-    assert (Q[:, 2] == A[:, 2]).all()
-
-
-def test_the_complement_starts_with_the_unit_vector_that_is_farthest_from_the_span():
-    # The span is that of the first three axes, a little turned: the fourth axis is nearest to its complement.
-    Q = np.linalg.qr(np.eye(5)[:, :3] + 0.1 * np.random.default_rng(57).normal(size=(5, 3)))[0]
-    N = np.empty((5, 2))
-    complete_basis(Q, N)
-    outside = np.eye(5) - Q @ Q.T
-    best = np.argmax(np.diag(outside))
-    np.testing.assert_allclose(N[:, 0], outside[best] / np.linalg.norm(outside[best]), atol=1e-14)
-
-
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 6])
 def test_cholesky_solves(n):
     rng = np.random.default_rng(n)
@@ -55,67 +44,51 @@ def test_cholesky_solves(n):
         np.testing.assert_allclose(np.tril(lower), scipy.linalg.cholesky(A, lower=True), rtol=1e-12)
 
 
-@pytest.mark.parametrize("axes", [(0, 1, 2), (2, 0, 1), (1, 3, 4), (4, 2, 0), (5, 6, 3)])
-def test_each_column_of_a_complement_is_of_the_unit_vector_that_is_farthest_from_those_before(axes):
-    rng = np.random.default_rng(sum(axes))
-    for spread in (0.0, 0.3):
-        Q = np.linalg.qr(np.eye(7)[:, axes] + spread * rng.normal(size=(7, 3)))[0]
-        N = np.empty((7, 4))
-        complete_basis(Q, N)
-        basis = Q
-        for column in range(4):
-            outside = np.eye(7) - basis @ basis.T
-            best = outside[np.argmax(np.diag(outside) - 1e-12 * np.arange(7))]
-            np.testing.assert_allclose(N[:, column], best / np.linalg.norm(best), atol=1e-14)
-            basis = np.column_stack([basis, N[:, column]])
+def factored(A, sides, allowed, cut):
+    """W as the kernel leaves it, with its other results."""
+    m, n = A.shape
+    W = np.ascontiguousarray(np.vstack([A.T, sides.T]))
+    order, diagonal, half = np.empty(n, dtype=np.int64), np.empty(min(m, n)), np.empty(min(m, n))
+    return pivoted_qr(W, allowed, order, cut, diagonal, half), W, order, diagonal, half
 
 
-def test_what_is_along_other_columns_is_taken_out_twice(monkeypatch):
-    """Which makes bases orthonormal to rounding; more often would be for nothing."""
-    asked, kernel = [], orthonormalise.plain.__globals__["_cleared"]
-    for function in (orthonormalise, complete_basis):
-        monkeypatch.setitem(
-            function.plain.__globals__, "_cleared", lambda *given: asked.append(given[1]) or kernel(*given)
-        )
-    Q, N = np.random.default_rng(58).normal(size=(6, 3)), np.empty((6, 3))
-    orthonormalise(Q, np.empty((3, 3)), 3)
-    assert asked == [1, 1, 2, 2, 2, 2]
-    asked.clear()
-    complete_basis(Q, N)
-    assert asked == 6 * [0] + 8 * [1] + 10 * [2]
+@pytest.mark.parametrize(("m", "n"), [(6, 4), (4, 6), (5, 5), (1, 3), (3, 1), (6, 6), (6, 8)])
+def test_order_and_triangle_are_those_of_scipy(m, n):
+    rng = np.random.default_rng(10 * m + n)
+    for _ in range(5):
+        A, sides = rng.normal(size=(m, n)) * rng.uniform(0.1, 10.0, n), rng.normal(size=(m, 2))
+        rank, W, order, diagonal, half = factored(A, sides, np.ones(n, dtype=bool), 1e-12)
+        Q, R, pivots = scipy.linalg.qr(A, pivoting=True)
+        assert rank == min(m, n)
+        np.testing.assert_array_equal(order[:rank], pivots[:rank])
+        np.testing.assert_allclose(np.abs(diagonal), np.abs(np.diag(R)), rtol=1e-12)
+        signs = diagonal / np.diag(R)
+        for k in range(n):  # above the diagonal, and columns that are not taken
+            top = min(k, rank)
+            np.testing.assert_allclose(W[k, :top], (R[:top, k] * signs[:top]), rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(W[n:, :rank], ((Q.T @ sides)[:rank] * signs[:, None]).T, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(W[n:], axis=1), np.linalg.norm(sides, axis=0), rtol=1e-13)
+        reflectors = [np.r_[np.zeros(k), W[k, k:]] for k in range(rank)]
+        np.testing.assert_allclose(half, [0.5 * v @ v for v in reflectors], rtol=1e-13)
 
 
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("absent", [0, 1, 2])
-def test_one_turn_makes_two_rows_orthogonal_with_the_longer_one_first(monkeypatch, absent, seed):
-    """Beside a row of zeros: by the angle of Jacobi, whichever row is longer, and in either direction."""
-    monkeypatch.setitem(row_rank.plain.__globals__, "_SWEEPS", 1)
-    rng = np.random.default_rng(seed)
-    A = rng.normal(size=(3, 4)) * np.array([[1.0], [3.0], [2.0]])
-    A[absent] = 0.0
-    # The row of zeros goes last, which takes one of the three pairs each time.
-    if absent == 0:
-        A = A[[1, 2, 0]]
-    elif absent == 1:
-        A = A[[0, 2, 1]]
-    turned, sides = A.copy(), rng.normal(size=3)
-    before = sides.copy()
-    assert row_rank(turned, sides, 1e-12) == 2
-    values, (U, _, _) = np.linalg.svd(A, compute_uv=False), np.linalg.svd(A)
-    np.testing.assert_allclose(np.linalg.norm(turned, axis=1), values, atol=1e-14)
-    assert abs(turned[0] @ turned[1]) < 1e-14 * values[0] ** 2
-    np.testing.assert_allclose(np.abs(sides[:2]), np.abs(U.T @ before)[:2], rtol=1e-12)
-    assert sides[2] == before[2]
-
-
-def test_sweeps_end_where_nothing_is_turned(monkeypatch):
-    """Jacobi's method converges quadratically: five sweeps or six, of which the last turns nothing."""
-    asked = []
-    monkeypatch.setattr(
-        row_rank.plain.__globals__["math"], "copysign", lambda *given: asked.append(1) or np.copysign(*given)
-    )
-    rng = np.random.default_rng(59)
-    for _ in range(20):
-        asked.clear()
-        row_rank(rng.normal(size=(3, 5)), np.zeros(3), 1e-12)
-        assert 3 <= len(asked) <= 15
+def test_least_squares_of_the_columns_that_were_taken():
+    rng = np.random.default_rng(55)
+    for case in range(20):
+        A = rng.normal(size=(6, 5))
+        allowed = np.ones(5, dtype=bool)
+        allowed[case % 5] = False
+        A[:, (case + 1) % 5] = A[:, [(case + 2) % 5, (case + 3) % 5]] @ rng.normal(size=2)
+        b = rng.normal(size=6)
+        rank, W, order, diagonal, half = factored(A, b[:, None], allowed, 1e-10)
+        assert rank == 3
+        taken = order[:rank]
+        assert case % 5 not in taken
+        assert sorted(order) == [0, 1, 2, 3, 4]
+        expected = np.linalg.lstsq(A[:, taken], b, rcond=None)[0]
+        again, beyond = b.copy(), W[5, rank:].copy()
+        solve_factored(W, diagonal, half, rank, again)
+        np.testing.assert_allclose(again[:rank], expected, rtol=1e-10, atol=1e-12)
+        solve_triangle(W, diagonal, rank, W[5])  # the right side that took part
+        np.testing.assert_allclose(W[5, :rank], expected, rtol=1e-10, atol=1e-12)
+        np.testing.assert_array_equal(W[5, rank:], beyond)

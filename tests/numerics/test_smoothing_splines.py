@@ -1,17 +1,19 @@
-"""Smoothing splines: against dense matrices and quadrature, with few knots and many, with and without noise."""
+"""Smoothing splines against dense matrices and quadrature, and motions of quaternions against differences."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import scipy
+from scipy.spatial.transform import Rotation
 
 from exo_pin.numerics.smoothing.smoothing_splines import (
     FEWEST,
     SplineBasis,
+    continuous_quaternions,
     fit_samples,
     interpolate_samples,
-    smooth_samples,
+    motion_of_quaternions,
 )
 
 
@@ -61,15 +63,6 @@ def test_noise_is_found_and_curves_without_noise_are_interpolated():
     np.testing.assert_allclose(exact.values[2][:, 0], -np.sin(x / 15.0) / 225, atol=1e-9)
 
 
-def test_pure_noise_is_smoothed_away():
-    rng = np.random.default_rng(4)
-    x = np.arange(200.0)
-    smooth = smooth_samples(x, rng.normal(size=(200, 3)), 3)
-    # A cubic through pure noise of standard deviation 1 has a root of mean square of √(4/200).
-    assert np.sqrt((smooth.values[0] ** 2).mean()) < 2 * np.sqrt(4 / 200)
-    assert smooth.noise == pytest.approx(1.0, rel=0.1)
-
-
 def test_odd_sampling():
     """Samples at almost the same time, in clusters, or few: a curve, and no error."""
     rng = np.random.default_rng(6)
@@ -93,10 +86,40 @@ def test_interpolation_is_exact_up_to_its_degree_and_no_further():
             assert (error < 1e-9) == (power == degree), (count, power, error)
 
 
-@pytest.mark.parametrize("rest", [False, True])
-@pytest.mark.parametrize("penalty", [10.0, 1e4])
-def test_freedom_is_the_trace_of_what_turns_samples_into_the_curve(rest, penalty):
-    x = np.arange(40.0)
-    basis = SplineBasis(x, 1, rest=rest)
-    hat = basis.values(np.eye(40), basis.factor(penalty))[0]
-    assert basis.freedom(penalty) == pytest.approx(np.trace(hat), abs=1e-4)
+#: A curve of quaternions whose length changes, too: coefficients of t, t² and t³ beside a constant.
+CURVE = np.array([[0.2, -0.4, 0.1, 1.3], [0.5, 0.3, -0.7, 0.2], [-0.1, 0.6, 0.2, -0.3], [0.3, -0.2, 0.4, 0.1]])
+
+
+def derivatives(t):
+    powers = np.array([[1, t, t**2, t**3], [0, 1, 2 * t, 3 * t**2], [0, 0, 2, 6 * t]])
+    return (powers @ CURVE)[:, None]
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.25])
+@pytest.mark.parametrize("t", [-0.7, 0.0, 0.4, 1.1])
+def test_motion_is_that_of_the_rotations(t, unit):
+    u, velocity, acceleration = motion_of_quaternions(derivatives(t), unit)
+    np.testing.assert_allclose(np.linalg.norm(u, axis=-1), 1.0, rtol=1e-15)
+    np.testing.assert_allclose(u[0], derivatives(t)[0, 0] / np.linalg.norm(derivatives(t)[0, 0]), rtol=1e-14)
+
+    def rotation(shift):
+        return Rotation.from_quat(derivatives(t + shift / unit)[0, 0])
+
+    def rate(shift, h=1e-5):
+        # In the base frame: the turn from before to after.
+        return (rotation(shift + h) * rotation(shift - h).inv()).as_rotvec() / (2 * h)
+
+    h = 1e-3
+    np.testing.assert_allclose(velocity[0], rate(0.0), atol=1e-8 / unit**3)
+    np.testing.assert_allclose(acceleration[0], (rate(h) - rate(-h)) / (2 * h), atol=2e-5 / unit**4)
+
+
+def test_quaternions_follow_one_another_by_less_than_half_a_turn():
+    """Over two turns, from readings of any sign: the fourth component goes through zero and on."""
+    angles = np.linspace(0.0, 4.0 * np.pi, 60)
+    axis = np.array([0.6, 0.0, 0.8])
+    expected = np.concatenate([np.outer(np.sin(angles / 2), axis), np.cos(angles / 2)[:, None]], axis=1)
+    signs = np.random.default_rng(55).choice([-1.0, 1.0], 60)
+    found = continuous_quaternions(Rotation.from_quat(expected * signs[:, None]))
+    np.testing.assert_allclose(found * signs[0], expected, atol=1e-15)
+    assert (np.einsum("ij,ij->i", found[1:], found[:-1]) > 0.9).all()

@@ -38,13 +38,6 @@ def test_products_and_sums(drawn):
     close(vectors.rotation_matrix(*turn.as_quat().tolist()), R)
 
 
-def test_rows_of_arrays(drawn):
-    array, _ = drawn
-    for row in range(3):
-        assert vectors.vector(array, row) == tuple(array[row])
-    assert vectors.matrix(array) == rows(array)
-
-
 def test_second_invariant_is_that_of_the_eigenvalues(drawn):
     array, _ = drawn
     symmetric = array @ array.T
@@ -59,33 +52,6 @@ def test_gram_is_the_weighted_outer_product(drawn):
     close(vectors.gram(tuple(u.tolist()), 0.3), (0.09 * np.outer(u, u))[np.triu_indices(3)])
 
 
-@pytest.mark.parametrize("size", [1e-3, 1.0])
-def test_limb_of_a_pose(drawn, size):
-    (a, p, _), turn = drawn
-    a, p = size * a, size * p
-    b, s, X, length, reach, folded = vectors.limb(rows(turn.as_matrix()), tuple(a.tolist()), tuple(p.tolist()))
-    end = turn.apply(p)
-    close(b, end)
-    close(length, np.linalg.norm(end - a))
-    close(s, (end - a) / np.linalg.norm(end - a))
-    # The normal of the plane through O, A and B, by the sign rule of (D-11); the distance of O from the limb's line.
-    close(X, -np.cross(a, end) / np.linalg.norm(np.cross(a, end)))
-    close(reach, np.linalg.norm(np.cross(a, s)))
-    assert not folded
-
-
-def test_a_limb_on_a_line_through_the_centre_is_folded(drawn):
-    identity = rows(np.eye(3))
-    b, s, X, length, reach, folded = vectors.limb(identity, (0.0, 0.0, 1.0), (0.0, 0.0, -0.5))
-    assert folded
-    assert X == (0.0, 0.0, 0.0)
-    assert reach == 0.0
-    assert length == 1.5
-    assert s == (0.0, 0.0, -1.0)
-    assert vectors.limb(identity, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0))[1] == (0.0, 0.0, 0.0)
-    assert b == (0.0, 0.0, -0.5)
-
-
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_folded_means_a_small_angle_at_the_centre_whatever_the_size(drawn, size):
     identity, sine = rows(np.eye(3)), vectors.FOLDED_SINE
@@ -95,25 +61,6 @@ def test_folded_means_a_small_angle_at_the_centre_whatever_the_size(drawn, size)
         assert bool(folded) is expected
         assert ((0.0, 0.0, 0.0) if expected else pytest.approx((0.0, -1.0, 0.0), abs=1e-6)) == X
         assert (reach == 0.0) is expected
-
-
-def test_status_follows_the_margin(drawn):
-    near, singular = vectors.NEAR_MARGIN, vectors.SINGULAR_MARGIN
-    assert vectors.status_code(False, near) == vectors.OK
-    assert vectors.status_code(False, np.nextafter(near, 0.0)) == vectors.NEAR_SINGULAR
-    assert vectors.status_code(False, singular) == vectors.NEAR_SINGULAR
-    assert vectors.status_code(False, np.nextafter(singular, 0.0)) == vectors.SINGULAR
-    assert vectors.status_code(False, np.nan) == vectors.SINGULAR
-    assert vectors.status_code(True, 1.0) == vectors.FOLDED
-    assert len({vectors.OK, vectors.NEAR_SINGULAR, vectors.SINGULAR, vectors.FOLDED}) == 4
-
-
-def test_codes_of_poses_are_the_places_of_their_names():
-    from exo_pin.wrist.limbs import STATUS
-
-    codes = ("OK", "NEAR_SINGULAR", "SINGULAR", "FOLDED", "NOT_SOLVED")
-    assert [STATUS[getattr(vectors, code)] for code in codes] == [code.lower() for code in codes]
-    assert STATUS[vectors.status_code(False, 1.0)] == "ok"
 
 
 def test_inertia_is_that_of_point_masses_that_move_with_the_arm(drawn):

@@ -49,6 +49,13 @@ def workspace(gap):
     return ep.load("four-cables").workspace(gap, ["forces", "stroke", "singularity"])
 
 
+def folded_workspace():
+    """Over a grid that begins beyond 90° of abduction, where angles of poses fold back."""
+    exo = ep.load("four-cables")
+    angles = np.arange(-30.0, 91.0, 30.0), np.array([100.0, 125.0, 150.0]), np.array([60.0, 10.0, -40.0])
+    return exo.workspace(exo.pose(*np.meshgrid(*angles, indexing="ij")))
+
+
 def sprung(longer=0.0):
     """A robot with a spring whose table begins at 285 mm, or so many m later."""
     route = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
@@ -266,6 +273,7 @@ FIGURES = {
     "search_single": lambda: search(("index",), False),
     "ball": lambda: plots.rotation_ball(workspace(15.0)),
     "slices": lambda: plots.workspace_slices(workspace(15.0)),
+    "slices_folded": lambda: plots.workspace_slices(folded_workspace()),
     "rates": lambda: plots.rate_slices(ep.load("four-cables"), workspace(24.0)),
     "contact_bare_box": lambda: contact_box(None),
     "contact_box": lambda: contact_box("four-cables"),

@@ -166,6 +166,7 @@ SCENES = {
     "spring": lambda: shown(cabled(), 0, 70),
     "spring_offset": lambda: shown(cabled(), 30, 20, centre_offset=APART),
     "exoskeleton": lambda: shown(robot("nesm"), 50, 20),
+    "exoskeleton_of_chain": lambda: shown(ep.ShoulderExo.from_device(robot("nesm").chain_device), 50, 20),
     "chain": lambda: ChainScene(four_bar().chain(), q=four_bar().q),
     "chain_open": ajar,
     "chain_visuals": with_visual,

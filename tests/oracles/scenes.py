@@ -44,8 +44,3 @@ def placements(scene):
     """Where each node is, path to matrix of shape (4, 4)."""
     placed = (item for item in commands(scene) if item["type"] == "set_transform")
     return {item["path"]: np.reshape(item["matrix"], (4, 4)).T for item in placed}
-
-
-def moved_nodes(old, new):
-    """Paths of nodes that are elsewhere."""
-    return {path for path in new if not np.array_equal(new[path], old[path])}

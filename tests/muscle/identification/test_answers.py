@@ -197,7 +197,7 @@ def figures(values):
     return [f"{value:.2e}" for value in np.ravel(values)]
 
 
-def asked_of_dynamic_fits():
+def dynamic_questions():
     def found(*recordings, start=VALUES, among=None, **options):
         fit = identify_dynamic(recordings, TRUE.static, start=start, name="mine", source="a rig", **options)
         known = [(one.name, one.size, one.unit, figures(list(one.effects.values())), one.shows) for one in fit.known]
@@ -207,22 +207,34 @@ def asked_of_dynamic_fits():
         return sizes, fit.samples, fit.indistinct, fit.inside, fit.cautions, known, fit.model.source
 
     still, short = PressureStep(3.6e5, 3.6e5), np.linspace(0.0, 1.0, 12)
-    return each(
-        two=lambda: found(recording(noise=1e-7, samples=21), recording(noise=1e-7, samples=8, mass=2.5)),
-        heavy=lambda: found(
+    return {
+        "two": lambda: found(recording(noise=1e-7, samples=21), recording(noise=1e-7, samples=8, mass=2.5)),
+        "heavy": lambda: found(
             recording(begins=0.07, mass=2.9, samples=11),
             recording(mass=2.6, samples=9),
             among=("samples", "inside", "cautions"),
         ),
-        still=lambda: found(Recording(short, np.full(12, 0.059), still, 2.3)),
-        few=lambda: found(Recording([0.0, 1.0], [0.05, 0.05], still, 1.0)),
-        none=lambda: found(),
-        start=lambda: found(recording(samples=11), start=[1.0, 2.0]),
-        soon=lambda: found(recording(samples=11), time_limit=1e-6),
-        never=lambda: found(recording(samples=11), time_limit=0.0),
-        millimetres=lambda: found(Recording(short, np.full(12, 59.0), still, 2.3)),
-        bar=lambda: found(Recording(short, np.full(12, 0.059), PressureStep(3.6e6, 3.6e6), 2.3)),
-    )
+        "still": lambda: found(Recording(short, np.full(12, 0.059), still, 2.3)),
+        "few": lambda: found(Recording([0.0, 1.0], [0.05, 0.05], still, 1.0)),
+        "none": lambda: found(),
+        "start": lambda: found(recording(samples=11), start=[1.0, 2.0]),
+        "soon": lambda: found(recording(samples=11), time_limit=1e-6),
+        "never": lambda: found(recording(samples=11), time_limit=0.0),
+        "millimetres": lambda: found(Recording(short, np.full(12, 59.0), still, 2.3)),
+        "bar": lambda: found(Recording(short, np.full(12, 0.059), PressureStep(3.6e6, 3.6e6), 2.3)),
+    }
+
+
+def asked_of_dynamic_fits():
+    return each(dynamic_questions())
+
+
+def asked_of_dynamic_calls():
+    return each({name: question for name, question in dynamic_questions().items() if name not in ("two", "heavy")})
+
+
+def asked_of_doubted_recordings():
+    return each(heavy=dynamic_questions()["heavy"])
 
 
 def asked_of_recordings():
@@ -247,10 +259,12 @@ ASKED = {
     "doubts": asked_of_doubts,
     "possible": asked_of_possible_states,
     "dynamic_fits": asked_of_dynamic_fits,
+    "dynamic_calls": asked_of_dynamic_calls,
+    "doubted_recordings": asked_of_doubted_recordings,
     "recordings": asked_of_recordings,
 }
 #: Those that take longer than 0.15 s.
-LONGER = {"fits", "doubts", "dynamic_fits"}
+LONGER = {"fits", "doubts", "dynamic_fits", "doubted_recordings"}
 #: Those that hang on how a machine rounds.
 BY_HAND = {"dynamic_fits"}
 

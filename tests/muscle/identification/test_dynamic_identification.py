@@ -4,14 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
-from exo_pin import InvalidInput, SolverFailed
 from exo_pin.muscle import (
     Damping,
     DynamicModel,
     LoadDependentFriction,
-    NotIdentifiable,
     PressureStep,
     Recording,
     dynamic_model,
@@ -111,116 +108,3 @@ def test_spread_effects_and_doubts_of_the_coefficients_by_differences_of_the_res
         share = 100.0 * np.linalg.norm(forces[0]) / np.linalg.norm(forces[1])
         assert effects[name].effects["friction_percent"] == pytest.approx(share, rel=0.1), name
         assert effects[name].shows == (np.sqrt(left[0]) > 3.0 * found.sigma)
-
-
-def test_recordings_that_begin_where_the_law_pulls_otherwise_are_named():
-    """A weight below 0.4 times the pull at the first sample, or above 2.5 times."""
-    static, weight = dynamic_model("tang-3-31").static, 12.74
-    times, step = np.linspace(0.0, 0.12, 10), PressureStep(2e5, 3e5, 0.02, 0.03)
-    response = simulate(of(TRUTH), weight / G, step, times, outside="mark").contraction
-    measured, pulls = [], weight / np.array([0.38, 0.42, 2.4, 2.6])
-    for pull in pulls:
-        first = brentq(lambda x, pull=pull: float(static.unchecked_force(x, 2e5)) - pull, 1e-3, 0.1)
-        seen = np.append(first, response[1:])
-        measured.append(Recording(times, seen, step, weight / G, start=float(response[0])))
-    doubts = identify_dynamic(measured, static, start=TRUTH).doubts
-    said = [text.split(" begins at ") for text in doubts if "begins at" in text]
-    assert [text for text, _ in said] == ["Recording 1", "Recording 4"]
-    for (_, text), k in zip(said, (0, 3), strict=True):
-        first = 1e3 * measured[k].contraction[0]
-        assert text.startswith(f"{first:.1f} mm, where the force law pulls {pulls[k]:.1f} N, with a weight of 12.7 N")
-
-
-@pytest.mark.full
-def test_effects_of_what_was_taken_as_known_are_those_of_fits_with_errors():
-    law = dynamic_model("tang-3-31").static
-    clean = recordings(0.0, seed=1, samples=41)
-    found = identify_dynamic(clean, law, start=TRUTH)
-
-    def friction(fit):
-        law = fit.model.friction
-        return np.concatenate([law.printed(r.contraction, r.pressure.sample(r.time), r.mass) for r in clean])
-
-    off = identify_dynamic([replace(each, mass=1.0005 * each.mass) for each in clean], law, start=TRUTH)
-    share = np.linalg.norm(friction(off) - friction(found)) / np.linalg.norm(friction(found))
-    weight = next(each for each in found.known if each.name == "hung weight")
-    assert [each.name for each in found.known] == ["force law", "gauge's zero", "contraction's zero", "hung weight"]
-    assert abs(weight.effects["friction_percent"] * 0.05 - 100.0 * share) < 0.03 * 100.0 * share
-    assert weight.shows  # a wrong weight leaves residuals
-
-
-@pytest.mark.full
-def test_clean_responses_give_them_exactly():
-    measured = recordings(0.0, seed=1, samples=61)
-    found = identify_dynamic(measured, dynamic_model("tang-3-31").static, start=TRUTH * 1.1)
-    np.testing.assert_allclose(found.coefficients, TRUTH, rtol=1e-3)
-    assert found.sigma < 1e-7
-
-
-@pytest.mark.full
-def test_a_search_without_a_first_guess_finds_the_valley():
-    measured = recordings(1e-4, seed=3, samples=41)[:2]
-    found = identify_dynamic(measured, dynamic_model("tang-3-31").static)
-    assert found.sigma < 1.5e-4
-    low, high = found.intervals(0.999).T
-    assert ((low <= TRUTH) & (high >= TRUTH)).all()
-
-
-def test_responses_without_motion_determine_nothing():
-    model = dynamic_model("tang-3-31")
-    times = np.linspace(0, 1, 50)
-    still = Recording(times, np.full(50, 0.059), PressureStep(3.6e5, 3.6e5), 22.74 / G)
-    with pytest.raises(NotIdentifiable) as caught:
-        identify_dynamic([still], model.static, start=TRUTH)
-    assert set(caught.value.coefficients) == {"N_2", "N_1", "N_0", "D_1", "D_2"}
-    with pytest.raises(NotIdentifiable, match="more than 5 samples"):
-        identify_dynamic([Recording([0, 1], [0.05, 0.05], PressureStep(3e5, 3e5), 1.0)], model.static)
-
-
-def test_bad_recordings_are_named():
-    step = PressureStep(3e5, 3e5)
-    with pytest.raises(InvalidInput, match="contraction to have shape"):
-        Recording([0, 1, 2], [0.05, 0.05], step, 1.0)
-    with pytest.raises(InvalidInput, match="rise"):
-        Recording([0, 1, 1], [0.05, 0.05, 0.05], step, 1.0)
-    with pytest.raises(InvalidInput, match="mass"):
-        Recording([0, 1], [0.05, 0.05], step, 0.0)
-    with pytest.raises(InvalidInput, match="at least one Recording"):
-        identify_dynamic([], dynamic_model("tang-3-31").static)
-
-
-def test_the_search_ends_in_the_stated_time():
-    with pytest.raises(SolverFailed, match="within the time limit of 1e-06 s"):
-        identify_dynamic(recordings(0.0, seed=1, samples=11)[:1], dynamic_model("tang-3-31").static, time_limit=1e-6)
-    with pytest.raises(InvalidInput, match="time_limit"):
-        identify_dynamic(recordings(0.0, seed=1, samples=11)[:1], dynamic_model("tang-3-31").static, time_limit=0.0)
-
-
-@pytest.mark.parametrize(("start", "begins"), [(None, 0.03), (0.01, 0.01)])
-def test_a_simulation_begins_at_the_first_sample_or_the_start(start, begins):
-    recording = Recording([0.0, 0.01], [0.03, 0.03], PressureStep(2e5, 3e5), 1.3, start)
-    assert recording.residual(dynamic_model("tang-3-31"))[0] == pytest.approx(begins - 0.03)
-
-
-def test_recordings_of_no_muscle_are_refused():
-    step, static = PressureStep(2e5, 3e5), dynamic_model("tang-3-31").static
-    for contraction, pressure in ((30.0, step), (0.03, PressureStep(20.0 * 1e5, 29.0 * 1e5))):
-        with pytest.raises(InvalidInput, match="write the unit in the header"):
-            identify_dynamic([Recording(np.arange(8.0), np.full(8, contraction), pressure, 1.3)], static)
-
-
-@pytest.mark.full
-def test_friction_of_the_wrong_sign_is_not_identified():
-    """Responses without friction and damping determine neither."""
-    law = dynamic_model("tang-3-31")
-    free = DynamicModel(
-        name="free",
-        static=law.static,
-        friction=LoadDependentFriction.from_bar(0, 0, 0),
-        damping=Damping.from_bar(0, 0.8),
-    )
-    times, step = np.linspace(0.0, 0.3, 31), PressureStep(2e5, 3.6e5, 0.05, 0.03)
-    seen = simulate(free, 1.3, step, times, outside="mark").contraction
-    with pytest.raises(NotIdentifiable) as caught:
-        identify_dynamic([Recording(times, seen, step, 1.3)], law.static, start=[0.0, 0.0, 0.5, 0.0, 0.8])
-    assert {"N_2", "N_1", "N_0"} & set(caught.value.coefficients)

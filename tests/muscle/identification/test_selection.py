@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from places import SCRIPTS
 
-from exo_pin.muscle import identify_static, muscle_model, muscle_models, steady_states, table
+from exo_pin.muscle import identify_static, muscle_model, muscle_models, steady_states
 
 
 @pytest.fixture(scope="module")
@@ -30,15 +30,6 @@ def test_best_is_the_chosen_form_and_has_its_figures(script):
         assert " ".join(f"x{i}P{j}" for i, j in found.powers) == figures["winner"]
         np.testing.assert_allclose([found.leave_one_out_rms, plain.leave_one_out_rms], [least, second], rtol=2e-5)
     assert inside.sum() == figures["measurements"] == 27
-
-
-def test_what_the_notes_say_of_table_a_3():
-    sheet = table("a-3")
-    x, p = sheet.row("contraction_mm") / 1e3, sheet.row("pressure_bar") * 1e5
-    more = muscle_model("best").force(x, p, outside="mark") - 42.3
-    assert more.count() == 7
-    assert 4.1 < more.min() < more.max() < 5.0
-    assert any("4.1 to 5.0 N" in note for note in muscle_model("best").notes)
 
 
 def test_shipped_fits_are_what_a_refit_gives(script):

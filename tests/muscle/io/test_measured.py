@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exo_pin import UnknownName
-from exo_pin.muscle import muscle_model, steady_states, table, tables
+from exo_pin.muscle import muscle_model, steady_states, table
 
 # Every cell whose error is printed in Table 3-3c, (regulator setting in bar, hung weight in N).
 VALID = {
@@ -21,50 +21,6 @@ VALID = {
 
 def grid():
     return table("3-2").values / 1e3, table("3-1").values * 1e5
-
-
-def test_all_tables_are_there_with_source_and_units():
-    assert tables() == ["3-1", "3-2", "3-3a", "3-3b", "3-3c", "3-4", "a-1", "a-2", "a-3", "b-1"]
-    for name in tables():
-        sheet = table(name)
-        assert "Tang" in sheet.source
-        assert sheet.units
-        assert sheet.title.startswith(f"Table {name.upper() if name[0] in 'ab' else name},")
-        assert {len(row) for row in sheet.printed} == {len(sheet.columns)}
-
-
-@pytest.mark.parametrize("name", ["3-1", "3-2", "3-3a", "3-3b", "3-3c"])
-def test_grid_tables_have_the_shape_of_the_experiment(name):
-    sheet = table(name)
-    np.testing.assert_array_equal(sheet.row_numbers, np.arange(1, 11) * 4 / 10)
-    np.testing.assert_allclose(sheet.column_numbers, 12.74 + 10 * np.arange(7))
-
-
-def test_missing_cells_are_the_printed_strokes():
-    for name, gaps in (
-        ("3-1", {(1.6, 52.74), (2.0, 12.74), (3.2, 22.74), (3.2, 42.74)}),
-        ("3-3c", {(3.2, 22.74), (3.2, 42.74)}),
-    ):
-        sheet = table(name)
-        missing = {(sheet.row_numbers[i], sheet.column_numbers[j]) for i, j in np.argwhere(~sheet.present)}
-        assert missing == gaps
-        assert all(sheet.printed[i][j] == "/" for i, j in np.argwhere(~sheet.present))
-
-
-def test_cells_are_stored_as_printed():
-    assert table("3-3c").printed[3][1] == "21.14(-2.7%)"
-    assert table("3-3b").printed[0][0] == "-2.09()"
-    assert table("3-4").printed[0][0] == "224.93, -91.31, 6.86 -1.01,0.80"
-    assert table("a-1").printed[0][0] == "5.01"
-    assert table("a-2").row("excitation")[0] == 51.962
-    np.testing.assert_array_equal(table("3-4").groups[6, 4], [228.93, -90.45, 6.90, -1.01, 0.80])
-    assert np.isnan(table("b-1").groups[5, 1]).all()
-
-
-def test_notes_name_the_misprints():
-    assert any("22.14 must be meant" in note for note in table("3-3c").notes)
-    assert any("-5.01 must be meant" in note for note in table("a-1").notes)
-    assert any("1e-5" in note for note in table("a-2").notes)
 
 
 def test_valid_cells_are_26_of_which_25_have_data():
@@ -103,16 +59,6 @@ def test_valid_cells_of_3_3c_come_out_but_for_the_named_one():
     # Its own error of -2.7 % says what was meant: 22.14 N.
     assert abs(sheet.values[3, 1] + gap[3, 1] - 22.14) < 0.03
     assert sheet.errors_percent[3, 1] == round(100 * ((sheet.values[3, 1] + gap[3, 1]) / 22.74 - 1), 1)
-
-
-def test_cells_outside_the_region_of_3_3c_are_those_of_3_3a():
-    first, third = table("3-3a"), table("3-3c")
-    outside = np.isnan(third.errors_percent) & third.present
-    assert outside.sum() == 42
-    np.testing.assert_allclose(third.values[outside], first.values[outside], atol=0.0101)
-    x, p = grid()
-    gap = np.abs(muscle_model("tang-optimised").unchecked_force(x, p) - third.values)[outside & np.isfinite(x)]
-    assert np.median(gap) > 1.0
 
 
 @pytest.mark.parametrize(("name", "powers"), [("tang-3-3a", (1, 1)), ("tang-optimised", (1, 0))])

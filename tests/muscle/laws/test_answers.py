@@ -162,6 +162,8 @@ def asked_of_friction():
         negative=lambda: ConstantFriction(-1.0),
         not_finite=lambda: LoadDependentFriction(1.0, np.nan, 1.0, 1.0),
         no_damping=lambda: Damping(0.0, np.inf),
+        no_first_damping=lambda: Damping(np.nan, 1.0),
+        no_friction=lambda: replace(SLIDING, friction=2.5),
     )
 
 

@@ -1,13 +1,9 @@
-"""A table of forces as a law: between entries, derivatives, files, and a device that is driven by it."""
-
-import dataclasses
+"""A table of forces as a law, against SciPy's interpolation and differences."""
 
 import numpy as np
-import pytest
 from scipy.interpolate import RegularGridInterpolator
 
-from exo_pin import FileFormatError, InvalidInput
-from exo_pin.muscle import ForceTable, Muscle, Validity, load_parameters, muscle_model, save_parameters
+from exo_pin.muscle import ForceTable, Validity, muscle_model
 
 STRAINS, PRESSURES = (0.0, 0.04, 0.1, 0.18, 0.25), (0.0, 1e5, 2.5e5, 4e5)
 LIMITS = Validity(strain=(0.0, 0.25), pressure=(0.0, 4e5))
@@ -47,41 +43,3 @@ def test_a_table_is_straight_between_its_entries():
     known = ~there.mask
     assert known.sum() > 200
     np.testing.assert_allclose(law.force(x[known], there.data[known], "mark").data, own[known], atol=1e-6)
-
-
-def test_a_dense_table_makes_the_muscle_that_its_law_makes():
-    law = muscle_model("best")
-    strains, pressures = (np.linspace(*ends, 201) for ends in (law.validity.strain, law.validity.pressure))
-    models = law, sampled(strains, pressures, law.validity)
-    own, tabled = (Muscle(model=model.scaled(0.25), end_fitting=0.0) for model in models)
-    lengths = np.linspace(0.19, 0.23, 9)
-    (low, high), (least, most) = own.force_limits(lengths), tabled.force_limits(lengths)
-    assert (high > 5.0).all()
-    np.testing.assert_allclose(most, high, atol=0.01)
-    np.testing.assert_allclose(least, low, atol=0.01)
-    np.testing.assert_allclose(tabled.pressure_for(12.0, lengths[3:]), own.pressure_for(12.0, lengths[3:]), rtol=1e-3)
-
-
-def test_a_table_comes_back_from_its_file(tmp_path):
-    law, path = sampled(), tmp_path / "sheet.toml"
-    save_parameters(law, path)
-    read = load_parameters(path)
-    np.testing.assert_allclose(read.forces, law.forces, rtol=1e-15)
-    np.testing.assert_allclose(read.pressures, law.pressures, rtol=1e-15)
-    assert read.strains == law.strains
-    text = path.read_text()
-    path.write_text(text.replace("strain = [\n    0.0,\n    0.04", "strain = [\n    0.04,\n    0.04", 1))
-    assert path.read_text() != text
-    with pytest.raises(FileFormatError, match="strains that rise"):
-        load_parameters(path)
-
-
-def test_tables_that_cannot_be(tmp_path):
-    with pytest.raises(InvalidInput, match="pressures that rise"):
-        sampled(pressures=(0.0, 2e5, 1e5, 4e5))
-    with pytest.raises(InvalidInput, match=r"validity within the table, whose strain goes from 0 to 0\.25"):
-        sampled(validity=Validity(strain=(0.0, 0.3), pressure=(0.0, 4e5)))
-    with pytest.raises(InvalidInput, match="forces"):
-        dataclasses.replace(sampled(), forces=[[1.0, 2.0]])
-    with pytest.raises(InvalidInput, match="polynomial in contraction"):
-        sampled().contraction_powers(2e5)

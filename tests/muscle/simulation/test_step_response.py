@@ -1,24 +1,25 @@
-"""Stick and slip: against exact solutions, time stepping, and other tolerances; what a step response says."""
+"""Stick and slip against exact solutions and time stepping; short pulses and slow supplies."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from exo_pin.muscle import (
     ConstantFriction,
     Damping,
     DynamicModel,
     Mode,
-    OutsideValidity,
     PolynomialModel,
     PressureStep,
+    PressureTrace,
     Validity,
     dynamic_model,
     muscle_model,
+    settling_against_lag,
     simulate,
 )
-from exo_pin.muscle.simulation.step_response import INTEGRATION
 
 G = 9.81
 
@@ -115,76 +116,6 @@ def test_events_agree_with_time_stepping_and_converge():
     assert errors[1] < 0.4 * errors[0]
 
 
-@pytest.mark.parametrize("name", ["tang-3-31", pytest.param("tang-constant-friction", marks=pytest.mark.full)])
-def test_results_do_not_depend_on_step_size_or_method(name, monkeypatch):
-    model = dynamic_model(name)
-    times = np.linspace(0.0, 1.5, 301)
-    pressure = PressureStep(0.0, 3.6e5, 0.02, 0.1)
-    settings = [
-        ({}, {}),
-        ({"max_step": 5e-4}, {}),
-        ({}, {"rtol": 1e-8, "atol": 1e-10}),
-        ({"method": "RK45"}, {"rtol": 1e-9, "atol": 1e-11}),
-        ({"method": "Radau"}, {"rtol": 1e-8, "atol": 1e-10}),
-    ]
-    runs = []
-    for integration, tolerances in settings:
-        with monkeypatch.context() as patch:
-            for key, value in integration.items():
-                patch.setitem(INTEGRATION, key, value)
-            chosen = {"outside": "mark", **tolerances}
-            runs.append(simulate(model, 22.74 / G, pressure, times, **chosen))
-    stroke = np.ptp(runs[0].contraction)
-    for run in runs[1:]:
-        assert np.abs(run.contraction - runs[0].contraction).max() < 1e-6 * stroke
-        assert [mode for _, mode in run.switches] == [mode for _, mode in runs[0].switches]
-
-
-def test_energy_balance_closes():
-    model = dynamic_model("tang-3-31")
-    response = simulate(model, 12.74 / G, PressureStep(0.0, 3.6e5, 0.0, 0.15), np.linspace(0, 3, 301), outside="mark")
-    gained = response.mass * G * (response.contraction[-1] - response.contraction[0])
-    spent = response.friction_loss + response.damping_loss + response.impact_loss
-    np.testing.assert_allclose(response.muscle_work, gained + spent, atol=1e-9)
-    assert response.friction_loss > 0
-    assert response.damping_loss > 0
-
-
-def test_a_motion_too_fast_for_the_damping_raises_or_is_cut():
-    fast = linear(800.0, 1.0, (-1.0, 0.802))
-    with pytest.raises(OutsideValidity, match=r"at 0\.\d+ s expected damping"):
-        simulate(fast, 2.0, PressureStep(3e5, 3e5), np.linspace(0, 1, 11), contraction=0.004)
-    # Marked, the damping is cut at zero while it would push: the motion is that without damping.
-    times = np.linspace(0.0, 0.02, 5)
-    settings = {"contraction": 0.02, "velocity": 1.0, "outside": "mark"}
-    cut = simulate(fast, 2.0, PressureStep(3e5, 3e5), times, **settings)
-    bare = simulate(linear(800.0, 1.0), 2.0, PressureStep(3e5, 3e5), times, **settings)
-    assert cut.velocity.min() > 0.802
-    assert cut.damping_loss == 0.0
-    assert not cut.inside.any()
-    np.testing.assert_allclose(cut.contraction, bare.contraction, atol=1e-12)
-
-
-def test_from_an_empty_muscle_the_mass_waits_at_the_stop():
-    model = dynamic_model("tang-constant-friction")
-    pressure = PressureStep(0.0, 3.6e5, 0.0, 0.2)
-    times = np.linspace(0.0, 3.0, 1501)
-    with pytest.raises(OutsideValidity, match="at 0 s expected strain"):
-        simulate(model, 22.74 / G, pressure, times)
-    response = simulate(model, 22.74 / G, pressure, times, outside="mark")
-    assert response.switches[0] == (0.0, Mode.AT_STOP)
-    lift_off, mode = response.switches[1]
-    assert mode is Mode.SHORTENING
-    # It lifts when the static force carries the weight and the friction.
-    assert abs(model.static.unchecked_force(0.0, pressure(lift_off)) - 22.74 - 2.5) < 1e-6
-    waiting = times < lift_off
-    assert (response.contraction[waiting] == 0).all()
-    assert not response.inside[waiting].any()
-    assert response.inside[-1]
-    low, high = model.rest_band(22.74 / G, 3.6e5)
-    assert low <= response.steady_state <= high
-
-
 def test_a_mass_that_comes_down_is_stopped_without_rebound():
     model = dynamic_model("tang-constant-friction")
     times = np.linspace(0, 1.0, 1001)
@@ -232,3 +163,32 @@ def test_ever_smaller_slips_end(lag):
     assert len(steady) > 8
     np.testing.assert_allclose(np.diff(steady), np.diff(steady).mean(), rtol=2e-3)
     assert lacking[-1] < 1e-2
+
+
+def test_a_short_pulse_in_a_trace_is_not_missed():
+    """What exceeds friction lasts less than half of a sample."""
+    model, grid = dynamic_model("tang-constant-friction"), np.linspace(0.0, 0.2, 5)
+    rest = simulate(model, 2.0, PressureStep(3e5, 3e5), grid).contraction[0]
+    lack = 2.0 * G + model.friction.bound(rest, 3e5, 2.0)
+    enough = brentq(lambda p: float(model.static.unchecked_force(rest, p)) - lack, 3e5, 4e5) - 3e5
+    for share, lifted in ((0.98, False), (1.03, True)):
+        trace = PressureTrace(grid, np.array([3e5, 3e5, 3e5 + share * enough, 3e5, 3e5]))
+        run = simulate(model, 2.0, trace, np.linspace(0.0, 0.2, 201))
+        assert (run.contraction[-1] > rest) == lifted
+
+
+@pytest.mark.full
+def test_settling_follows_the_lag():
+    model, mass = dynamic_model("tang-3-31"), 22.74 / 9.81
+    lags = [0.0, 1.0, 2.0]
+    settling = settling_against_lag(model, mass, 4e5, lags)
+    # A jump drives the mass faster than the damping holds.
+    assert np.isnan(settling[0])
+    assert settling[1] == pytest.approx(3.63, abs=0.05)
+    assert settling[1] < 6.0 < settling[2]
+    steps = [PressureStep(0.0, 4e5, time_constant=lag) for lag in lags]
+    times = np.linspace(0, 8, 801)
+    alone = [simulate(model, mass, step, times, outside="mark") for step in steps]
+    assert alone[0].overshoot > 0.5
+    assert max(run.overshoot for run in alone[1:]) < 0.001
+    assert settling[1] == pytest.approx(alone[1].settling_time(), abs=0.02)

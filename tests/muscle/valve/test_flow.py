@@ -1,13 +1,11 @@
-"""Flow of air through valves, against ISO 6358's formula written again, closed forms and conservation of mass."""
+"""Flow of air through valves, against ISO 6358's formula written again, a closed form and an exact series."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from exo_pin import InvalidInput, UnknownName
-from exo_pin.muscle import Supply, Valve, ValveUnit
-from exo_pin.muscle.valve.flow import GAS_CONSTANT, LAMINAR_RATIO, REFERENCE_TEMPERATURE, mass_flow
+from exo_pin.muscle import Valve
 
 
 def iso_6358(high, low, C, b):
@@ -21,35 +19,22 @@ def iso_6358(high, low, C, b):
 def test_flow_is_the_standard_s_both_ways(b):
     valve, rng = Valve(2e-9, b), np.random.default_rng(3)
     high = rng.uniform(1e5, 8e5, 200)
-    low = high * rng.uniform(0.0, LAMINAR_RATIO, 200)
+    low = high * rng.uniform(0.0, 0.999, 200)
     expected = [iso_6358(p, q, 2e-9, b) for p, q in zip(high, low, strict=True)]
     np.testing.assert_allclose(valve.flow(high, low), expected, rtol=1e-12)
     np.testing.assert_allclose(valve.flow(low, high), -np.array(expected), rtol=1e-12)
 
 
-def test_flow_is_choked_below_the_critical_ratio_and_none_without_a_difference():
-    valve = Valve(1e-9, 0.4)
-    choked = valve.flow(6e5, [0.0, 1e5, 2e5, 0.4 * 6e5])
-    np.testing.assert_allclose(choked, 1e-9 * 6e5 * 1.185, rtol=1e-15)
-    assert valve.flow(6e5, 0.41 * 6e5) < choked[0]
-    assert valve.flow(3e5, 3e5) == 0.0
-    assert valve.flow(0.0, 0.0) == 0.0
-    # The laminar part joins the other without a step, and its slope is finite.
-    near = valve.flow(6e5, 6e5 * (LAMINAR_RATIO + np.array([-1e-9, 1e-9])))
-    assert near[0] == pytest.approx(near[1], rel=1e-5)
-    assert valve.flow(6e5, 6e5 - 1.0) / valve.flow(6e5, 6e5 - 2.0) == pytest.approx(0.5, rel=1e-9)
-
-
 def test_a_volume_fills_as_in_closed_form():
     """Isothermal: linear in time while choked, then p/p_s = b + (1 - b) sin(...) up to the laminar part."""
     C, b, supply, volume, start = 1e-9, 0.3, 5e5, 20e-6, 1e5
-    rate = GAS_CONSTANT * REFERENCE_TEMPERATURE * C * 1.185 * supply / volume
+    rate = 1e5 * C * supply / volume  # of the standard's air
     choked = (b * supply - start) / rate
     through = choked + (1.0 - b) * supply / rate * np.arcsin((0.99 - b) / (1.0 - b))
     times = np.linspace(0.0, through, 60)
 
     def fill(t, p):
-        return [GAS_CONSTANT * REFERENCE_TEMPERATURE * mass_flow(supply, float(p[0]), C, b) / volume]
+        return [1e5 / 1.185 * Valve(C, b).flow(supply, p[0]) / volume]
 
     found = solve_ivp(fill, (0.0, through), [start], t_eval=times, rtol=1e-11, atol=1e-4, method="DOP853").y[0]
     angle = np.clip((times - choked) * rate / ((1.0 - b) * supply), 0.0, None)
@@ -81,44 +66,3 @@ def test_valves_in_series_pass_nearly_what_they_pass_one_behind_the_other(least,
         for low in (1e4, 5e4, 1e5, 2.5e5, 4.1e5, 4.9e5)
     ]
     assert 0.85 * error < np.abs(off).max() < error
-
-
-def test_a_valve_alone_or_shut_in_series():
-    first, second = Valve(1e-9, 0.3), Valve(1e-9, 0.5)
-    assert first.in_series(second).conductance < second.conductance
-    assert first.in_series() == first
-    assert first.in_series(Valve(0.0)).conductance == 0.0
-
-
-def test_absolute_pressure_of_a_supply():
-    assert Supply(4e5).absolute == 501325.0
-
-
-def test_shares_of_a_command():
-    valve = Valve(1e-9)
-    three_two = ValveUnit(valve, valve)
-    assert [three_two.shares(u) for u in (-1, 0, 1, 7)] == [(0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.0, 0.0)]
-    two = ValveUnit(valve, valve, layout="fill and vent")
-    assert [two.shares(u) for u in (-1, 0, 0.25)] == [(0.0, 1.0), (0.0, 0.0), (0.25, 0.0)]
-    assert ValveUnit(valve, valve, restrictor=Valve(1e-10)).paths[0].conductance < 1e-10
-
-
-@pytest.mark.parametrize(
-    ("make", "error"),
-    [
-        (lambda: Valve(-1e-9), InvalidInput),
-        (lambda: Valve(0.2), InvalidInput),
-        (lambda: Valve(1e-9, 1.0), InvalidInput),
-        (lambda: Valve(float("nan")), InvalidInput),
-        (lambda: Valve(1e-9).flow(-1.0, 0.0), InvalidInput),
-        (lambda: Valve(1e-9).flow([1.0, 2.0], [1.0, 2.0, 3.0]), InvalidInput),
-        (lambda: Valve(1e-9).in_series(3.0), InvalidInput),
-        (lambda: Supply(4e9), InvalidInput),
-        (lambda: Supply(4e5, regulator=Valve(1e-9)), InvalidInput),
-        (lambda: ValveUnit(Valve(1e-9), 3.0), InvalidInput),
-        (lambda: ValveUnit(Valve(1e-9), Valve(1e-9), layout="5/2"), UnknownName),
-    ],
-)
-def test_bad_input_is_refused(make, error):
-    with pytest.raises(error):
-        make()

@@ -1,4 +1,4 @@
-"""The browser as a process: what it is called with, how it fails, and what it leaves behind."""
+"""The browser as a process: its pictures, how it fails, and what it leaves behind."""
 
 import subprocess
 import sys
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exo_pin import InvalidInput
 from exo_pin.core.errors import BrowserFailed
 from exo_pin.view.page import browser
 from exo_pin.view.page.browser import still_picture
@@ -67,17 +66,3 @@ def test_failing_browser_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
     with pytest.raises(BrowserFailed, match="does not start"):
         still_picture(PAGE, (100, 100), broken)
     assert list(tmp_path.glob("exo_pin_browser_*")) == []
-
-
-@pytest.mark.parametrize("size", [(10, 800), (1280, 9000)])
-def test_size_of_a_picture_is_checked(size):
-    with pytest.raises(InvalidInput, match="16 to 8192 pixels"):
-        still_picture(PAGE, size)
-
-
-def test_the_arguments_of_the_program_are_left_alone():
-    code = "import sys; sys.argv = ['a', '--l', '1']; import browser_window; print(sys.argv)"
-    here = [folder for folder in sys.path if folder]
-    environment = {"PYTHONPATH": ":".join(here)}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
-    assert done.stdout == "['a', '--l', '1']\n"

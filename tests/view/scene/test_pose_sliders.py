@@ -41,17 +41,6 @@ def test_a_page_moves_the_pose_and_gets_its_forces():
         np.testing.assert_allclose(scene.orientation.as_matrix(), exo.pose(*angles).as_matrix(), atol=1e-12)
 
 
-def test_a_device_that_is_no_wrist_is_moved_from_where_it_is_looked_at():
-    exo = ep.ShoulderExo.from_chain(ep.load("three-linear-actuators").chain_with_masses())
-    scene = Scene(exo)
-    scene.camera([2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-    camera = panel(scene, "camera")
-    ask(scene, 30.0, 10.0, 0.0)
-    answer = exo.reaction(exo.pose(30, 10))
-    assert panel(scene, "numbers")["values"][0]["value"] == f"{answer.magnitude:.1f} N"
-    assert panel(scene, "camera") == camera
-
-
 def test_a_pose_that_cannot_be_drawn_leaves_the_last_one_and_says_why(monkeypatch):
     exo = ep.load("three-linear-actuators")
     scene = Scene(exo, human=False)
@@ -96,17 +85,3 @@ def test_of_poses_that_wait_the_newest_alone_is_drawn():
     go.set()
     requests.finish()
     assert drawn == [(0.0, 0.0, 0.0), (4.0, 0.0, 0.0)]
-
-
-def test_the_page_looks_from_four_sides():
-    """Each side sees the whole device, in the picture, with its own right hand on the right."""
-    exo = ep.load("four-linear-actuators-worn")
-    camera = panel(Scene(exo, human=False), "camera")
-    assert [side["name"] for side in camera["sides"]] == ["front", "left", "back", "right"]
-    views = [((1, 0), (0, 1)), ((0, 1), (-1, 0)), ((-1, 0), (0, -1)), ((0, -1), (1, 0))]
-    for side, (towards, right) in zip(camera["sides"], views, strict=True):
-        away = np.subtract(side["position"], side["target"])
-        assert away[:2] / np.linalg.norm(away[:2]) == pytest.approx(towards, abs=1e-9)
-        points = np.concatenate([exo.geometry.base_points, exo.geometry.platform_points]) - side["target"]
-        depth = 1.0 - points @ away / (away @ away)
-        assert np.abs(points[:, :2] @ right / depth).max() <= side["extent"][0]

@@ -35,11 +35,3 @@ def test_every_joint_of_a_design_is_in_the_picture(name, side):
     weight = place(scene, "/meshcat/forces/weight/shaft")
     tip = weight[:3, 3] + weight[:3, 2]
     assert np.abs(in_the_picture(panel(scene, "camera"), tip[None])).max() < 1.0
-
-
-@pytest.mark.full
-def test_a_design_that_fits_leaves_the_camera_where_it_is():
-    cameras = {name: panel(Scene(ep.load(name)), "camera") for name in ("four-cables", "three-linear-actuators")}
-    assert cameras["four-cables"]["extent"] == pytest.approx([0.36, 0.46])
-    assert cameras["four-cables"]["target"] == pytest.approx([0.05, -0.04, -0.02])
-    assert cameras["three-linear-actuators"]["extent"][1] > 0.5

@@ -10,35 +10,6 @@ import exo_pin as ep
 from exo_pin.load_case.case import beyond_motion
 
 
-def test_the_remedy_of_a_device_is_checked_and_says_what_is_missing():
-    exo = ep.load("four-cables")
-    load = ep.Load([0.0, 0.0, -60.0], at=[0.0, 0.0, -0.3])
-    pose = next(
-        own for own in (exo.pose(angle, 60) for angle in (60, 80, 100, 120)) if not exo.reaction(own, load=load).held
-    )
-    found = exo.remedy(pose, load)
-    assert found.side == "left"
-    if found.nearest is not None:
-        assert exo.reaction(found.nearest.pose, load=load).held
-        assert found.nearest.distance > 0.0
-    assert str(found).endswith(found.infeasibility.explain())
-    held = exo.remedy(exo.pose(45))
-    assert str(held) == "The pose itself can be held."
-    weak = exo.remedy(exo.pose(45), ep.Load([0.0, 0.0, 0.0], [4000.0, 0.0, 0.0]))
-    assert weak.nearest is None
-    assert str(weak).startswith("No pose within 60° can be held. With the best forces")
-
-
-def test_a_pose_that_can_be_held_is_its_own_nearest():
-    design = ep.load("four-linear-actuators")
-    pose = design.pose(40.0, 30.0)
-    found = design.remedy(pose)
-    assert found.nearest.distance == 0.0
-    assert (found.nearest.pose * pose.inv()).magnitude() == 0.0
-    assert found.nearest.check.can_hold
-    assert str(found) == "The pose itself can be held."
-
-
 @pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-cables"])
 def test_what_is_suggested_holds_as_it_is_printed(name):
     """Typed in again: held, clear of the wearer, and within the range of motion."""
@@ -82,10 +53,3 @@ def test_what_is_called_nearest_has_none_nearer(name):
         answer = exo.reaction(nearer)
         beyond = beyond_motion(nearer.as_matrix(), exo.side)
         assert not (answer.held & ~(answer.clearance < 0.0) & ~beyond).any()
-
-
-def test_stacks_are_refused():
-    exo = ep.load("prototype")
-    for poses, words in ((exo.pose([0, 10]), "single rotation"), ("rest", "Rotation")):
-        with pytest.raises(ep.InvalidInput, match=words):
-            exo.remedy(poses)

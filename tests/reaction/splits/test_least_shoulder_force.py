@@ -4,15 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from wrists import (
-    DEGREES,
-    MECHANISMS,
     PERSON,
-    exo_of,
-    random_mechanism,
     regular_poses,
-    zero_of_abduction,
 )
 
 import exo_pin as ep
@@ -79,75 +73,3 @@ def test_minimal_with_bounds_equals_an_exhaustive_answer(prototype):
     for k in range(300):
         best = exhaustive(answer.spherical_force[k], state.normals[k].T, lower[k], upper[k])
         assert abs(answer.magnitude[k] - best) <= 1e-8 * np.linalg.norm(answer.spherical_force[k])
-
-
-def test_actuator_bound(prototype):
-    exo = prototype.worn_by(PERSON)
-    poses = regular_poses(exo.mechanism, np.random.default_rng(32), 50)
-    answer = exo.reaction(poses, split="minimal", constraint_bounds="actuator", limits="none")
-    assert (np.abs(answer.constraint_forces) <= np.abs(answer.actuator_forces) * (1 + 1e-12)).all()
-    assert (answer.ratio <= 1 + 1e-12).all()
-    assert answer.ratio.min() < 0.9
-    assert not answer.trivial
-
-
-def test_unbounded_minimum_is_zero_and_says_that_it_is_trivial(prototype):
-    poses = regular_poses(prototype.mechanism, np.random.default_rng(33), 100, margin=1e-3)
-    answer = prototype.reaction(poses, split="minimal", limits="none")
-    assert answer.magnitude.max() <= 1e-9 * prototype.arm.mass * 9.81
-    assert answer.trivial
-    assert "trivial" in str(answer)
-    infinite = prototype.reaction(poses[:3], split="minimal", constraint_bounds=(-np.inf, np.inf), limits="none")
-    assert infinite.trivial
-    mixed = exo_of(MECHANISMS["random-3-mixed"]()).reaction(Rotation.identity(), split="minimal")
-    assert not mixed.trivial
-    assert mixed.magnitude > 1.0
-    assert mixed.constraint_forces[[0, 2]].tolist() == [0, 0]
-
-
-def test_more_limbs_lower_the_shoulder_force():
-    mechanism = MECHANISMS["random-5"]().replace(limbs=(ep.Limb("SPS"),) * 5)
-    poses = regular_poses(mechanism, np.random.default_rng(34), 30)
-    exo = exo_of(mechanism)
-    spherical, minimal = exo.reaction(poses), exo.reaction(poses, split="minimal")
-    assert (minimal.magnitude < spherical.magnitude).all()
-    # Optimal: what is left stands across everything that two self-stresses can do.
-    J, state = exo.jacobian(poses), exo.inverse_kinematics(poses)
-    for k in range(len(poses)):
-        stress = np.linalg.svd(J[k].T)[2][3:].T
-        np.testing.assert_allclose(stress.T @ state.directions[k] @ minimal.shoulder_force[k], 0, atol=1e-7)
-        np.testing.assert_allclose(J[k].T @ (minimal.actuator_forces[k] - spherical.actuator_forces[k]), 0, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("kinds", "trivial"),
-    [(["SPS"] * 6, True), (["UPU"] + ["SPS"] * 4, True), (["UPU", "UPU", "SPS"], False), (["SPS"] * 5, False)],
-)
-def test_trivial_minimum_is_judged_by_what_is_free(kinds, trivial):
-    exo = exo_of(random_mechanism(np.random.default_rng(64), len(kinds), kinds))
-    answer = exo.reaction(regular_poses(exo.mechanism, np.random.default_rng(65), 5, margin=0.05), split="minimal")
-    assert answer.trivial is trivial
-    assert bool(answer.magnitude.max() < 1e-7) is trivial
-
-
-def test_bounds_of_any_size_keep_their_digits():
-    rng = np.random.default_rng(68)
-    for _ in range(300):
-        effect = rng.normal(size=(3, 3))
-        effect /= np.linalg.norm(effect, axis=0)
-        constant = rng.normal(size=3) * 100
-        reach = np.array([20.0, 20.0, 20.0])
-        reach[rng.integers(3)] = 10.0 ** rng.uniform(2, 15)
-        answer = least_force(constant, effect, -reach, reach)
-        best = exhaustive(constant, effect, -reach, reach)
-        assert abs(np.linalg.norm(answer.force) - best) <= 1e-8 * np.linalg.norm(constant)
-
-
-def test_near_the_surface_the_unbounded_minimum_stays_small(prototype):
-    zero = zero_of_abduction(prototype)
-    poses = ep.shoulder_rotation(0, zero + np.array([1e-3, 1e-4, 1e-5]), 0, **DEGREES)
-    answer = prototype.reaction(poses, split="minimal", limits="none")
-    assert (answer.equilibrium_status == "near_singular").all()
-    # It is zero to the rounding of the side forces, which are huge there and must cancel.
-    assert (answer.magnitude < 1e-15 * np.abs(answer.constraint_forces).max(axis=1)).all()
-    assert np.abs(answer.constraint_forces).max() > 1e12

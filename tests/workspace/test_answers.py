@@ -212,6 +212,20 @@ def heavy():
     ]
 
 
+def stated():
+    """Drives whose mass the design states, and where the moving part of a searched device comes from."""
+    exo = load("four-linear-actuators-worn")
+    worn = exo.replace(limbs=with_drive_masses(exo.mechanism, [0.3, 0.4, 0.5, 0.6]).limbs)
+    at = workspace(worn.device, few(exo), ["forces"])
+    table = parts_list(worn.device, at, 0.5)
+    cable = ep.Actuator("cable", pull_limit=90.0)
+    made = starting_design(cable, ep.Arm.from_anthropometry(1.7, 66, sex="female"), device=exo.mechanism)
+    return [table["order"], table["mass_kg"], parts_sheet(worn.device, table), made.arm.mass, made.side], refused(
+        lambda: starting_design(cable, None, 4, device=exo.mechanism.replace(arm=None)),
+        lambda: starting_design(cable, None, 4, device=load("four-cables").mechanism),
+    )
+
+
 def day(name, side, criteria, step, wearer=MAN):
     exo = load(name).worn_by(wearer)
     found = day_reach(exo if side == "left" else exo.mirrored(), criteria, step)
@@ -391,6 +405,7 @@ ASKED = {
     "limbs": limbs,
     "parts": parts,
     "heavy": heavy,
+    "stated": stated,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),
     "day_of_a_right_arm": lambda: day("four-cables", "right", ["stroke", "forces"], 72.0, WOMAN),
     "tasks": tasks,

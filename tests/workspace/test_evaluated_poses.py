@@ -5,10 +5,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
-from exo_pin import MissingData
-from exo_pin.device import LinearSpring, Route, Spring, TableLaw
-from exo_pin.view import plots
-from exo_pin.workspace import CRITERIA
+from exo_pin.device import Route, Spring, TableLaw
 
 LOW, HIGH = 0.285, 0.5
 WAY = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
@@ -39,24 +36,3 @@ def test_the_margin_is_the_distance_to_the_nearer_end(exo):
     assert np.isnan(found.magnitude[found.not_evaluated]).all()
     assert not found.unknown.any()
     assert f"{100.0 * (expected < 0.0).mean():.1f} % are not evaluated: a spring has no data there" in str(found)
-
-
-def test_it_is_asked_where_there_are_springs(exo):
-    assert "evaluated" in exo.workspace(exo.pose([60, 90])).margins
-    endless = exo.replace(springs=[Spring("cord", LinearSpring(30.0), route=WAY)]).workspace(exo.pose([0.0, 90.0]))
-    assert endless.fractions["evaluated"] == 1.0
-    assert np.isposinf(endless.margins["evaluated"]).all()
-    for other in (exo.replace(springs=[]), ep.load("four-cables-worn")):
-        found = other.workspace(other.pose([30, 60]))
-        assert found.not_checked["evaluated"] == "does not apply: no spring has a law"
-        assert "evaluated" not in str(found)
-        assert not found.not_evaluated.any()
-        with pytest.raises(MissingData, match="no spring with a law"):
-            other.workspace(other.pose([30, 60]), ["evaluated"])
-
-
-def test_pictures_name_it_first(exo):
-    found = exo.workspace(30.0, ["evaluated", "singularity", "forces"])
-    texts = [text.get_text() for text in plots.workspace_slices(found).legends[0].get_texts()]
-    assert "not met: data of a spring" in texts
-    assert next(iter(CRITERIA)) == "evaluated"

@@ -20,18 +20,6 @@ def fitted(lengths, weights=None):
     return windows[0]
 
 
-def test_a_stroke_gives_up_poses_far_off_before_many_that_are_nearly_in():
-    """Two poses at 0.6 m need a shortest length of 0.35 m, and a millimetre less is needed in three."""
-    bulk, long = [0.45] * 45, [0.6, 0.6]
-    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3]), [0.35, 0.6])
-    # Poses count by themselves, too: five nearly in are more than two far off, which count no more than 0.1 m off.
-    np.testing.assert_allclose(fitted([*bulk[2:], *long, *[0.349] * 5]), [0.349, 0.45])
-    # And by their weights.
-    heavy = np.ones(50)
-    heavy[-3:] = 5.0
-    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3], heavy), [0.349, 0.45])
-
-
 def windows_by_scan(family, travel, lengths, weights):
     """The longest length of least shortfall, of the quantiles."""
     share, least = {"pneumatic muscle": (0.75, 0.04), "linear": (0.5, 0.1), "cable": (0.0, 0.03)}[family]

@@ -1,7 +1,5 @@
 """The search for devices that fit: starts that hold the answer, descents, twins and choices against all of them."""
 
-import itertools
-
 import numpy as np
 import pytest
 from measured_devices import measured, near, poses, random_exo
@@ -12,16 +10,11 @@ from exo_pin.calibration.calibrate_device import nominal_model
 from exo_pin.calibration.length_model import CalibrationProblem, MeasurementErrors, estimate, whitening
 from exo_pin.calibration.search.solutions import descend, misfits
 from exo_pin.calibration.search.starts import (
-    best_combinations,
-    combined,
-    devices_of,
     distances,
     in_sensors,
-    limb_options,
     near_body_axes,
     placed,
     starts,
-    with_offsets,
 )
 
 JOINTS, CENTRE = ("base_points", "platform_points"), ("base_offset", "cuff_offset")
@@ -60,22 +53,6 @@ def test_the_linear_fit_of_exact_lengths_is_a_device_that_fits_whatever_the_desi
             assert (np.diff(apart) >= 0.0).all()
 
 
-def test_random_starts_scatter_joints_and_take_any_mounting():
-    rng = np.random.default_rng(91)
-    exo = random_exo(rng, 3)
-    device = near(exo, rng)
-    seen, lengths = measured(device, poses(rng, 9))
-    problem = asked(exo, (*JOINTS, "arm_mounting", "length_scale"), seen, lengths, tolerances={"torso_mounting": 0.1})
-    model, drawn = problem.model, starts(problem, ())[1:]
-    assert drawn.shape == (14, model.size)
-    assert np.std(drawn[:, model.places["base_points"]]) == pytest.approx(0.5 * model.reach, rel=0.2)
-    assert not drawn[:, model.places["length_scale"]].any()
-    # What is known but for a tolerance stays.
-    assert not drawn[:, model.places["torso_mounting"]].any()
-    angles = np.linalg.norm(drawn[:, model.places["arm_mounting"]], axis=1)
-    assert angles.max() > 2.0  # of turns that are any, five of six are beyond
-
-
 @pytest.mark.parametrize("offsets", [0.0, 0.2])
 def test_sensors_along_other_axes_of_the_body_are_a_start(offsets):
     """Both mounted so: one of 24 · 24 starts fits, and it comes first."""
@@ -101,69 +78,6 @@ def test_sensors_along_other_axes_of_the_body_are_a_start(offsets):
     assert (near_model.arm * device.arm.inv()).magnitude() < 1e-9
     np.testing.assert_allclose(near_model.group("torso_mounting", values), [0.1, 0.2, -0.3], atol=1e-9)
     np.testing.assert_allclose(near_model.group("arm_mounting", values), [-0.3, 0.1, 0.2], atol=1e-9)
-
-
-def test_offsets_are_begun_at_the_median_of_what_is_missing():
-    rng = np.random.default_rng(93)
-    exo = random_exo(rng, 3)
-    seen, lengths = measured(near(exo, rng, joints=0.0, offsets=0.1), poses(rng, 21))
-    device_offsets = np.array([0.03, -0.02, 0.1])
-    lengths = exo.inverse_kinematics(seen).lengths - device_offsets
-    lengths[3] += 1.0
-    for unknowns, expected in (((*JOINTS, "length_offsets"), device_offsets), (JOINTS, np.zeros(3))):
-        problem = asked(exo, unknowns, seen, lengths)
-        found = with_offsets(problem.model, problem.measured, lengths)
-        np.testing.assert_allclose(found.offsets, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize(("axis", "count"), [(False, 4), (True, 6)])
-def test_a_limb_has_four_twins_and_with_turns_about_one_axis_mirror_images(axis, count):
-    rng = np.random.default_rng(94)
-    exo = random_exo(rng, 3)
-    arm = (
-        Rotation.from_rotvec(np.outer(np.linspace(0, 2, 30), [0.6, -0.64, 0.48])) if axis else Rotation.random(30, rng)
-    )
-    seen, lengths = measured(near(exo, rng, joints=0.0), arm)
-    problem = asked(exo, JOINTS, seen, lengths)
-    model, start = problem.model, np.zeros((1, 18))
-    u, v = in_sensors(model, start)
-    options = limb_options(model, start, problem.measured)
-    for i, own in enumerate(options):
-        assert own.shape == (count, 7)
-        np.testing.assert_allclose(own[0], [*u[0, i], *v[0, i], 0.0], atol=1e-12)
-        for option in own:
-            ends = problem.measured @ option[3:6] - option[:3]
-            np.testing.assert_allclose(np.linalg.norm(ends, axis=1), lengths[:, i], atol=1e-9)
-    # Minima that are one have their options once.
-    assert [len(own) for own in limb_options(model, np.zeros((2, 18)), problem.measured)] == [count] * 3
-    if not axis:
-        devices = combined(model, options, 256)
-        assert devices.shape == (64, 18)
-        assert (worst_misfits(problem, devices) < 1e-9).all()
-        # The nearest ones to the design are those of all choices.
-        every = [np.stack(choice)[None] for choice in itertools.product(*options)]
-        apart = np.sort([float(distances(model, devices_of(model, each)[0])) for each in every])
-        np.testing.assert_allclose(distances(model, devices), apart, atol=1e-9)
-        chosen = best_combinations(model, [own[:, :3] for own in options], [own[:, 3:6] for own in options], 5)
-        assert chosen.shape == (5, 3)
-        assert not chosen[0].any()
-
-
-def test_choices_keep_to_a_known_ring_before_they_spare_an_unknown_one():
-    """A miss of the known ring counts as a hundred times as far a move of the other; an offset as that of each limb."""
-    rng = np.random.default_rng(97)
-    exo = random_exo(rng, 3)
-    seen, lengths = measured(near(exo, rng, joints=0.0), Rotation.random(30, rng))
-    for unknowns in (("platform_points", "torso_mounting"), ("platform_points", "torso_mounting", "base_offset")):
-        model = asked(exo, unknowns, seen, lengths).model
-        u, v = (0.2 * rng.normal(size=(3, 4, 3)) for _ in range(2))
-        found = best_combinations(model, list(u), list(v), 64)
-        every = np.array(list(itertools.product(range(4), repeat=3)))
-        values, missed = placed(model, *(np.stack([x[i, every[:, i]] for i in range(3)], axis=1) for x in (u, v)),
-                                np.zeros((64, 3)))  # fmt: skip
-        base, platform = (missed**2).sum(axis=(2, 3)).T
-        score = 1e4 * base + platform + 3.0 * (model.group("base_offset", values) ** 2).sum(axis=1)
-        np.testing.assert_array_equal(found, every[np.argsort(score, kind="stable")])
 
 
 @pytest.mark.parametrize("unknowns", [JOINTS, (*MOUNTINGS, *CENTRE), ("torso_mounting", "cuff_offset", "arm_mounting")])

@@ -1,10 +1,12 @@
 """Shares of the rotation group: exact volumes, and errors that cover."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, grid_rotation, share_of_volume
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, grid_rotation, share_of_volume
 
 
 def whole(step):
@@ -50,3 +52,12 @@ def test_errors_of_boxes_cover(count, step):
         share = share_of_volume(member, axes)
         covered += abs(share - true) <= share.error
     assert covered >= 0.95 * count
+
+
+def test_a_share_is_a_number_with_its_error():
+    share = Share(0.892, 0.004)
+    assert share.percent == "89.2 ± 0.4 %"
+    # A grid that is too small for an estimate of the error has none in words.
+    assert Share(0.9081, float("nan")).percent == "90.8 %"
+    back = pickle.loads(pickle.dumps(share))
+    assert (back, back.error) == (share, 0.004)

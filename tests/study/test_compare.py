@@ -9,6 +9,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin import InvalidInput
 from exo_pin.cli import main
+from exo_pin.design import DEFAULT_PRESET
 from exo_pin.study import adl_box
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -56,3 +57,14 @@ def test_a_chain_has_the_side_of_the_singular_surface(name):
     sides = np.linalg.det(chain.jacobian(poses)[np.isfinite(kinds.determinant)]) > 0.0
     assert table["one_side"][1] == max(sides.mean(), 1.0 - sides.mean())
     assert (table["one_side"][1] < 1.0) == (name == "appendix-d")
+
+
+def test_default_design_holds_most_daily_poses_on_everyone():
+    sizes = (ep.Wearer(1.525, 51, "female"), ep.Wearer(1.87, 111, "male"))
+    names = ("stroke", "forces", "clearance")
+    limits = ep.Criteria(names, wearers=sizes, elbow_range=np.radians([0.0, 130.0]))
+    designs = [exo for exo in map(ep.load, ep.presets()) if exo.mechanism.limbs[0].stroke is not None]
+    assert len(designs) == 8
+    share = {exo.name: exo.workspace(20.0, limits).index for exo in designs}
+    assert max(share, key=share.get) == DEFAULT_PRESET
+    assert share["prototype"] < 0.01

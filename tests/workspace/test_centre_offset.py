@@ -1,5 +1,7 @@
 """Workspaces with the device's centre off the shoulder's, constant, one a pose, or on the path of a shoulder."""
 
+import itertools
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from workspace_examples import free_design
 
 import exo_pin as ep
 from exo_pin.load_case import CentreOffset
-from exo_pin.workspace import Criteria
+from exo_pin.workspace import Criteria, limb_table
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -126,3 +128,31 @@ def test_constant_offset_is_a_device_that_sits_elsewhere():
     for criterion, margin in expected.margins.items():
         np.testing.assert_allclose(found.margins[criterion], margin, rtol=1e-9, atol=1e-12, err_msg=criterion)
     assert found.index != exo.workspace(20.0, limits).index
+
+
+def opening(directions):
+    """Half angle of the smallest cone around few directions: it touches two of them, or three."""
+    sets = [subset for size in (2, 3) for subset in itertools.combinations(directions, size)]
+    axes = [np.linalg.lstsq(np.array(subset), np.ones(len(subset)))[0] for subset in sets]
+    return min(np.arccos((directions @ (axis / np.linalg.norm(axis))).min()) for axis in axes)
+
+
+def test_cones_of_a_displaced_device_hold_its_limbs():
+    """Base and cuff are off the shoulder by their own: lines from A_i to B_i of the displaced rings."""
+    exo = ep.load("four-linear-actuators")
+    poses, base, cuff = (
+        exo.pose([10, 40, 60], [0, 20, 10]),
+        np.array([0.01, 0.0, -0.005]),
+        np.array([0.0, 0.012, 0.006]),
+    )
+    found = exo.workspace(poses, Criteria(names=("singularity",)), centre_offset=ep.CentreOffset(base, cuff))
+    assert found.inside.all()
+    table, geometry = limb_table(exo.mechanism, found), exo.geometry
+    for i in range(4):
+        lines = poses.apply(geometry.platform_points[i] + cuff) - geometry.base_points[i] - base
+        lengths = np.linalg.norm(lines, axis=1)
+        assert table["used_from_m"][i] == pytest.approx(lengths.min())
+        assert table["used_to_m"][i] == pytest.approx(lengths.max())
+        along = lines / lengths[:, None]
+        for name, rows in (("base_cone_deg", along), ("arm_cone_deg", poses.inv().apply(-along))):
+            assert table[name][i] == pytest.approx(np.degrees(opening(rows)), abs=1e-6)

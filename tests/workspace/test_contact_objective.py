@@ -1,10 +1,13 @@
 """The wearer's contact force as an objective of a search."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import Criteria, lifting_poses
+from exo_pin.workspace.optimisation.merit import Evaluation, Merit
 from exo_pin.workspace.optimisation.search_poses import ContactObjective
 from exo_pin.wrist import BodyShape
 
@@ -49,3 +52,23 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     assert moving.surrogate(exo.mechanism) == pytest.approx(np.fmin(found.magnitude, moving.bare).mean(), rel=1e-9)
     still = ContactObjective(PERSON, POSES, ep.ShoulderExo, LIMITS)
     assert abs(still.exact(exo.mechanism) / moving.exact(exo.mechanism) - 1.0) > 0.02
+
+
+pytestmark = pytest.mark.usefixtures("plain")
+
+
+def test_contact_force_is_exact_in_the_best_third_of_a_generation():
+    """The others get what the surrogate misses in these on average."""
+    asked = []
+
+    def evaluate(point, weights, is_exact=True):
+        asked.append((float(point), is_exact))
+        return Evaluation(point + (10.0 + point if is_exact else 0.0), {})
+
+    fake = SimpleNamespace(contact=object(), evaluate=evaluate)
+    points = [5.0, 1.0, 4.0, 2.0, 3.0, 6.0, 7.0]
+    found = Merit.generation(fake, points, {"contact_force": 1.0})
+    exact = {1.0: 12.0, 2.0: 14.0, 3.0: 16.0}
+    assert found == [exact.get(point, point + 12.0) for point in points]
+    assert [point for point, is_exact in asked if is_exact] == [1.0, 2.0, 3.0]
+    assert Merit.generation(fake, points, {}) == [10.0 + 2.0 * point for point in points]

@@ -1,15 +1,18 @@
-"""None"""
+"""Criteria of a workspace by hand, shares of the volume by Monte Carlo, limits, bodies and the mirror image."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
+from exo_pin.device import ChainDevice, Route, Spring, TableLaw
 from exo_pin.load_case import ADL_BOX
-from exo_pin.workspace import Criteria
+from exo_pin.workspace import CRITERIA, Criteria
 from exo_pin.wrist import BodyShape
 
 REST = Rotation.identity()
@@ -213,3 +216,87 @@ def test_right_shoulder_is_the_mirror_image():
     right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"), **limits))
     for name, margin in left.margins.items():
         np.testing.assert_allclose(right.margins[name], margin, rtol=1e-6, atol=1e-9)
+
+
+MAN = ep.Wearer(1.755, 85.0, "male")
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+
+
+def test_the_same_wrist_has_the_same_held_poses_both_ways():
+    exo = ep.load("four-linear-actuators-worn")
+    device = ChainDevice.from_chain(exo.chain).replace(arm=exo.arm)
+    limits = [d.__class__(d.name, d.joint, pulls=True, lower=-600.0, upper=600.0, least=d.least, greatest=d.greatest)
+              for d in device.drives]  # fmt: skip
+    poses = exo.pose(*np.meshgrid([0.0, 30.0, 60.0, 90.0], [0.0, 40.0]))
+    names = ep.Criteria(("stroke", "forces"))
+    one, other = (
+        exo.workspace(poses, names),
+        ep.ShoulderExo.from_device(device.replace(drives=limits)).workspace(poses, names),
+    )
+    np.testing.assert_array_equal(one.inside, other.inside)
+    np.testing.assert_allclose(other.margins["forces"], one.margins["forces"], rtol=1e-6)
+    np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-5)
+
+
+NAN = np.nan
+LIMITS = Criteria(
+    least_margin=0.1, least_moment=2.0, largest_shoulder_force=50.0, largest_pull_out=30.0, largest_cuff_pull=20.0,
+    largest_cuff_slip=0.01, least_moment_without_limb=1.5, least_gap=0.004,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "expected"),
+    [
+        ("joint_angles", {"bend": [0.2, -0.1]}, [0.2, -0.1]),
+        ("singularity", {"margin": [0.5, -0.05]}, [0.4, -0.15]),
+        ("connected", {"connection": lambda: np.array([0.3, -np.inf])}, [0.2, -np.inf]),
+        ("forces", {"moment": [5.0, 1.0, NAN]}, [3.0, -1.0, NAN]),
+        ("shoulder_force", {"shoulder": [[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [NAN] * 3]}, [0.0, -10.0, NAN]),
+        ("socket", {"pull_out": [-100.0, 40.0]}, [130.0, -10.0]),
+        ("cuff_pull", {"cuff_pull": [5.0, 25.0]}, [15.0, -5.0]),
+        ("cuff_slip", {"cuff_slip": [0.002, 0.02]}, [0.008, -0.01]),
+        ("limb_loss", {"moment_without_limb": [4.0, 1.0]}, [2.5, -0.5]),
+        ("clearance", {"gaps": [[0.01, 0.02, 0.03], [0.5, 0.001, 0.2], [0.5, 0.4, 0.0]]}, [0.006, -0.003, -0.004]),
+        ("shoulder_range", {"shoulder_range": lambda: np.array([0.3])}, [0.3]),
+    ],
+)
+def test_margins_by_hand(name, values, expected):
+    at = {key: np.array(value) if isinstance(value, list) else value for key, value in values.items()}
+    found = CRITERIA[name].margin(SimpleNamespace(criteria=LIMITS, **at))
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+LOW, HIGH = 0.285, 0.5
+WAY = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
+
+
+@pytest.fixture(scope="module")
+def exo():
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
+    return serial.replace(springs=[Spring("strut", TableLaw((LOW, HIGH), (-30.0, -10.0)), route=WAY)])
+
+
+def test_the_margin_is_the_distance_to_the_nearer_end(exo):
+    """By the distance of the strut's ends in each pose, over the length of the table."""
+    rng = np.random.default_rng(3)
+    poses = exo.pose(*rng.uniform([0.0, 0.0, -30.0], [150.0, 80.0, 60.0], (40, 3)).T)
+    found = exo.workspace(poses, ["evaluated", "singularity", "forces"])
+    size = np.linalg.norm(poses.apply([0.0, 0.0, -0.2]) - [0.0, 0.0, -0.4], axis=1)
+    expected = np.minimum(size - LOW, HIGH - size) / (HIGH - LOW)
+    assert 0.2 < (expected >= 0.0).mean() < 0.9
+    np.testing.assert_allclose(found.margins["evaluated"], expected, atol=1e-9)
+    assert found.fractions["evaluated"] == (expected >= 0.0).mean()
+    np.testing.assert_array_equal(found.not_evaluated, expected < 0.0)
+    assert found.summary()["not_evaluated"] == (expected < 0.0).mean()
+    # Kinematics are those without the spring; of forces nothing is known.
+    bare = exo.replace(springs=[]).workspace(poses, ["singularity", "forces"])
+    np.testing.assert_array_equal(found.margins["singularity"], bare.margins["singularity"])
+    np.testing.assert_array_equal(np.isnan(found.margins["forces"]), found.not_evaluated)
+    assert np.isnan(found.magnitude[found.not_evaluated]).all()
+    assert not found.unknown.any()
+    assert f"{100.0 * (expected < 0.0).mean():.1f} % are not evaluated: a spring has no data there" in str(found)

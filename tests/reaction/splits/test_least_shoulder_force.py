@@ -4,13 +4,17 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from wrists import (
     PERSON,
+    random_mechanism,
     regular_poses,
 )
 
 import exo_pin as ep
+from exo_pin.exo import ShoulderExo
 from exo_pin.numerics import least_force
+from exo_pin.reaction import SPLITS
 
 
 @pytest.fixture(scope="module")
@@ -73,3 +77,61 @@ def test_minimal_with_bounds_equals_an_exhaustive_answer(prototype):
     for k in range(300):
         best = exhaustive(answer.spherical_force[k], state.normals[k].T, lower[k], upper[k])
         assert abs(answer.magnitude[k] - best) <= 1e-8 * np.linalg.norm(answer.spherical_force[k])
+
+
+class Programs(type(SPLITS["spherical"])):
+    """The same split with a quadratic program for every pose."""
+
+    name = "spherical by programs"
+
+    def choose_within(self, poses, rows, answer):
+        """Leave all poses to the program."""
+        return rows
+
+
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 7, 8])
+@pytest.mark.parametrize("offset", [None, (0.01, -0.008, 0.012)])
+def test_tensions_within_limits_agree_with_the_program(limbs, offset):
+    rng = np.random.default_rng(100 * limbs + (offset is not None))
+    exo = ShoulderExo.from_mechanism(random_mechanism(rng, n=limbs))
+    poses = regular_poses(exo.mechanism, rng, 40, margin=0.05)
+    free = exo.reaction(poses, centre_offset=offset)
+    largest, typical = np.abs(free.actuator_forces).max(), np.quantile(np.abs(free.actuator_forces), 0.8)
+    held = bound = 0
+    for limit in ((0.0, np.inf), (-typical, typical), (-2.0 * largest, 2.0 * largest)):
+        options = {"centre_offset": offset, "limits": limit}
+        exact, program = exo.reaction(poses, **options), exo.reaction(poses, split=Programs(), **options)
+        np.testing.assert_array_equal(exact.status, program.status)
+        good = exact.held
+        np.testing.assert_allclose(
+            exact.actuator_forces[good], program.actuator_forces[good], rtol=0, atol=1e-9 * largest
+        )
+        f = exact.actuator_forces[good]
+        assert ((limit[0] <= f) & (f <= limit[1])).all()
+        assert (exact.residual[exact.has_answer] <= 1e-9).all()
+        assert (exact.optimum.kkt[good] <= 1e-8).all()
+        assert exact.optimum.unique[good].all()
+        assert not exact.constraint_forces[good].any()
+        held += good.sum()
+        bound += ((f == limit[0]) | (f == limit[1])).any(axis=1).sum()
+    assert held >= 40
+    assert bound >= 5 or limbs == 3
+
+
+def test_a_displaced_device_has_the_forces_of_least_sum_of_squares():
+    rng = np.random.default_rng(4)
+    for count, split in [(4, "minimal"), (5, "minimal"), (4, "standalone"), (6, "standalone")]:
+        angles = rng.uniform(0.0, 5.0, count)
+        geometry = ep.WristGeometry.from_circles(0.2, 0.1, 0.1, 0.15, angles, angles + rng.uniform(-1.0, 1.0, count))
+        exo = ep.ShoulderExo(geometry, ep.Arm(3.0, [0.02, 0.0, -0.25]), limbs=[ep.Limb("UPU")] * count)
+        found = exo.reaction(
+            Rotation.random(random_state=count), split=split, centre_offset=rng.uniform(-0.02, 0.02, 3)
+        )
+        state = found.source.poses.state.row(0)
+        balance = np.hstack([state.moment_of_f, state.moment_of_g])
+        shoulder = np.hstack([state.shoulder_of_f, state.shoulder_of_g])
+        # F_s = 0 can be reached in all of these: the shortest forces that balance arm and shoulder.
+        rows, target = np.vstack([balance, shoulder]), np.concatenate([state.moment, -state.shoulder])
+        shortest = np.linalg.lstsq(rows, target, rcond=1e-12)[0]
+        forces = np.concatenate([found.actuator_forces, found.constraint_forces])
+        np.testing.assert_allclose(forces, shortest, rtol=1e-8, atol=1e-8 * np.abs(shortest).max())

@@ -12,7 +12,7 @@ import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
 from exo_pin.device import ChainDevice, Route, Spring, TableLaw
 from exo_pin.load_case import ADL_BOX
-from exo_pin.workspace import CRITERIA, Criteria
+from exo_pin.workspace import CRITERIA, Criteria, task_reach
 from exo_pin.wrist import BodyShape
 
 REST = Rotation.identity()
@@ -300,3 +300,15 @@ def test_the_margin_is_the_distance_to_the_nearer_end(exo):
     assert np.isnan(found.magnitude[found.not_evaluated]).all()
     assert not found.unknown.any()
     assert f"{100.0 * (expected < 0.0).mean():.1f} % are not evaluated: a spring has no data there" in str(found)
+
+
+def test_rates_of_a_movement_are_how_fast_limbs_become_shorter():
+    """By differences of the lengths; power is what a tension gives where its limb becomes shorter."""
+    exo = ep.load("four-linear-actuators")
+    times = np.linspace(0.0, 2.0, 41)
+    movement = ep.Movement.from_samples(times, exo.pose(50.0 * np.sin(0.8 * times) ** 2, 30.0), smoothing=None)
+    table = task_reach(exo.mechanism, {"lift": movement}, (), ["singularity", "forces"])
+    speed = -np.gradient(exo.inverse_kinematics(movement.poses).lengths, times, axis=0)
+    power = speed * exo.workspace(movement.poses, ["singularity", "forces"]).tensions
+    assert table["fastest_limb_m_s"][0] == pytest.approx(np.abs(speed).max(), rel=0.01)
+    assert table["largest_power_W"][0] == pytest.approx(power.max(), rel=0.01)

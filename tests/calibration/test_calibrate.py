@@ -1,4 +1,4 @@
-"""Calibration: exact data give the device, another optimiser and a closed form agree; mixed-up input."""
+"""Calibration: exact data give the device, another optimiser and a closed form agree."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Measured lengths and their derivatives: against MuJoCo, the wrist's inverse kinematics and differences."""
+"""Measured lengths and their derivatives, against MuJoCo and differences."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Movements: derivatives on rotations against an analytic motion, files, histories."""
+"""Movements: derivatives on rotations against an analytic motion, and histories."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Histories along movements: noise of linear forces, integrals by hand, cautions word by word, files read back."""
+"""Histories along movements: noise of linear forces, integrals by hand, a cuff that slips."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a query takes and refuses, and what its answers are like."""
+"""Answers cannot be written to, and no bar is shown unless it is asked for."""
 
 import dataclasses
 import importlib

@@ -1,4 +1,4 @@
-"""Comparisons put one wearer, one payload and one side on all designs; ties are named, and no order decides."""
+"""Comparisons put one side on all designs, and no order decides."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Design studies: tables against single queries, every parameter, two processes, the command line."""
+"""Design studies: tables against single queries, and two processes."""
 
 import sys
 from concurrent.futures import ProcessPoolExecutor

@@ -1,4 +1,4 @@
-"""A check of a design: two grids, two lines, other persons and places, and what Pinocchio confirms."""
+"""A check of a design refuses what Pinocchio does not confirm."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Limbs within limits in a query: verdicts, weights, mirror images, actuators."""
+"""Limbs within limits in a query: reliefs, side forces within tensions, the mirror image."""
 
 import numpy as np
 import pytest

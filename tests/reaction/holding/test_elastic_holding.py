@@ -1,4 +1,4 @@
-"""Verdict, limits and remedy where the device gives way: lengths are those of the displaced device."""
+"""Limits where the device gives way: lengths are those of the displaced device."""
 
 from dataclasses import replace
 

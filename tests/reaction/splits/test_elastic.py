@@ -1,4 +1,4 @@
-"""The elastic split at the displaced geometry: limits, interfaces, refusals, and what an answer says of itself."""
+"""The elastic split at the displaced geometry: limits, interfaces, mirror images and rigid limits."""
 
 import numpy as np
 import pytest

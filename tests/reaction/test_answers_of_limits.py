@@ -199,20 +199,20 @@ def corners():
             return 0.0 * length, 0.0 * length + 200.0
 
     def sides(bounds):
-        return lambda: four.reaction_map(poses, split="minimal", constraint_bounds=bounds, limits="pull")
+        return lambda: four.reaction_map(poses, load=HEAVY, split="minimal", constraint_bounds=bounds, limits="pull")
 
     return in_turn(
         tension=sides("actuator"), actuators=lambda: four.reaction_map(
-            poses, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
+            poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
         ).magnitude,
         endless=lambda: str(four.reaction(poses, split="minimal", limits="none").range()),
         given=sides((-4.0, np.arange(6.0)[:, None] + 2.0)),
         keep=lambda: four.reaction_map(poses, keep=3), held=lambda: proof.explain(0), index=lambda: proof.explain(5),
         whole=lambda: proof.explain(), refuses=lambda: told(four.reaction(poses, limits=[Refuses()] * 4)),
         elevation=lambda: ep.GlenoidCone(elevation=[0.0, 1.0]),
-        chain=lambda: ep.load(URDF / "nesm.urdf").reaction(
-            ep.load(URDF / "nesm.urdf").pose(30.0), split="minimal", constraint_bounds="actuator"
-        ),
+        chain=lambda: ep.ShoulderExo.from_device(ep.load("four-linear-actuators").device.as_chain()).reaction(
+            cables.pose(30.0), split="minimal", constraint_bounds="actuator"
+        ).constraint_forces,
     )  # fmt: skip
 
 

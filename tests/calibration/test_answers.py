@@ -166,6 +166,14 @@ def asked_of_few_poses():
     return str(found).splitlines()[0], near, len(found.undetermined), found.information.rank, found.probability
 
 
+def asked_of_fewer_lengths_than_unknowns():
+    """What poses that determine little say of themselves, and a calibration of as few."""
+    told = pose_information(poses(3), NOMINAL, length_noise=NOISE)
+    found = ep.calibrate(*measured(count=3), NOMINAL, unknowns=("base_points", "base_offset"), length_noise=NOISE)
+    words = [line for line in str(found).splitlines() if "unknowns" in line or "measure" in line.lower()]
+    return str(told).splitlines()[0], len(str(told).splitlines()), words
+
+
 def quaternions(seen):
     w_first = seen.as_quat()[:, [3, 0, 1, 2]]
     return Rotation.from_quat(w_first)
@@ -289,6 +297,7 @@ ASKED = {
     "tolerances": asked_of_tolerances,
     "contradictions": asked_of_contradictions,
     "few_poses": asked_of_few_poses,
+    "fewer_lengths": asked_of_fewer_lengths_than_unknowns,
     "mix_ups": asked_of_mix_ups,
     "lengths": asked_of_lengths,
     "pose_choice": asked_of_pose_choice,
@@ -296,7 +305,7 @@ ASKED = {
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"pose_choice"}
 #: Those that hang on how a machine rounds.
-BY_HAND = {"contradictions", "few_poses", "pose_choice"}
+BY_HAND = {"contradictions", "few_poses", "fewer_lengths", "pose_choice"}
 
 
 @each_of(ASKED, LONGER, BY_HAND)

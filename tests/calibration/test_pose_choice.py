@@ -1,6 +1,7 @@
-"""Which poses to measure: against measurement itself, every subset of a few candidates, and bad input."""
+"""Which poses to measure: against measurement itself, every subset of a few candidates, and the data's covariance."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -8,10 +9,7 @@ from measured_devices import measured, near, poses, random_exo
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput
 from exo_pin.calibration import pose_information, suggest_poses
-
-JOINTS = ("base_points", "platform_points")
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.003])
@@ -45,65 +43,21 @@ def test_suggested_poses_are_nearly_the_best_of_all_subsets():
     assert np.mean(np.array(costs) < cost(found) * (1 - 1e-9)) < 0.02
 
 
-def reached(exo, orientations, least=0.05):
-    """By definition: every limb within its stroke, regular, and det X of the sign that it has at rest."""
-    lengths = exo.inverse_kinematics(orientations).lengths
-    strokes = [limb.stroke for limb in exo.mechanism.limbs]
-    ends = [[s.end_fitting + share * s.nominal_length for share in (s.shortest, s.longest)] for s in strokes]
-    low, high = np.array(ends).T
-    beyond = exo.singularity(orientations).determinant * exo.singularity(exo.pose()).determinant < 0.0
-    squares = np.linalg.svd(exo.jacobian(orientations), compute_uv=False) ** 2
-    margin = np.sqrt(3.0 / (1.0 / squares).sum(axis=-1) / squares.mean(axis=-1))
-    return ((lengths >= low) & (lengths <= high)).all(axis=1) & ~beyond & (margin >= least)
-
-
-def daily(exo):
-    """Poses of daily activities that a device reaches, as the documentation takes them."""
-    box = ep.adl_box(15.0)
-    return box[exo.workspace(box, ["stroke", "singularity"]).inside]
-
-
-def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
-    exo = ep.load("three-linear-actuators")
-    found = daily(exo)[suggest_poses(exo, 20, daily(exo), length_noise=3e-4)]
-    assert reached(exo, found).all()
-    rng = np.random.default_rng(52)
-    arm = poses(rng, 2000)
-    inside = arm[reached(exo, arm)]
-    assert len(inside) < 1950
-    sets = [found, *(inside[rng.choice(len(inside), 20)] for _ in range(15))]
-    information = [pose_information(each, exo, length_noise=3e-4) for each in sets]
-    rms = [np.sqrt((each.standard_deviations**2).mean()) for each in information]
-    assert rms[0] < min(rms[1:])
-    assert rms[0] < 0.85 * np.median(rms[1:])
-
-
-def test_what_cannot_be_determined_is_left_aside():
-    exo = ep.load("three-linear-actuators")
-    asked = {"unknowns": (*JOINTS, "base_offset"), "length_noise": 3e-4}
-    found = pose_information(daily(exo)[suggest_poses(exo, 12, daily(exo), **asked)], exo, **asked)
-    # The base's joints one way and its offset the other.
-    moved = {frozenset(part.split()[-1] for part in each.description.split(", ")) for each in found.undetermined}
-    assert moved == {frozenset(axis) for axis in "xyz"}
-    assert all("base offset" in each.description for each in found.undetermined)
-    assert "do not determine 3 of 21 directions" in str(found)
-
-
-def test_bad_input_is_refused():
-    exo, rng = ep.load("prototype"), np.random.default_rng(53)
-    for count, candidates, options in (
-        (0, poses(rng, 8), {}),
-        (2.5, poses(rng, 8), {}),
-        (True, poses(rng, 8), {}),
-        (3, None, {}),
-        (9, poses(rng, 8), {}),
-        (3, poses(rng, 8)[0], {}),
-        (3, poses(rng, 8), {"length_noise": 0.0}),
-        (3, poses(rng, 8), {"orientation_noise": -1.0}),
-        (3, poses(rng, 8), {"unknowns": ()}),
-        (3, poses(rng, 8), {"tolerances": {"base_points": 0.0}}),
-    ):
-        with pytest.raises(InvalidInput):
-            suggest_poses(exo, count, candidates, **{"length_noise": 3e-4} | options)
-    with pytest.raises(InvalidInput):
-        pose_information(poses(rng, 8), exo.geometry, length_noise=3e-4)
+def test_the_deviation_of_a_direction_is_that_of_the_data_along_it():
+    """Poses within two degrees: a direction is as uncertain as its eigenvector of the covariance is long."""
+    rng = np.random.default_rng(71)
+    exo = random_exo(rng, 3)
+    arm = Rotation.from_rotvec(0.02 * rng.normal(size=(30, 3)))
+    told = pose_information(arm, exo, unknowns=("base_offset", "length_offsets"), length_noise=1e-3)
+    variances, axes = np.linalg.eigh(told.covariance)
+    lost = np.flatnonzero(np.sqrt(variances) > 0.1 * told.model.reach)
+    assert len(told.undetermined) == len(lost) > 0
+    for each in told.undetermined:
+        # In the space of the lost ones, along the direction whose largest component is one.
+        along = axes[:, lost].T @ each.direction / np.linalg.norm(each.direction)
+        size = np.sqrt((along**2 * variances[lost]).sum()) / np.linalg.norm(each.direction)
+        assert each.standard_deviation == pytest.approx(size, rel=1e-6)
+        assert f"(standard deviation {1e3 * each.standard_deviation:.3g} mm or mrad)" in str(each)
+        largest = np.argsort(-np.abs(each.direction))[:4]
+        named = [told.names[k] for k in largest if abs(each.direction[k]) > 0.05]
+        assert re.findall(r"[+-][\d.e-]+ ([^,(]+?)(?:,|$)", each.description.removesuffix(", ...")) == named

@@ -5,13 +5,12 @@ import itertools
 import numpy as np
 import pytest
 from calibration_cases import CENTRE, JOINTS, MOUNTINGS, case, error, stated_error
-from command_line import run
 from measured_devices import measured, near, poses, random_exo
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import ExoPinError, SuspectMeasurements, control
+from exo_pin import ExoPinError, SuspectMeasurements
 
 
 def lengths_of(device, seen):
@@ -75,67 +74,6 @@ def test_twins_are_those_of_the_derivation(unknowns, limbs, count):
     assert error(found, device, ("sensors",) if found.undetermined else ("body", "sensors")) < 1e-8
     assert found.is_decided
     assert not found.contradiction
-
-
-def test_flat_ring_around_the_centre_has_a_twin_without_any_shift():
-    # Mirrored points of a ring whose plane holds the centre are the ring after half a turn.
-    rng = np.random.default_rng(65)
-    exo = random_exo(rng, 3)
-    flat = exo.geometry.base_points * [1.0, 0.0, 1.0]
-    exo = exo.replace(geometry=exo.geometry.replace(base_points=flat))
-    device = near(exo, rng, joints=0.0)
-    found = ep.calibrate(
-        *measured(device, Rotation.random(30, rng)), exo, unknowns=("torso_mounting", "platform_points")
-    )
-    check_devices(found, 2)
-
-
-def test_turns_about_one_axis_leave_a_mirror_image_of_each_joint():
-    # The ends of a limb stay in a plane: a joint and its mirror image in it have the same distances from them.
-    rng = np.random.default_rng(66)
-    exo = random_exo(rng, 3)
-    arm = Rotation.from_rotvec(np.outer(np.linspace(0, 2, 25), [0.6, -0.64, 0.48]))
-    for unknown in ("base_points", "platform_points"):
-        device = near(exo, rng, joints=0.0)
-        found = ep.calibrate(*measured(device, arm), exo, unknowns=unknown)
-        check_devices(found, 8)
-        assert not found.undetermined
-
-
-def test_command_says_which_devices_fit(capsys, tmp_path):
-    rng = np.random.default_rng(70)
-    exo = ep.load("prototype")
-    device = near(exo, rng, joints=0.0, rings=(0.005, 0.005))
-    seen, lengths = measured(device, poses(rng, 40), rng, 3e-4)
-    path = str(tmp_path / "run.csv")
-    control.write_run(control.MeasuredRun(seen, lengths), path)
-    unknowns = ",".join((*CENTRE, *MOUNTINGS))
-    status, out, _ = run(capsys, "calibrate", "prototype", path, "--unknowns", unknowns, "--length-noise", "0.3")
-    assert status == 0
-    assert "among 2 devices that fit equally well: this one is" in out.splitlines()[0]
-    assert "Other devices that fit equally well (1)" in out
-    # The cuff of the mirrored device is some 400 mm off, as far as twice its ring's distance from the centre.
-    status, out, _ = run(capsys, "calibrate", "prototype", path, "--unknowns", "cuff_offset", "--length-noise", "0.03")
-    assert out.startswith("Not a good fit. The residuals contradict the stated noise")
-
-
-def test_design_that_is_as_near_to_one_device_as_to_another_decides_nothing():
-    rng = np.random.default_rng(67)
-    exo = random_exo(rng, 3)
-    geometry = exo.geometry
-    # Half-way between A_1, B_1 and the pair with their distances exchanged, nearly.
-    a, b = geometry.base_points.copy(), geometry.platform_points.copy()
-    ratio = np.linalg.norm(b[0]) / np.linalg.norm(a[0])
-    a[0], b[0] = a[0] * (0.55 + 0.45 * ratio), b[0] * (0.55 + 0.45 / ratio)
-    nominal = exo.replace(geometry=geometry.replace(base_points=a, platform_points=b))
-    seen, lengths = measured(near(exo, rng, joints=0.0), Rotation.random(40, rng), rng, 3e-4)
-    found = ep.calibrate(seen, lengths, nominal, length_noise=3e-4)
-    assert not found.is_decided
-    assert "does not decide" in found.verdict
-    assert min(error(device, near(exo, rng, joints=0.0)) for device in found.devices) < 0.01
-    # A tolerance says what the design knows.
-    tight = ep.calibrate(seen, lengths, exo, length_noise=3e-4, tolerances=dict.fromkeys(JOINTS, 0.003))
-    assert tight.device_count == 1
 
 
 def every_minimum(model, seen, lengths, rng, starts):
@@ -230,20 +168,3 @@ def test_no_twin_is_returned_in_silence(seeds):
     # All cases that the model explains are solved.
     assert {text for text, kind in results if kind == "clean"} == {"right"}
     assert sum(text == "right" for text, _ in results) > 0.6 * len(results)
-
-
-def test_residuals_that_no_noise_explains_are_named():
-    rng = np.random.default_rng(69)
-    exo = ep.load("prototype")
-    wrong = Rotation.from_rotvec([0.0, 0.1, 0.05])
-    seen, lengths = measured(near(exo, rng, joints=0.0), poses(rng, 40), rng, 3e-4)
-    for noise, words in ((3e-4, "times as large"), (None, "with the pose as no noise does")):
-        found = ep.calibrate(seen, lengths, exo, unknowns=CENTRE, length_noise=noise, torso_mounting=wrong)
-        assert words in found.contradiction
-        assert "Not a good fit." in found.verdict
-        assert "are determined" not in found.verdict
-        assert not ep.calibrate(seen, lengths, exo, unknowns=CENTRE, length_noise=noise).contradiction
-    # A third of the lengths of one limb are of a slack muscle.
-    slack = lengths.copy()
-    slack[:, 1] = np.maximum(slack[:, 1], np.quantile(slack[:, 1], 0.33))
-    assert "times what their median says" in ep.calibrate(seen, slack, exo).contradiction

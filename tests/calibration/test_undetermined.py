@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from measured_devices import measured, near, poses, random_exo
+from measured_devices import measured, near, poses
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -74,75 +74,3 @@ def test_finite_moves_of_frame_and_ring_change_no_length():
     plain = lengths(torso, arm, a, b)
     np.testing.assert_allclose(lengths(turn * torso, arm, turn.apply(a), b), plain, atol=1e-13)
     np.testing.assert_allclose(lengths(torso, arm * turn.inv(), a, turn.apply(b)), plain, atol=1e-13)
-
-
-@pytest.mark.parametrize("limbs", [3, 4])
-def test_poses_about_one_axis_determine_three_of_six_coordinates_of_a_limb(limbs):
-    rng = np.random.default_rng(41)
-    axis = Rotation.from_rotvec(np.outer(np.linspace(0, 2, 30), [0.6, -0.64, 0.48]))
-    arm = Rotation.from_rotvec([0.2, 0.3, -0.1]) * axis
-    found = calibrated(JOINTS, arm, random_exo(rng, limbs))
-    check_directions(found, 3 * limbs)
-    # What is not determined stays near the design: joints have moved by no more than the device differs from it.
-    assert np.linalg.norm(found.values) < 1.1 * 0.004 * np.sqrt(6 * limbs) * 1.5
-
-
-def test_abduction_and_flexion_alone_leave_one_direction_of_each_limb():
-    # A sweep gives three numbers of a limb, two sweeps from one pose five; six are unknown.
-    half = np.linspace(0, 90, 20)
-    arm = ep.shoulder_rotation(np.append(half, 0 * half), np.append(0 * half, half), 0, degrees=True)
-    found = calibrated(JOINTS, arm)
-    check_directions(found, 3)
-    check_directions(calibrated(JOINTS, arm * ep.thesis_rotation(0, 0, np.tile([0.0, 20.0], 20), degrees=True)), 0)
-
-
-@pytest.mark.full
-def test_noise_hides_that_poses_turn_about_one_axis_and_the_report_still_says_it():
-    arm = ep.shoulder_rotation(np.linspace(0, 100, 40), 0, 0, degrees=True)
-    wobble = Rotation.from_rotvec(1e-3 * np.random.default_rng(1).normal(size=(40, 3)))
-    found = calibrated(JOINTS, arm * wobble, noise=3e-4)
-    assert len(found.undetermined) >= 6
-    for direction in found.undetermined:
-        assert direction.standard_deviation > 0.01
-    assert "standard deviation" in str(found)
-
-
-def test_joints_at_equal_distances_as_on_the_test_rig():
-    # |A_i| = |B_i| = 219.2 mm: moving A_i out and B_i in changes lengths in the second order only.
-    geometry = ep.load("prototype").geometry
-    base, platform = (0.2192 * x / np.linalg.norm(x, axis=1)[:, None] for x in (geometry.base_points,
-                                                                               geometry.platform_points))  # fmt: skip
-    exo = ep.load("prototype").replace(geometry=geometry.replace(base_points=base, platform_points=platform))
-    found = calibrated(JOINTS, exo=exo, joints=0.0)
-    check_directions(found, 3)
-    # Of one limb each: A_i away from the centre, B_i towards it.
-    for direction in found.undetermined:
-        parts = direction.direction.reshape(2, 3, 3)
-        limb = int(np.abs(parts).max(axis=(0, 2)).argmax())
-        away = np.zeros((2, 3, 3))
-        away[:, limb] = base[limb], -platform[limb]
-        away *= parts[0, limb, 0] / base[limb, 0]
-        np.testing.assert_allclose(parts, away, atol=1e-3)
-
-
-def test_too_few_poses():
-    found = calibrated(JOINTS, poses(np.random.default_rng(2), 4), noise=3e-4)
-    check_directions(found, 6)
-    assert found.degrees_of_freedom == 0
-    assert np.isnan(found.probability)
-    assert "12 lengths for 18 unknowns: measure more poses" in str(found)
-
-
-def test_tolerances_bound_what_measurements_do_not():
-    rng = np.random.default_rng(43)
-    exo = ep.load("prototype")
-    seen, lengths = measured(near(exo, rng, 0.001, rings=(0.01, 0.01)), poses(rng, 60), rng, 3e-4)
-    found = ep.calibrate(
-        seen, lengths, exo, unknowns=OFFSETS, length_noise=3e-4, tolerances=dict.fromkeys(JOINTS, 0.001)
-    )
-    # The measurements alone cannot separate joints and offset; that joints are within 1 mm can.
-    assert sum(direction.is_exact for direction in found.undetermined) == 6
-    assert np.isfinite(found.covariance).all()
-    assert (np.linalg.eigvalsh(found.covariance) > 0).all()
-    tight = found.standard_deviations[found.model.places["base_points"]]
-    assert (tight < 0.001).all()

@@ -1,7 +1,5 @@
 """Measured movements: smoothing chosen from the data against the best that any smoothing can do, noise, its effects."""
 
-import warnings
-
 import measured_movements as measured
 import numpy as np
 import pytest
@@ -46,22 +44,6 @@ def test_force_error_is_near_the_least_in_many_cases():
         for uneven in (False, True)
         for pace in (1.0, 2.0)
     )
-
-
-def test_stated_noise_serves_as_well_as_found_noise():
-    rng, t = np.random.default_rng(7), np.linspace(0, 2, 201)
-    poses, motion = measured.movement(t)
-    noise = np.radians(0.2)
-    samples = measured.noisy(rng, poses, noise)
-    found, stated = Movement.from_samples(t, samples), Movement.from_samples(t, samples, sensor_noise=noise)
-    assert stated.noise.per_axis == noise
-    assert found.noise.per_axis == found.noise.found
-    assert eta_error(stated, motion) < 1.5 * eta_error(found, motion)
-    # More noise is smoothed more.
-    worse = Movement.from_samples(t, samples, sensor_noise=5 * noise)
-    assert worse.noise.cutoff_frequency < stated.noise.cutoff_frequency < 25
-    exact = Movement.from_samples(t, poses, sensor_noise=0.0)
-    assert exact.noise.method == "interpolation"
 
 
 def test_exact_samples_are_interpolated_and_rounding_is_found_as_noise(tmp_path):
@@ -136,50 +118,6 @@ def test_end_effects_are_marked_where_errors_are_large():
     assert gap[[int((t < 1.2).sum()) - 1, int((t < 1.2).sum())]].all()
 
 
-def test_forces_made_of_noise_give_a_warning():
-    rng, t = np.random.default_rng(11), np.linspace(0, 2, 201)
-    poses, _ = measured.movement(t)
-    samples = measured.noisy(rng, poses, np.radians(0.1))
-    rough = Movement.from_samples(t, samples, smoothing=None)
-    with pytest.warns(ep.NoisyMovement, match=r"% of the shoulder force .* smoothing=\"gcv\"") as caught:
-        answer = EXO.follow(rough)
-    assert caught[0].filename == __file__
-    assert answer.typical_force_noise > 0.1 * np.median(answer.reaction.magnitude)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        quiet = EXO.follow(Movement.from_samples(t, samples))
-        still = EXO.follow(rough, static=True)
-        few = EXO.follow(Movement.from_samples(t[:8], poses[:8]))
-    assert 0 < quiet.typical_force_noise < 0.02 * np.median(quiet.reaction.magnitude)
-    assert 0 < still.typical_force_noise < 0.1 * np.median(still.reaction.magnitude)
-    assert np.isnan(few.typical_force_noise)
-    assert "noise" in str(quiet)
-    assert "unknown" in str(few)
-    # A load for every sample: all samples are computed.
-    loaded = EXO.follow(Movement.from_samples(t, samples), load=ep.Load(np.tile([0.0, 0.0, -10.0], (201, 1))))
-    assert np.isfinite(loaded.force_noise).all()
-
-
-def test_bad_smoothing_is_named():
-    t = np.linspace(0, 1, 20)
-    poses = ep.shoulder_rotation(0.5 * t, 0.2, 0)
-    for bad, message in (
-        ({"smoothing": 0.01}, "sensor_noise"),
-        ({"smoothing": "kalman"}, "gcv"),
-        ({"smoothing": None, "sensor_noise": 0.01}, "leave one of them out"),
-        ({"sensor_noise": -0.01}, "zero or more"),
-        ({"sensor_noise": 2.0}, "in rad"),
-    ):
-        with pytest.raises(ep.InvalidInput, match=message):
-            Movement.from_samples(t, poses, **bad)
-    with pytest.raises(ep.InvalidInput, match="at least 12"):
-        Movement.from_samples(t[:8], poses[:8], sensor_noise=0.01)
-    fast = np.linspace(0, 0.1, 201)
-    shaken = measured.noisy(np.random.default_rng(0), ep.shoulder_rotation(fast, 0.2, 0), 0.02)
-    with pytest.raises(ep.InvalidInput, match="noise multiplied"):
-        Movement.from_samples(fast, shaken, smoothing=None)
-
-
 @pytest.mark.parametrize(
     ("noise", "rate"),
     [
@@ -207,24 +145,3 @@ def test_ends_at_rest(noise, rate):
         assert change[ends].max() < 1e-3 * change.max()
         # The posterior deviation is honest there, too: zero where the arm is known to rest.
         assert held.noise.angular_acceleration[ends].max() < 0.1 * loose.noise.angular_acceleration[ends].max()
-
-
-def test_gaps_keep_their_marks_in_a_record_at_rest():
-    rng = np.random.default_rng(5)
-    t = np.concatenate([np.linspace(0.0, 0.6, 61), np.linspace(1.0, 1.5, 51)])
-    poses = measured.noisy(rng, measured.reach(t)[0], np.radians(0.3))
-    marks = Movement.from_samples(t, poses, ends="rest").noise.end_effects
-    assert marks[[60, 61]].all()
-    assert not marks[[0, -1]].any()
-
-
-def test_rest_at_the_ends_needs_smoothing():
-    t = np.linspace(0.0, 1.5, 31)
-    poses = measured.reach(t)[0]
-    with pytest.raises(ep.InvalidInput, match="smoothing"):
-        Movement.from_samples(t, poses, smoothing=None, ends="rest")
-    with pytest.raises(ep.UnknownName, match="free"):
-        Movement.from_samples(t, poses, ends="still")
-    # Samples without noise are interpolated, and stay as they are.
-    exact = Movement.from_samples(t, poses, ends="rest")
-    np.testing.assert_array_equal(exact.poses.as_quat(), poses.as_quat())

@@ -1,14 +1,12 @@
-"""Movements: derivatives on rotations against an analytic motion, files, histories."""
+"""Movements: derivatives on rotations against an analytic motion, and histories."""
 
 import numpy as np
 import pytest
-from mckibben import McKibben
 from scipy.spatial.transform import Rotation
 from wrists import map_of
 
 import exo_pin as ep
-from exo_pin.core.files import write_columns
-from exo_pin.load_case import Movement, read_movement
+from exo_pin.load_case import Movement
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 A, B = np.array([0.9, 0.0, 0.0]), np.array([0.0, 0.8, 0.3])
@@ -88,72 +86,3 @@ def test_histories_along_a_movement():
         assert np.isnan(pull.peak)
         assert np.isnan(pull.rms)
         assert pull.impulse == 0.0
-
-
-def test_movement_files(tmp_path, capsys):
-    exo = ep.load("prototype")
-    t, poses = reach(40)
-    movement = Movement.from_samples(t, poses)
-    for header, values in (
-        ("flexion_deg,abduction_deg,internal_rotation_deg", ep.shoulder_angles(poses, degrees=True)),
-        ("theta_x_rad,theta_y_rad,theta_z_rad", ep.thesis_angles(poses)),
-        ("qx,qy,qz,qw", poses.as_quat()),
-    ):
-        path = tmp_path / "movement.csv"
-        rows = "\n".join(",".join(map(repr, map(float, row))) for row in np.column_stack([t, values]))
-        path.write_text(f"# a reach\ntime_s,{header}\n{rows}\n\n")
-        back = read_movement(path)
-        np.testing.assert_allclose((back.poses * poses.inv()).magnitude(), 0, atol=1e-12)
-        np.testing.assert_allclose(back.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
-    answer = exo.follow(movement, limits="pull")
-    assert not answer.reaction.held.all()
-    write_columns(tmp_path / "out.csv", answer.columns())
-    lines = (tmp_path / "out.csv").read_text().splitlines()
-    header = lines[0].split(",")
-    assert len(lines) == 41
-    first = lines[1].split(",")
-    assert first[header.index("status")] == answer.reaction.status[0]
-    # What follow writes is a movement that can be read.
-    again = read_movement(tmp_path / "out.csv")
-    np.testing.assert_allclose((again.poses * poses.inv()).magnitude(), 0, atol=1e-12)
-    np.testing.assert_allclose(again.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
-    cell = first[header.index("F_s_N")]
-    assert (cell == "") == (answer.reaction.status[0] == "infeasible")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("", "empty"),
-        ("time_s,a,b,c\n0,0,0,0\n", "expected one of these sets of columns"),
-        ("seconds,qx,qy,qz,qw\n", "expected one column of times, time_s"),
-        ("time,time_ms,qx,qy,qz,qw\n", "expected one column of times, time_s"),
-        ("time_s,qx,qy,qz,qw,theta_x_rad,theta_y_rad,theta_z_rad\n", "of which it has 2"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,x,1\n", "line 3"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0\n", "line 3"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,inf,1\n", "line 3: expected a finite number in column qz"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "at least 4 samples of a movement, got 1"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,2\n", "unit quaternions"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n", "at least 4"),
-        ("time_s,qx,qy,qz,qw\n", "at least 4"),
-        ("time_s,qx,qy,qz,qw\n" + "0,0,0,0,1\n" * 5, "sample to sample"),
-        ("time_s,theta_x_deg,theta_y_deg,theta_z_deg\n0,0,0,0\n1,170,0,0\n2,0,0,0\n3,0,0,0\n", "120 degrees"),
-    ],
-)
-def test_movement_files_that_are_wrong(tmp_path, text, message):
-    path = tmp_path / "bad.csv"
-    path.write_text(text)
-    with pytest.raises(ep.FileFormatError, match=message):
-        read_movement(path)
-    with pytest.raises(ep.FileFormatError, match="cannot be read"):
-        read_movement(tmp_path / "none.csv")
-
-
-def test_actuators_are_one_a_limb_and_a_movement_is_one():
-    exo = ep.load("prototype")
-    with pytest.raises(ep.InvalidInput, match="force_limits"):
-        exo.reaction(Rotation.identity(), limits=[object(), McKibben(), McKibben()])
-    with pytest.raises(ep.InvalidInput, match="3 actuators"):
-        exo.reaction(Rotation.identity(), limits=[McKibben()] * 2)
-    with pytest.raises(ep.InvalidInput, match="Movement"):
-        ep.load("prototype").follow(Rotation.identity())

@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-from scipy.optimize import minimize
 from sockets import hanging
 from wrists import random_mechanism, regular_poses
 
@@ -129,21 +128,6 @@ class Problem:
         if self.goal is None:
             return float(z @ z)
         return float(((self.goal @ self.force(z)) ** 2).sum() + self.tension * (z[: self.n] @ z[: self.n]))
-
-
-def distance_to_cone(problem, force):
-    """Squared distance of F_s from the polyhedral cone, by its own small program (Dykstra would do as well)."""
-    N, h = problem.N, problem.h
-    start = np.linalg.lstsq(N, np.minimum(N @ force, h), rcond=None)[0]
-    answer = minimize(
-        lambda x: ((x - force) ** 2).sum(),
-        start,
-        jac=lambda x: 2 * (x - force),
-        constraints={"type": "ineq", "fun": lambda x: h - N @ x, "jac": lambda x: -N},
-        method="SLSQP",
-        options={"ftol": 1e-15, "maxiter": 500},
-    )
-    return float(answer.fun)
 
 
 def room_left(arms, moment, low, high):

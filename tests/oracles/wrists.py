@@ -1,7 +1,6 @@
 """Wrists of every kind, with poses away from singularity and loads, for tests."""
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -63,8 +62,3 @@ def heavy_limbs(mechanism, rng):
         return ep.LimbBody.rod(0.05 + 0.2 * rng.random(), 0.1 + 0.1 * rng.random(), 0.01)
 
     return mechanism.replace(limbs=tuple(ep.Limb(limb.kind, half(), half()) for limb in mechanism.limbs))
-
-
-def zero_of_abduction(exo):
-    """Abduction in degrees at which det X = 0 next to rest."""
-    return brentq(lambda a: float(exo.singularity(ep.shoulder_rotation(0, a, 0, **DEGREES)).determinant), 4.0, 9.0)

@@ -179,7 +179,44 @@ def own_splits():
     )  # fmt: skip
 
 
-ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits)}
+def corners():
+    """Maps with side forces beside tensions, words of one pose of a stack, and actuators that may refuse."""
+    four = exo_of(random_mechanism(np.random.default_rng(73), 4))
+    poses = regular_poses(four.mechanism, np.random.default_rng(84), 6, margin=0.05)
+    cables = ep.load("four-cables")
+    proof = cables.reaction(cables.pose([40.0, 120.0], [30.0, 60.0]), load=HEAVY).infeasibility
+
+    longest = np.sort(four.inverse_kinematics(poses).lengths.max(axis=1))[2:4].mean()
+
+    class Refuses:
+        def force_limits(self, length):
+            if (length > longest).any():
+                raise ep.InvalidInput("too long")
+            return 0.0 * length - 500.0, 0.0 * length + 500.0
+
+    class Pulls:
+        def force_limits(self, length):
+            return 0.0 * length, 0.0 * length + 200.0
+
+    def sides(bounds):
+        return lambda: four.reaction_map(poses, load=HEAVY, split="minimal", constraint_bounds=bounds, limits="pull")
+
+    return in_turn(
+        tension=sides("actuator"), actuators=lambda: four.reaction_map(
+            poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
+        ).magnitude,
+        endless=lambda: str(four.reaction(poses, split="minimal", limits="none").range()),
+        given=sides((-4.0, np.arange(6.0)[:, None] + 2.0)),
+        keep=lambda: four.reaction_map(poses, keep=3), held=lambda: proof.explain(0), index=lambda: proof.explain(5),
+        whole=lambda: proof.explain(), refuses=lambda: told(four.reaction(poses, limits=[Refuses()] * 4)),
+        elevation=lambda: ep.GlenoidCone(elevation=[0.0, 1.0]),
+        chain=lambda: ep.ShoulderExo.from_device(ep.load("four-linear-actuators").device.as_chain()).reaction(
+            cables.pose(30.0), split="minimal", constraint_bounds="actuator"
+        ).constraint_forces,
+    )  # fmt: skip
+
+
+ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits, corners)}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"nearest", "fast", "ranges", "rough", "verdicts"}

@@ -48,26 +48,3 @@ def test_pressure_is_the_force_across_over_the_area_and_slip_that_of_the_springs
     assert f"it slips {1e3 * np.linalg.norm(slip[:3]):.1f} mm and " in text
     assert f"turns {np.degrees(np.linalg.norm(slip[3:])):.1f}°. " in text
     assert text.endswith(f"is {1e-3 * answer.cuff_pressure:.1f} kPa, on 200 cm².")
-
-
-def test_of_a_stack_the_most_of_the_held_poses_is_said(worn):
-    exo = worn.replace(interfaces=ep.Interfaces(cuff_area=0.01))
-    answer = exo.reaction(exo.pose([20, 60, 90]), limits="none", split="spherical")
-    assert answer.cuff_slip is None
-    pulls = answer.cuff_pull
-    # No limits: no pose counts as held, but a single one is still described.
-    assert answer.cuff_text((1,)).startswith(f"The cuff pulls along the arm with {abs(pulls[1]):.0f} N")
-    assert "slips" not in answer.cuff_text((1,))
-    held = exo.reaction(exo.pose([20, 60, 90]))
-    if held.held.sum() > 1:
-        most = max(held.cuff_pull[held.held], key=abs)
-        assert held.cuff_text().startswith(f"The cuff pulls along the arm with up to {abs(most):.0f} N")
-        assert "is up to " in held.cuff_text()
-
-
-def test_a_device_that_nobody_wears_has_no_cuff_on_an_arm():
-    exo = ep.load("prototype")
-    answer = exo.reaction(exo.pose(45), limits="none")
-    assert not answer.is_worn
-    assert answer.cuff_text() == ""
-    assert not any("cuff" in name for name in answer.columns())

@@ -91,6 +91,7 @@ def sweeps():
         swept(muscles, {"alpha": [np.radians([25.0, 60.0, 130.0]), [0.1, 0.2], "x"], "r_A_mm": [136.3]}, limits="none"),
         swept(muscles, {"limb_kind": ["SPS", "UPU"]}, limits="none"),
         swept(muscles, {"limbs": [(ep.Limb("SPS"),) * 3, 3]}, limits="none"),
+        swept(cables, {"arm": [ep.Arm(3.1, [0.0, 0.01, -0.2]), ep.Arm(2.0, [0.0, 0.0, -0.3])]}),
     ]
 
 
@@ -115,6 +116,7 @@ def refusals():
         lambda: compare(cables, muscles, poses=poses, detailed=True, centre_offset=[0.0, 0.0, 0.01]),
         lambda: compare(cables, muscles, poses=poses, joint=True, motion=ep.Motion([1.0, 0.0, 0.0], [0.0, 0.0, 0.0])),
         lambda: compare(muscles, *named("optimised-table-c-2", "appendix-d"), poses=poses),
+        lambda: compare(cables.replace(arm=None), muscles.replace(arm=None), poses=poses),
         lambda: evaluate(cables, poses[:0]),
         lambda: evaluate(3, poses),
         lambda: non_dominated(rows),

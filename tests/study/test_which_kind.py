@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin import InvalidInput
-from exo_pin.cli import main
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "evidence" / "which_kind.md").read_text(encoding="utf-8")
@@ -90,31 +88,6 @@ def test_the_page_shows_the_command_of_these_devices(study):
     assert "--detailed" in given
 
 
-@pytest.mark.full
-def test_the_command_is_the_function(tmp_path, capsys):
-    pytest.importorskip("myo_sim")
-    names = ["four-cables", "prototype"]
-    question = ["--person", "1.755,85,male", "--flexion", "60", "--to", "90,30,0", "--poses", "3"]
-    picture, data = tmp_path / "which.png", tmp_path / "which.csv"
-    files = ["--detailed", "--out", str(data), "--plot", str(picture)]
-    assert main(["compare", *names, *question, *files]) == 0
-    out = capsys.readouterr().out
-    first, other = (ep.load(name).worn_by(ep.Wearer(1.755, 85, "male")) for name in names)
-    poses = first.pose([60.0, 75.0, 90.0], [0.0, 15.0, 30.0])
-    table = first.compare(other, poses=poses, detailed=True)
-    heads, *rows = (line.split(",") for line in data.read_text().splitlines())
-    assert heads == list(table)
-    for name in ("relief", "held_after_failure", "change_by_10_mm_N", "stroke_mm"):
-        assert name in out
-        read = [float(row[heads.index(name)] or "nan") for row in rows]
-        np.testing.assert_allclose(read, table[name], rtol=1e-9)
-    assert picture.stat().st_size > 10_000
-    assert table["relief"][0] > 0.5
-    assert np.isnan(table["relief"][1])  # it holds none of the poses
-    with pytest.raises(InvalidInput, match="centre_offset"):
-        first.compare(other, poses=poses, detailed=True, centre_offset=[0.0, 0.0, 0.01])
-
-
 def test_what_each_figure_counts(study):
     pytest.importorskip("myo_sim")
     exo = study.device("four-cables")
@@ -132,19 +105,6 @@ def test_what_each_figure_counts(study):
     known = held & np.isfinite(own.magnitude)
     assert figures["contact_N"] == pytest.approx(np.median(own.magnitude[known]))
     assert figures["relief"] == pytest.approx(np.median((1.0 - own.magnitude / own.without_device.magnitude)[known]))
-
-
-@pytest.mark.full
-def test_any_list_of_poses_is_compared(study):
-    """A grid and a single pose, of a wrist and of a passive device; the arm hangs in one."""
-    pytest.importorskip("myo_sim")
-    cables, support = study.device("four-cables"), study.device("spring-support")
-    for poses in (cables.pose([[0.0, 60.0, 90.0]]), cables.pose(60.0)):
-        table = cables.compare(support, poses=poses, detailed=True)
-        assert table["relief"][0] > 0.5
-        assert 0.4 < table["left_to_wearer"][1] < 1.0
-    rest = cables.pose([0.0])
-    assert np.isnan(detailed(support, rest)["left_to_wearer"])
 
 
 def test_ten_millimetres_are_the_worst_of_all_directions(study):
@@ -182,41 +142,6 @@ def test_a_soft_cuff_is_compared_on_a_wrist_and_on_its_own_chain(study):
     moved = soft.reaction(stack, split="elastic", limits="none", centre_offset=offsets).shoulder_force
     change = np.linalg.norm(moved - there, axis=1).max()
     np.testing.assert_allclose(wrist["change_on_cuff_N"], change, rtol=1e-9)
-
-
-def test_which_devices_pull_the_arm_from_its_socket(study):
-    for name, sign in {"four-cables": 1, "six-cables": 1, "spherical-3rrr": -1, "3rps-passive-ball": -1,
-                       "serial-y-x-z": -1, "nesm": -1}.items():  # fmt: skip
-        exo = study.device(name)
-        poses = exo.pose(*np.transpose(FEW))
-        along = -poses.as_matrix()[:, :, 2]
-        assert ((exo.reaction(poses).shoulder_force * along).sum(axis=1) * sign > 10.0).all()
-
-
-@pytest.mark.full
-def test_a_lost_drive_is_one_without_effort(study):
-    poses = ep.adl_box(50.0)
-    cables, eye = (on_an_arm(study.device(name)) for name in ("six-cables", "spherical-3rrr"))
-    geometry, shares = cables.geometry, []
-    for lost in range(6):
-        keep = np.delete(np.arange(6), lost)
-        five = ep.WristGeometry(geometry.base_points[keep], geometry.platform_points[keep])
-        shares.append(cables.replace(geometry=five, limbs=[cables.limbs[k] for k in keep]).reaction(poses).held.mean())
-    assert min(shares) > 0.3
-    figures = [row["held_after_failure"] for row in detailed(cables, poses, eye)]
-    assert figures[0] == pytest.approx(min(shares))
-    # Numbers only narrow what a design can do: without its limits there is no such question.
-    assert np.isnan(detailed(cables, poses[0], limits="none")["held_after_failure"])
-    drives = [eye.device.drives[0].idle(), *eye.device.drives[1:]]
-    assert figures[1] == eye.replace(drives=drives).reaction(poses).held.mean() == 0.0
-
-
-def test_the_3rps_does_not_hold_turning_about_the_arm(study):
-    poses, exo = ep.adl_box(50.0), study.device("3rps-passive-ball")
-    found = exo.singularity(poses)
-    assert (found.kind == "passive").all()
-    assert np.abs((found.lost_direction * poses.as_matrix()[..., 2]).sum(axis=-1)).min() > 1.0 - 1e-9
-    assert exo.reaction(poses).can_hold.all()
 
 
 def test_what_a_bent_elbow_asks_of_the_wearer_of_a_3rps(study, tables):
@@ -260,31 +185,6 @@ def test_the_serial_device_ends_where_it_is_singular(study):
     far, near = values[:, 2] / values[:, 0]
     assert near < 0.05 < far
     assert near / far == pytest.approx(np.cos(np.radians(89)) / np.cos(np.radians(80)), rel=0.05)
-
-
-def test_a_passive_device_counts_with_its_wearer(study):
-    exo, poses = study.device("spring-support"), ep.adl_box(50.0)
-    table = exo.compare(study.device("four-cables"), poses=poses)
-    assert table["holdable"][0] == 0.0
-    assert table["median_F_s_N"][0] == pytest.approx(np.median(exo.reaction(poses, limits="none").magnitude))
-    assert np.isfinite(table["common_peak_F_s_N"]).all()
-
-
-def test_what_the_lift_asks(study):
-    """In motion nothing changes for the designs of the box that hold the arm about every axis."""
-    lift = ep.read_movement(ROOT / "examples" / "lift.csv", side="left")
-    every = slice(None, None, 10)
-    motion = ep.Motion(lift.motion.angular_velocity[every], lift.motion.angular_acceleration[every])
-    shares = {
-        name: study.device(name).reaction_map(lift.poses[every], motion=motion).held.mean()
-        for name in study.DEVICES
-        if name != "spring-support"
-    }
-    whole = {name for name, share in shares.items() if share == 1.0}
-    # The arm turns about itself, too, and the 3RPS does not: the wearer takes the few mN m, and does not feel them.
-    assert whole == set(shares) - {"prototype", "optimised-table-c-2", "nesm"}
-    assert 0.2 < shares["nesm"] < 0.5
-    assert shares["prototype"] == shares["optimised-table-c-2"] == 0.0
 
 
 def test_words_of_the_page_are_its_tables(study, tables):
@@ -348,12 +248,3 @@ def test_words_of_the_page_are_its_tables(study, tables):
     assert number("prototype", "stroke, mm") / 0.25 == pytest.approx(1100.0, abs=50.0)
     assert tables["spherical-3rrr"]["held, %"] == tables["3rps-passive-ball"]["held, %"] == "100"
     assert tables["spherical-3rrr"]["singular, %"] == tables["prototype"]["reached, %"] == "0"
-
-
-def test_what_a_spring_leaves(study):
-    exo, poses = study.device("spring-support"), ep.adl_box(study.STEP)
-    person = ep.Person(**study.MAN).arm
-    weight = np.cross(poses.as_matrix() @ person.centre_of_mass, person.mass * exo.device.gravity)
-    moments = exo.reaction(poses, limits="none").actuator_forces
-    left = np.median(np.linalg.norm(moments, axis=-1) / np.linalg.norm(weight, axis=-1))
-    assert f"leaves the wearer {100.0 * left:.0f} % of the moments" in " ".join(PAGE.split())

@@ -67,10 +67,6 @@ def test_docstrings_carry_no_label_that_the_thesis_lacks(carriers):
     assert set(carriers) <= set(ITEMS)
 
 
-def test_the_ledger_speaks_of_known_labels(ledger_rows):
-    assert set(formulas.verdicts(ledger_rows)) <= set(ITEMS)
-
-
 def test_default_path_of_reaction_carries_the_labels_of_appendix_d(carriers):
     """The functions that one default question passes through, compiled ones aside, carry its steps up to (D-30)."""
     exo = ep.load("prototype")
@@ -94,17 +90,3 @@ def test_default_path_of_reaction_carries_the_labels_of_appendix_d(carriers):
     }
     steps = (1, 2, 4, 11, 12, 14, 15, 17, 18, 19, 20, 21, 22, 26, 27, 28, 29, 30)
     assert {f"(D-{k})" for k in steps} <= passed
-
-
-@pytest.mark.parametrize("line", ["(D-27), (D-30)", "D-27.", "(D-27) and (D-30).", "(D-27) to (D-30).", "(E-1).", "."])
-def test_a_source_line_in_another_form_is_refused(line):
-    with pytest.raises(ValueError, match="Source: thesis"):
-        formulas.labels_of(f"First line.\n\nSource: thesis {line}")
-
-
-def test_labels_of_a_source_line_and_of_a_source_of_the_ledger():
-    assert formulas.labels_of("Solve.\n\n    Source: thesis (D-27), Table 3-3a.\n") == ["(D-27)", "Table 3-3a"]
-    assert formulas.labels_of("No such line; (D-27) alone counts nothing.") == []
-    assert formulas.labels_in("(4-3) to (4-5)") == {"(4-3)", "(4-4)", "(4-5)"}
-    assert formulas.labels_in("Tables 3-4 and B-1") == {"Table 3-4", "Table B-1"}
-    assert formulas.labels_in("Table 5-1, Section 5.1.2") == {"Table 5-1"}

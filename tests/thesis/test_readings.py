@@ -51,11 +51,3 @@ def test_a_match_by_chance_is_no_reproduction():
     assert sure.reading == "right"
     assert sure.is_found
     assert sure.by_chance < 1e-3
-
-
-def test_same_results_count_once_and_a_scale_can_be_free():
-    readings = [("a", [1.0, 2.0]), ("b", [1.0, 2.0]), ("c", [3.0, 1.0]), ("none", [np.nan, 1.0])]
-    assert best_reading("s", "q", [1.0, 2.0], 0.1, readings).tried == 2
-    scaled = best_reading("s", "q", [10.0, 20.0], 0.1, readings, free_scale=True)
-    np.testing.assert_allclose(scaled.values, [10.0, 20.0])
-    assert best_reading("s", "q", [10.0, 20.0], 0.1, readings).misfit > 1

@@ -114,6 +114,7 @@ def asked_of_wrong_questions():
             WORN.uncertainty(WORN.pose(*angles), uncertainties=certain | {"mass_percent": 2.0}).at
             for angles in (([150, 90], [0, 90]), ([170, 150], 0), ([[170, 90, 60]], [0, 90, 30]))
         ],
+        singular=lambda: plain.uncertainty(plain.pose([0, 0], 90)),
         outside=lambda: WORN.uncertainty(WORN.pose(170, 0), uncertainties=certain).verdict,
     )
 

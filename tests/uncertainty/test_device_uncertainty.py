@@ -21,36 +21,6 @@ def effect(found, name):
     return next(effect for effect in found.effects if effect.name == name)
 
 
-def test_more_mass_is_the_answer_of_a_heavier_arm(serial):
-    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
-    pose = soft.pose(50, 30)
-    asked = ONLY | {"mass_percent": 5.0, "springs_percent": 0.0}
-    found = soft.uncertainty(pose, split="elastic", uncertainties=asked)
-    assert [own.name for own in found.effects] == ["mass_percent"]
-    arm = soft.arm
-    assert len(arm.parts) > 1
-    ends = []
-    for more in (0.95, 1.05):
-        parts = [
-            ep.Arm(more * part.mass, part.centre_of_mass, more * part.inertia, device=part.device) for part in arm.parts
-        ]
-        ends.append(float(soft.replace(arm=sum(parts[1:], parts[0])).reaction(pose, split="elastic").magnitude))
-    np.testing.assert_allclose([found.effects[0].least, found.effects[0].greatest], sorted(ends), rtol=1e-9)
-    assert found.worst_offset is None
-
-
-def test_an_offset_that_a_rigid_device_cannot_follow_has_no_bound(serial):
-    found = serial.uncertainty(serial.pose(50, 30), uncertainties=ONLY | {"offset_mm": 10.0})
-    assert np.isinf(found.effects[0].greatest)
-    assert not found.effects[0].holds
-    assert "offset_mm" in found.cautions[0]
-    certain = serial.uncertainty(serial.pose(50, 30), uncertainties=dict.fromkeys(ONLY, 0.0)).known
-    assert next(each for each in certain if each.name == "offset").effects["F_s_percent"] == np.inf
-    assert "Places of joints and loops count as certain" in found.cautions[1]
-    assert np.isnan(found.worst_offset.magnitudes).all()
-    assert "no answer 10 mm off in any direction: rigid, it cannot follow" in str(found)
-
-
 @pytest.mark.parametrize("name", ["spring-support", pytest.param("3rps-passive-ball", marks=pytest.mark.full)])
 def test_ten_millimetres_in_every_direction(name):
     """The worst of all directions is no less than any that is drawn, and each number is the answer of that offset."""
@@ -112,27 +82,6 @@ def test_the_foot_of_a_strut_moves_its_force():
     assert found.provenance["design"]["sha256"] == support.device.hash
 
 
-def test_unknown_quantities_are_named(serial):
-    pose = serial.pose(50, 30)
-    with pytest.raises(ep.UnknownName, match="r_A_mm"):
-        serial.uncertainty(pose, uncertainties={"r_A_mm": 3.0})
-    # Rows of its loop are redundant: its links fit together as they are drawn.
-    with pytest.raises(ep.InvalidInput, match="nothing of the kind"):
-        serial.uncertainty(pose, uncertainties={"joint_mm": 3.0})
-
-
-@pytest.mark.full
-def test_places_that_count_as_certain_are_told(serial):
-    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
-    known = ONLY | {"springs_percent": 5.0}
-    stiff = soft.uncertainty(soft.pose(50, 30), split="elastic", uncertainties=known)
-    support = ep.load(URDF / "spring-support.urdf").worn_by(MAN)
-    free = support.uncertainty(support.pose(0, 60), uncertainties=ONLY)
-    words = "Places of joints and loops count as certain"
-    assert [any(words in text for text in found.cautions) for found in (stiff, free)] == [True, False]
-    assert words in str(stiff)
-
-
 @pytest.mark.parametrize("shift", [0.015, -0.015, 0.01])
 def test_a_misaligned_device_that_locks_the_arm_has_no_forces_made_of_rounding(shift):
     """Shifted along the first axis it follows turns about that axis alone: two drives then work against the loops."""
@@ -161,14 +110,3 @@ def test_a_wrist_without_its_closed_forms_is_as_sure():
     found = effect(whole, "offset_mm")
     assert found.least <= sizes.min() < found.least * 1.001
     assert found.greatest * 0.999 < sizes.max() <= found.greatest
-
-
-def test_the_stiffness_of_a_cuff_counts_for_a_wrist_too():
-    soft = ep.load("four-cables").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
-    asked = ONLY | {"A_mm": 0.0, "B_mm": 0.0}
-    found = soft.uncertainty(soft.pose(30, 30), split="elastic", uncertainties=asked)
-    other = ep.ShoulderExo.from_device(soft.device.as_chain()).uncertainty(
-        soft.pose(30, 30), split="elastic", uncertainties=asked
-    )
-    assert [own.name for own in found.effects] == [own.name for own in other.effects] == ["springs_percent"]
-    np.testing.assert_allclose(other.effects[0].greatest, found.effects[0].greatest, rtol=1e-6)

@@ -61,20 +61,6 @@ def test_the_centre_dominates_and_stays_within_the_worst_offset(exo):
     assert found.shoulder_forces.max() - found.shoulder_forces.min() > 0.5 * (worst.greatest - worst.least)
 
 
-def test_tone_adds_what_muscles_keep(exo):
-    pytest.importorskip("myo_sim", reason="needs the extra person")
-    man, pose = ep.Person(1.755, 85, "male"), exo.pose(60, 30)
-    found = exo.total_uncertainty(pose, man, uncertainties=CERTAIN | {"tone_percent": 30}, draws=16)
-    assert found.joint_N == pytest.approx(float(exo.joint_contact(pose, man, exo.reaction(pose)).magnitude), rel=1e-6)
-    most = exo.joint_contact(pose, man, 0.7, options=ep.ContactOptions(kept_activation=0.3))
-    assert found.joint_forces.max() > found.joint_N + 10.0
-    assert found.joint_forces.max() < 1.2 * float(most.magnitude)
-    assert found.explained[0].name == "tone_percent"
-    assert found.explained[0].of_joint == pytest.approx(1.0, abs=0.6)
-    assert found.columns()["explains_joint_percent"][0] == pytest.approx(100.0 * found.explained[0].of_joint)
-    assert "tone_percent 0 to 30" in str(found)
-
-
 @pytest.mark.parametrize("name", ["four-linear-actuators-worn", pytest.param("serial", marks=pytest.mark.full)])
 def test_a_right_arm_spreads_as_the_left_one(name):
     """Also what has no effect explains the same: nothing."""
@@ -87,40 +73,3 @@ def test_a_right_arm_spreads_as_the_left_one(name):
     np.testing.assert_allclose(other.shoulder_forces, one.shoulder_forces, rtol=1e-6)
     shares = [{each.name: each.of_F_s for each in found.explained} for found in (one, other)]
     assert shares[1] == pytest.approx(shares[0], rel=1e-5, abs=1e-9)
-
-
-def test_draws_are_those_of_their_seed(exo):
-    few = exo.total_uncertainty(exo.pose(30), draws=8, seed=3)
-    again = exo.total_uncertainty(exo.pose(30), draws=8, seed=3)
-    np.testing.assert_array_equal(few.shoulder_forces, again.shoulder_forces)
-    other = exo.total_uncertainty(exo.pose(30), draws=8, seed=4)
-    assert (few.shoulder_forces != other.shoulder_forces).all()
-
-
-def test_the_text_says_what_the_arrays_hold(exo):
-    found = exo.total_uncertainty(exo.pose(60, 30), draws=40)
-    low, _, high = found.quantiles["F_s_N"]
-    assert f"{low:.0f} and {high:.0f} N" in str(found)
-    assert found.columns()["explains_F_s_percent"][0] == 100.0 * found.explained[0].of_F_s
-
-
-def test_what_cannot_be_asked_is_refused(exo):
-    with pytest.raises(ep.UnknownName):
-        exo.total_uncertainty(exo.pose(30), uncertainties={"nothing_mm": 1.0})
-    with pytest.raises(ep.InvalidInput, match="draws"):
-        exo.total_uncertainty(exo.pose(30), draws=2)
-    with pytest.raises(ep.InvalidInput):
-        exo.total_uncertainty(exo.pose([30, 60]))
-    prototype = ep.load("prototype").worn_by(ep.Wearer(1.755, 85, "male"))
-    with pytest.raises(ep.SolverFailed, match="the pose has no answer"):
-        prototype.total_uncertainty(prototype.pose(0, 90))
-
-
-@pytest.mark.full
-def test_other_kinds_and_pictures_too(tmp_path):
-    exo = ep.load("urdf/serial-y-x-z.urdf").worn_by(ep.Wearer(1.755, 85, "male"))
-    stated = {"offset_mm": 0, "joint_mm": 0, "end_b_mm": 0}
-    found = exo.total_uncertainty(exo.pose(60, 30), uncertainties=stated, draws=12)
-    assert np.isfinite(found.shoulder_forces).all()
-    found.plot().savefig(tmp_path / "spread.png")
-    assert (tmp_path / "spread.png").stat().st_size > 10_000

@@ -23,12 +23,11 @@ from exo_pin.workspace import (
     limb_sheet,
     limb_table,
     population,
+    recheck,
     starting_design,
     task_reach,
     workspace,
 )
-from exo_pin.workspace.optimisation import lifting_lines, recheck
-from exo_pin.workspace.parts import PRODUCTS, parts_list, parts_sheet, with_drive_masses
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
 WOMAN = ep.Wearer(1.60, 55, "female")
@@ -144,11 +143,6 @@ def refusals():
         lambda: task_reach(exo.device, ranges=["eating"]),
         lambda: population([], [MAN]),
         lambda: population([exo], ["a man"]),
-        lambda: parts_list(exo.device, held, -1.0),
-        lambda: parts_list(exo.device, held, drive_mass=0.0),
-        lambda: with_drive_masses(exo.mechanism, [0.3, 0.3, 0.3]),
-        lambda: with_drive_masses(exo.mechanism, [0.3, 0.3, 0.0, 0.1]),
-        lambda: with_drive_masses(load("appendix-d").mechanism, [0.3] * 3),
         lambda: day_reach(load("prototype")),
         lambda: day_reach(exo, step=-1.0),
         lambda: day_reach(exo, ep.Criteria(obstacles="door")),
@@ -156,7 +150,6 @@ def refusals():
         lambda: free_joints(0),
         lambda: free_joints(1001),
         lambda: lifting_poses(lifting_weight=1.2),
-        lambda: lifting_lines("left", 0.0),
         lambda: recheck(exo.device, 3, ep.Criteria()),
         lambda: recheck(exo.device, exo.reaction, ["stroke"]),
     )  # fmt: skip
@@ -176,40 +169,6 @@ def limbs():
         table = limb_table(exo.device, at)
         found.append(({**table}, {**limb_loss(exo.device, at)}, limb_sheet(exo.device, table), at.index))
     return found
-
-
-def parts():
-    """What drives must do and which products do it: weak, strong, slow and fast ones, of limbs, drums and hinges."""
-    linear, cables, serial = load("four-linear-actuators-worn"), load("four-cables"), load("serial-y-x-z")
-    found = []
-    for exo, factor, rate, mass in (
-        (linear, 1.0, 0.6, 0.4),
-        (linear, 12.0, 0.02, None),
-        (linear, 0.2, 0.35, None),
-        (cables, 1.0, 2.0, 0.9),
-        (cables, 4.0, 0.1, None),
-        (serial, 1.0, 0.5, None),
-        (serial, 1.9, 0.9, 1.1),
-        (load("four-muscle-cables"), 1.0, 0.5, 0.2),
-    ):
-        arm = ep.Arm(3.7 * factor, [0.01, 0.0, -0.25])
-        worn = exo.replace(arm=arm)
-        at = workspace(worn.device, few(exo), ["singularity"])
-        at = replace(at, tensions=worn.reaction(few(exo), split="minimal", limits="none").actuator_forces)
-        table = parts_list(worn.device, at, rate, mass)
-        found.append(
-            (table["order"], table["mass_kg"], table["speed"], table["power_W"], parts_sheet(worn.device, table))
-        )
-    return [PRODUCTS, found]
-
-
-def heavy():
-    """Drives that have mass: one left as it is, of a linear actuator and of a muscle."""
-    linear, muscles = load("four-linear-actuators-worn"), load("four-muscle-cables")
-    return [
-        [(limb.base_body, limb.platform_body) for limb in with_drive_masses(exo.mechanism, masses).limbs]
-        for exo, masses in ((linear, [0.3, np.nan, 0.5, 0.7]), (muscles, [0.2, 0.3, np.nan, 0.1]))
-    ]
 
 
 def day(name, side, criteria, step, wearer=MAN):
@@ -239,23 +198,6 @@ def tasks():
         population([linear], [MAN, WOMAN], 45.0, ep.Criteria(("connected", "stroke"), least_margin=0.3)),
     ]
     return [{**table} for table in tables]
-
-
-def starts():
-    """Where searches begin."""
-    arm = ep.Arm.from_anthropometry(1.7, 66, sex="female")
-    motor, cable = ep.Actuator("linear", pull_limit=500.0, push_limit=200.0), ep.Actuator("cable", pull_limit=90.0)
-    poses = lifting_poses("right", counts=(3, 2, 2), lifting_weight=0.4)
-    sketches = (
-        starting_design(motor, arm),
-        starting_design([cable, cable, motor], arm, side="right", name="mine", device=load("four-cables").mechanism),
-    )
-    return [
-        *[(each.geometry.base_points, each.geometry.platform_points, each.arm.mass, each.side, each.name,
-           [(limb.kind, limb.actuator) for limb in each.limbs]) for each in sketches],
-        free_joints(2, (0.1, 0.2), (0.05, 0.1), (0.11, 0.22)), free_joints(1),
-        poses, lifting_poses().poses.shape, [lines.as_rotvec() for lines in lifting_lines("right", 40.0)],
-    ]  # fmt: skip
 
 
 def checks():
@@ -389,12 +331,9 @@ ASKED = {
     "chosen": chosen,
     "refusals": refusals,
     "limbs": limbs,
-    "parts": parts,
-    "heavy": heavy,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),
     "day_of_a_right_arm": lambda: day("four-cables", "right", ["stroke", "forces"], 72.0, WOMAN),
     "tasks": tasks,
-    "starts": starts,
     "checks": checks,
 }
 

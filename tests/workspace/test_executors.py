@@ -13,7 +13,7 @@ from process_tree import lives, wait_until
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
-from exo_pin.workspace import population
+from exo_pin.workspace import CRITERIA, Criterion, population
 
 WEARERS = [ep.Wearer(1.525, 51, "female"), ep.Wearer(1.626, 67, "female"), ep.Wearer(1.87, 111, "male")]
 LIMITS = ep.Criteria(largest_shoulder_force=150.0)
@@ -32,15 +32,6 @@ def assert_same(one, other):
 @pytest.fixture(scope="module")
 def here():
     return population(designs(), WEARERS, 12.0, LIMITS)
-
-
-def test_a_row_is_the_workspace_of_its_person(here):
-    assert here["design"].tolist() == ["four-linear-actuators"] * 3 + ["four-cables-worn"] * 3
-    for row, (exo, wearer) in enumerate((exo, wearer) for exo in designs() for wearer in WEARERS):
-        found = exo.worn_by(wearer).workspace(12.0, LIMITS)
-        assert here["index"][row] == found.index
-        assert here["peak_F_s_N"][row] == found.force_inside["largest"]
-        assert here["limited_by"][row] == max(found.lost_to, key=lambda name: found.lost_to[name])
 
 
 def test_threads_and_blocks(here):
@@ -106,17 +97,14 @@ def test_dask(here):
     assert pickle.dumps(sent.force) == pickle.dumps(alone.force)
 
 
-def test_what_is_no_population():
+def test_what_cannot_be_sent_to_another_process_is_said():
     exo = ep.load("four-cables")
-    with pytest.raises(InvalidInput, match="0 and 3"):
-        population([], WEARERS)
-    with pytest.raises(InvalidInput, match="wearers to be Wearers"):
-        population([exo], [75.0])
-    with pytest.raises(InvalidInput, match="an executor"):
-        population([exo], WEARERS, 30.0, executor=2)
     local = type("Local", (), {"force_limits": staticmethod(lambda length: (0.0 * length, 400.0 + 0.0 * length))})()
     with ThreadPoolExecutor(1) as pool, pytest.raises(InvalidInput, match="another process can be sent"):
         ep.sweep(exo, {"cuff_height_mm": [180, 185]}, exo.pose([0, 30]), executor=pool, limits=local)
+    stroke, mine = CRITERIA["stroke"], Criterion("stroke", "m", "mine", "#117733", np.max, 0.05)
+    assert pickle.loads(pickle.dumps(stroke)) is stroke
+    assert pickle.loads(pickle.dumps(mine)) == mine
 
 
 class LosesTheLast(ThreadPoolExecutor):

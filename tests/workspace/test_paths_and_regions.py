@@ -1,19 +1,14 @@
-"""Ways from rest over a grid, largest regions, and the diamonds of joints and shoulder, by floods and by angles."""
+"""Ways from rest over a grid and largest regions, by floods."""
+
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-from exo_pin import shoulder_rotation
-from exo_pin.workspace.evaluation import _from_z, rest_side
+from exo_pin.workspace import Criteria, Workspace
 from exo_pin.workspace.kernels import (
-    _bend,
-    _larger,
-    connection_margin,
-    largest_region,
-    nearest_to_rest,
-    shoulder_stack,
     widest_path,
 )
 
@@ -46,126 +41,66 @@ def test_widest_paths_go_through_faces_and_not_around_the_edges(shape):
         np.testing.assert_array_equal(out.reshape(shape), by_floods(value, start))
 
 
-def angle_from(matrices):
-    return Rotation.from_matrix(matrices).magnitude()
+NAN = np.nan
 
 
-def test_the_way_to_the_first_node_counts_too():
-    """Independence falls with the angle up to 20° and rises beyond: the way sees the dip, the grid does not."""
-    turns = np.radians(np.arange(25.0, 45.0, 5.0))
-    matrices = Rotation.from_rotvec(turns[:, None] * [0.0, 1.0, 0.0]).as_matrix()
-
-    def margin_of(at):
-        return 0.1 + np.abs(angle_from(at) - np.radians(20.0))
-
-    value = margin_of(matrices)
-    assert nearest_to_rest(matrices) == 0
-    margin = connection_margin(margin_of, matrices, (4, 1, 1), value)
-    np.testing.assert_allclose(margin, 0.1, atol=np.radians(0.5))
-    # On the other side of the surface the way is as bad as it gets; so is one without a plane on it.
-    other = connection_margin(lambda at: -margin_of(at), matrices, (4, 1, 1), value)
-    np.testing.assert_allclose(other, -margin_of(np.eye(3)[None])[0], atol=0.02)
-    lost = connection_margin(lambda at: np.where(angle_from(at) > 0.1, np.nan, 1.0), matrices, (4, 1, 1), value)
-    np.testing.assert_array_equal(lost, -np.inf)
-
-
-def test_a_node_without_a_plane_is_no_way():
-    matrices = Rotation.from_rotvec(np.radians([0.0, 5.0, 10.0, 15.0])[:, None] * [1.0, 0.0, 0.0]).as_matrix()
-    value = np.array([0.5, 0.7, np.nan, 0.9])
-    margin = connection_margin(lambda at: np.ones(len(at)), matrices, (4, 1, 1), value)
-    np.testing.assert_array_equal(margin, [0.5, 0.5, -np.inf, -np.inf])
-    assert nearest_to_rest(matrices[::-1]) == 3
+def some_workspace(margins, poses=None, force=None, **changes):
+    """Of margins by criterion; forces along z, determinants 1 and limbs of 0.3 m unless they are given."""
+    margins = {name: np.array(values, dtype=float) for name, values in margins.items()}
+    shape = next(iter(margins.values())).shape
+    turns = Rotation.from_rotvec(np.linspace(0.2, 1.0, int(np.prod(shape)))[:, None] * [0.0, 1.0, 0.0]).as_quat()
+    fields = {
+        "name": "mine",
+        "side": "left",
+        "poses": Rotation.from_quat(turns.reshape(*shape, 4)) if poses is None else poses,
+        "criteria": Criteria(),
+        "margins": MappingProxyType(margins),
+        "not_checked": MappingProxyType({}),
+        "lengths": np.full((*shape, 4), 0.3),
+        "margin": np.ones(shape),
+        "tensions": np.full((*shape, 4), 10.0),
+        "shoulder_force": np.stack(
+            [np.zeros(shape)] * 2 + [np.full(shape, NAN) if force is None else np.array(force)], -1
+        ),
+        "gaps": np.full((*shape, 3), 0.1),
+    }
+    return Workspace(**(fields | changes))
 
 
-def test_the_largest_region_is_on_one_side():
-    inside = np.zeros((5, 3, 2), dtype=bool)
-    inside[:4, 0, 0] = inside[4, 2, 1] = inside[4, 2, 0] = True
-    np.testing.assert_array_equal(largest_region(inside), inside & (np.arange(3)[:, None] == 0))
-    sign = np.ones(inside.shape)
-    sign[1] = -1.0
-    # The surface leaves two of the four together, as many as elsewhere; on it is on neither side.
-    assert largest_region(inside, sign).sum() == 2
-    sign[1] = 1.0
-    sign[3] = 0.0
-    expected = inside & (np.arange(3)[:, None] == 0)
-    expected[3] = False
-    np.testing.assert_array_equal(largest_region(inside, sign), expected)
-    np.testing.assert_array_equal(largest_region(inside, -sign), expected)
-    assert not largest_region(np.zeros((2, 2, 2), dtype=bool)).any()
-    # Neighbours share a face, not an edge.
-    corner = np.zeros((2, 2, 2), dtype=bool)
-    corner[0, 0, 0] = corner[1, 1, 0] = corner[1, 1, 1] = True
-    assert largest_region(corner).sum() == 2
+def grown(inside, sign):
+    """The largest set of neighbours, by growing each from one of its poses."""
+    left, best = {tuple(node) for node in np.argwhere(inside & (sign != 0.0))}, set()
+    while left:
+        part, edge = set(), [left.pop()]
+        while edge:
+            node = edge.pop()
+            part.add(node)
+            for axis in range(3):
+                for step in (-1, 1):
+                    other = tuple(np.array(node) + step * (np.arange(3) == axis))
+                    if other in left and sign[other] * sign[node] > 0.0:
+                        left.remove(other)
+                        edge.append(other)
+        best = part if len(part) > len(best) else best
+    return best
 
 
-def test_bends_of_a_universal_joint_up_to_three_right_angles():
-    rng = np.random.default_rng(270)
-    for _ in range(40):
-        x, y = rng.uniform(-np.pi / 2, np.pi / 2), rng.uniform(-np.pi, np.pi)
-        frame = Rotation.random(rng=rng)
-        direction = (frame * Rotation.from_euler("YX", [y, x])).apply([0.0, 0.0, 1.0])
-        cosine, sine = _bend(tuple(map(tuple, frame.as_matrix().T)), tuple(direction))
-        assert np.arctan2(sine, cosine) % (2.0 * np.pi) == pytest.approx(abs(x) + abs(y), abs=1e-9)
-    angles = rng.uniform(0.0, 1.5 * np.pi, (200, 2))
-    for a, b in [*angles, (0.0, 0.1), (np.pi - 0.1, np.pi + 0.1), (np.pi / 2 + 0.1, np.pi / 2 - 0.1), (4.6, 0.05)]:
-        larger = _larger((np.cos(a), np.sin(a)), (2.0 * np.cos(b), 2.0 * np.sin(b)))
-        assert np.arctan2(larger[1], larger[0]) % (2.0 * np.pi) == pytest.approx(max(a, b))
-
-
-@pytest.mark.parametrize(("side", "outward"), [("left", 1.0), ("right", -1.0)])
-def test_the_shoulders_diamond_is_about_its_centre(side, outward):
-    """|abduction - centre| + |rotation| below half; flexion is free."""
-    rng = np.random.default_rng(271)
-    angles = np.radians(rng.uniform([-90, -80, -179], [170, 85, 179], (60, 3)))
-    poses, margin = shoulder_rotation(*angles.T, side=side), np.empty(60)
-    shoulder_stack(poses.as_matrix(), 0.4, 1.3, outward, margin)
-    first = np.abs(angles[:, 1] - 0.4) + np.abs(angles[:, 2])
-    # The same pose has a second triple, beyond 90° of abduction.
-    second = np.abs(np.pi - angles[:, 1] - 0.4) + np.pi - np.abs(angles[:, 2])
-    np.testing.assert_allclose(margin, 1.3 - np.minimum(first, second), atol=1e-12)
-    assert (second < first).any()
-
-
-@pytest.mark.parametrize(("degrees", "count"), [(0.0, 1), (0.4, 2), (24.5, 26), (25.5, 27)])
-def test_the_way_to_the_first_node_is_in_steps_of_a_degree(degrees, count):
-    matrices, seen = Rotation.from_rotvec([[0.0, np.radians(degrees), 0.0]]).as_matrix(), []
-
-    def noted(at):
-        seen.extend(np.degrees(angle_from(at)))
-        return np.ones(len(at))
-
-    connection_margin(noted, matrices, (1, 1, 1), np.ones(1))
-    np.testing.assert_allclose(seen, np.linspace(0.0, degrees, count), atol=1e-9)
-
-
-@pytest.mark.parametrize("rest", [0.3, -0.3, 1e-12, -1e-12])
-def test_sign_at_rest(rest):
-    """Where rest itself is singular most poses decide, however near they are."""
-    for values, side in (
-        ([0.5, 0.3, -0.4], 1.0), ([0.5, -0.3, -0.4], -1.0), ([0.5, -0.5], 1.0), ([0.0, -0.1], -1.0),
-        ([1.0, -1.0, np.nan], 1.0),
-    ):  # fmt: skip
-        assert rest_side(rest, np.array(values)) == (np.sign(rest) if abs(rest) > 0.1 else side)
-
-
-def test_least_turn_from_the_straight_direction():
-    rng = np.random.default_rng(1)
-    for direction in (*rng.normal(size=(4, 3)), [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-14, 0.0, 1.0]):
-        unit = np.array(direction) / np.linalg.norm(direction)
-        turn = _from_z(unit)
-        np.testing.assert_allclose(turn @ [0.0, 0.0, 1.0], unit, atol=1e-12)
-        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
-        assert np.linalg.det(turn) == pytest.approx(1.0)
-        # The least one turns by the angle between them.
-        angle = np.arctan2(np.hypot(unit[0], unit[1]), unit[2])
-        assert Rotation.from_matrix(turn).magnitude() == pytest.approx(angle, abs=1e-7)
-
-
-@pytest.mark.parametrize("outward", [1.0, -1.0])
-def test_shoulder_range_at_a_right_angle_of_abduction_whatever_the_rounding(outward):
-    for last in (1.0, 1.0 + 2.0**-52):
-        for sign in (1.0, -1.0):
-            R = np.array([[[1.0, 0.0, 0.0], [0.0, 0.0, -sign * outward * last], [0.0, sign * outward, 0.0]]])
-            margin = np.empty(1)
-            shoulder_stack(R, 0.4, 2.5, outward, margin)
-            assert margin[0] == pytest.approx(2.5 - abs(sign * np.pi / 2 - 0.4))
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("limbs", [3, 4])
+def test_region_is_the_largest_set_of_neighbours(seed, limbs):
+    rng = np.random.default_rng(seed)
+    shape = (4, 3, 5)
+    inside, sign = rng.uniform(size=shape) < 0.7, rng.choice([-1.0, 1.0], shape) if limbs == 3 else np.ones(shape)
+    poses = Rotation.from_rotvec(rng.normal(0.0, 0.5, (*shape, 3)))
+    found = some_workspace(
+        {"stroke": np.where(inside, 1.0, -1.0)}, poses=poses, margin=sign, lengths=np.ones((*shape, limbs))
+    )
+    expected = grown(inside, sign)
+    # Of two that are as large either will do.
+    assert found.region.sum() == len(expected)
+    part = {tuple(node) for node in np.argwhere(found.region)}
+    assert len(grown(found.region, sign)) == len(part)
+    assert inside[found.region].all()
+    angles = poses.magnitude()
+    assert found.region_distance == angles[found.region].min()
+    assert found.nearest_to_rest == np.unravel_index(angles.argmin(), shape)

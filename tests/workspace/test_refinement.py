@@ -12,8 +12,6 @@ pytest.importorskip("cmaes")
 
 #: The designs that are judged by all criteria that their data allow.
 PRESETS = ("four-cables", "four-linear-actuators", "three-linear-actuators", "four-muscle-cables")
-#: Mechanisms of the thesis that name no actuators.
-WITHOUT_ACTUATORS = ("appendix-d", "scenario-one")
 LIMITS = Criteria(largest_shoulder_force=150.0)
 #: Bounds that hold the joints of all of them: distances from the shoulder and from the arm's axis, and drops, m.
 WIDE = (0.02, 0.8), (0.0, 0.4), (-0.2, 0.5)
@@ -56,33 +54,6 @@ def never_worse(name, seed, budget):
 @pytest.mark.parametrize("name", PRESETS[:2])
 def test_a_refinement_is_not_worse_than_its_start(name):
     never_worse(name, 1, 24)
-
-
-@pytest.mark.parametrize(
-    "seeds", [pytest.param([1], marks=pytest.mark.full), pytest.param([2, 3], marks=pytest.mark.long)]
-)
-def test_no_refinement_is_worse_than_its_start(seeds):
-    searched = [name for name in ep.presets() if name not in WITHOUT_ACTUATORS]
-    kept = [never_worse(name, seed, 200) for name in searched for seed in seeds]
-    # Otherwise nothing would have been tested.
-    assert any(kept)
-
-
-@pytest.mark.parametrize("name", WITHOUT_ACTUATORS)
-def test_a_design_without_actuators_has_no_stroke_to_refine(name):
-    with pytest.raises(ep.MissingData, match="no actuator of limb 1"):
-        refined(name, 1, 24)
-
-
-@pytest.mark.full
-def test_the_budget_is_kept_by_whole_generations():
-    exo, poses = ep.load("four-cables"), lifting_poses(counts=(2, 2, 2))
-    found = optimised(exo, poses, 1, 100, 60, refine=False)
-    assert [run.evaluations for run in found.runs] == [48, 48]
-    assert found.start is None
-    assert found.best_candidate.index == max(
-        candidate.design.workspace(criteria=LIMITS).index for candidate in found.front
-    )
 
 
 def test_a_search_that_is_stopped_by_hand_has_the_best_so_far(monkeypatch, tmp_path):

@@ -16,7 +16,6 @@ import small_searches
 from small_searches import GENERATION, RUN, searched
 
 import exo_pin as ep
-from exo_pin.cli import main
 from exo_pin.core import errors
 from exo_pin.workspace import CRITERIA
 
@@ -275,21 +274,6 @@ def test_any_state_that_is_accepted_can_be_searched(tmp_path, begun):
         accepted += 1
         assert np.abs(np.array(found.runs[0].point) - 0.5).max() <= 0.5
     assert accepted > 8
-
-
-@full
-def test_a_command_reports_a_wrong_study_in_one_line(tmp_path, capsys):
-    path = tmp_path / "study.db"
-    query = ["optimise", "--limbs", "3", "--family", "cable", "--device", "prototype", "--person", "1.75,75,male"]
-    query += ["--criteria", "singularity", "--budget", "24", "--run-length", "24", "--storage", str(path)]
-    assert main(query) == 0
-    write(path, "result", json.dumps({**GOOD, "point": [0.5]}))
-    capsys.readouterr()
-    assert main(query) == 2
-    out, said = capsys.readouterr()
-    assert (out, said.count("\n")) == ("", 1)
-    assert "study.db" in said
-    assert "(18,)" in said
 
 
 @full

@@ -5,7 +5,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import starting_design
-from exo_pin.workspace.optimisation.starting_designs import _fitted, fitted_strokes, stroke_windows, window_margin
+from exo_pin.workspace.optimisation.starting_designs import fitted_strokes, stroke_windows, window_margin
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LINEAR = ep.Actuator("linear", push_limit=300.0, pull_limit=300.0)
@@ -18,18 +18,6 @@ def fitted(lengths, weights=None):
     windows = stroke_windows(design, np.repeat(np.array(lengths)[:, None], 3, axis=1), weights)
     np.testing.assert_array_equal(windows, windows[[0, 0, 0]])
     return windows[0]
-
-
-def test_a_stroke_gives_up_poses_far_off_before_many_that_are_nearly_in():
-    """Two poses at 0.6 m need a shortest length of 0.35 m, and a millimetre less is needed in three."""
-    bulk, long = [0.45] * 45, [0.6, 0.6]
-    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3]), [0.35, 0.6])
-    # Poses count by themselves, too: five nearly in are more than two far off, which count no more than 0.1 m off.
-    np.testing.assert_allclose(fitted([*bulk[2:], *long, *[0.349] * 5]), [0.349, 0.45])
-    # And by their weights.
-    heavy = np.ones(50)
-    heavy[-3:] = 5.0
-    np.testing.assert_allclose(fitted([*bulk, *long, *[0.349] * 3], heavy), [0.349, 0.45])
 
 
 def windows_by_scan(family, travel, lengths, weights):
@@ -72,34 +60,3 @@ def test_windows_are_those_of_a_scan(family, travel):
     bare = mechanism.replace(limbs=[ep.Limb("SPS")] * 3)
     with pytest.raises(ep.MissingData, match="actuator of limb 1"):
         stroke_windows(bare, lengths, weights)
-
-
-@pytest.mark.parametrize("spare", [0.0, 0.002, 0.05])
-@pytest.mark.parametrize("travel", [None, 0.1, 0.13])
-@pytest.mark.parametrize("family", ["pneumatic muscle", "linear", "cable"])
-def test_a_fitted_stroke_takes_its_window_and_what_is_spared_for_nothing(family, travel, spare):
-    """It holds the window, and is neither longer nor shorter than the spare and its family allow."""
-    share, dead = {"pneumatic muscle": (0.75, 0.04), "linear": (0.5, 0.1), "cable": (0.0, 0.03)}[family]
-    constant = (1.0 - share) * dead
-    push = 300.0 if family == "linear" else None
-    actuator = ep.Actuator(family, pull_limit=300.0, push_limit=push, travel_limit=travel)
-    for long in (0.4, 0.5, 0.7):
-        least = max(share * long + constant, long - (np.inf if travel is None else travel))
-        for short in {least, least + 0.001, 0.5 * (least + long), long - 0.005}:
-            limb = ep.Limb("SPS", actuator=actuator, stroke=_fitted(actuator, short, long, spare))
-            low, high = limb.length_range
-            assert low <= short + 1e-9
-            assert long - 1e-9 <= high <= long + spare + 1e-9
-            assert low >= share * high + constant - 1e-9
-            assert travel is None or high - low <= travel + 1e-9
-            # A longer one would lose the short end of the window.
-            more = high + 1e-6
-            room = short >= share * more + constant and (travel is None or more - short <= travel)
-            assert high >= long + spare - 1e-9 or not room
-            # Of a muscle or a cable the longest length sets the shortest; one of a linear actuator may be longer.
-            if family != "linear":
-                continue
-            assert low >= short - spare - 1e-9
-            less = low - 1e-6
-            room = less >= share * high + constant and (travel is None or high - less <= travel)
-            assert low <= short - spare + 1e-9 or not room

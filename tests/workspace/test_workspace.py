@@ -1,15 +1,18 @@
-"""None"""
+"""Criteria of a workspace by hand, shares of the volume by Monte Carlo, limits, bodies and the mirror image."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
+from exo_pin.device import ChainDevice, Route, Spring, TableLaw
 from exo_pin.load_case import ADL_BOX
-from exo_pin.workspace import Criteria
+from exo_pin.workspace import CRITERIA, Criteria, task_reach
 from exo_pin.wrist import BodyShape
 
 REST = Rotation.identity()
@@ -34,17 +37,6 @@ def test_stroke_by_hand():
     too_long = toy(stroke=ep.Stroke(0.4, 0.75, 1.0, 0.05)).workspace(REST, ["stroke"])
     assert float(too_long.margins["stroke"]) == pytest.approx(-0.05)
     assert str(too_long.reasons) == "stroke"
-
-
-def test_softer_rule_of_appendix_c_fails_only_if_all_are_short():
-    short = ep.Stroke(0.8, 0.75, 1.0, 0.0)  # at least 0.6 m, and the limbs have 0.5 m
-    fits = ep.Stroke(0.5, 0.75, 1.0, 0.0)
-    exo = toy()
-    soft = Criteria(names=("stroke",), stroke_rule="not all short")
-    mixed = exo.replace(limbs=[replace(exo.limbs[0], stroke=s) for s in (short, short, fits)])
-    assert mixed.workspace(REST, soft).inside.all()
-    assert not mixed.workspace(REST, ["stroke"]).inside.any()
-    assert not exo.replace(limbs=[replace(exo.limbs[0], stroke=short)] * 3).workspace(REST, soft).inside.any()
 
 
 def test_singularity_and_side_of_rest_by_hand():
@@ -119,17 +111,6 @@ def test_joint_angles_count_from_the_straight_direction():
     assert np.degrees(float(plain.margins["joint_angles"])) < 95.0 - 148.0
 
 
-def test_clearance_needs_a_body_and_a_radius():
-    exo = toy(actuator=ep.Actuator("cable", pull_limit=100.0))
-    with pytest.raises(MissingData, match="who wears it"):
-        exo.workspace(REST, ["clearance"])
-    body = BodyShape(np.empty((0, 7)), [[0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.04]])
-    found = exo.workspace(REST, Criteria(names=("clearance",), body=body))
-    # From O to each limb it is 0.1 m; the cable is 3 mm thick, the arm 40 mm.
-    assert float(found.margins["clearance"]) == pytest.approx(0.1 - 0.04 - 0.003)
-    assert np.isinf(found.gaps[1])
-
-
 def test_body_scales_and_mirrors():
     small, large = BodyShape.of(ep.Wearer(1.5, 75, "male")), BodyShape.of(ep.Wearer(1.8, 75, "male"))
     # Heights of the trunk are shares of stature; of two men of one mass the taller one is the more slender.
@@ -181,14 +162,6 @@ def test_a_body_of_several_postures_and_persons_is_the_union():
         Criteria(wearers=("1.75,75,male",))
 
 
-def test_default_grid_is_that_of_appendix_c():
-    found = ep.load("scenario-one").workspace()
-    assert found.inside.shape == (28, 26, 27)
-    assert found.inside.size == 19_656
-    assert 0.0 <= found.volume_share.error < 0.05
-    assert "stroke" in found.not_checked
-
-
 @pytest.mark.parametrize("name", ["four-cables", "three-linear-actuators"])
 def test_share_of_the_volume_against_monte_carlo(name):
     exo, rng = ep.load(name), np.random.default_rng(11)
@@ -204,39 +177,6 @@ def test_share_of_the_volume_against_monte_carlo(name):
     noise = 3.0 * np.sqrt(inside.var() / len(inside))
     assert abs(found.volume_share - inside.mean()) <= found.volume_share.error + noise
     assert found.volume_share.error < 0.03
-
-
-def test_connected_needs_a_grid_and_stays_on_one_side():
-    exo = ep.load("appendix-d")
-    with pytest.raises(MissingData, match="grid"):
-        exo.workspace(Rotation.random(5, rng=np.random.default_rng(0)), ["connected"])
-    found = exo.workspace(8.0, ["singularity", "connected"])
-    assert (found.met["connected"] <= found.met["singularity"]).all()
-    assert found.margins["connected"].max() <= found.margins["singularity"].max()
-    assert 0.0 < found.index < 1.0
-    # The region does not cross det X = 0.
-    signs = np.sign(found.margin[found.region])
-    assert (signs == signs[0]).all()
-
-
-def test_reasons_and_shares_are_counts_of_the_criteria():
-    found = ep.load("prototype").workspace(12.0)
-    failed = np.array([~met for met in found.met.values()])
-    np.testing.assert_array_equal(found.reasons == "", found.inside)
-    np.testing.assert_array_equal(np.char.count(found.reasons, ",") + 1, np.maximum(failed.sum(axis=0), 1))
-    for k, (name, share) in enumerate(found.lost_to.items()):
-        assert share == pytest.approx((failed[k] & (failed.sum(axis=0) == 1)).mean())
-        assert found.fractions[name] == pytest.approx(1.0 - failed[k].mean())
-    assert "stroke" in str(found)
-
-
-def test_force_limit_that_is_not_known_is_no_yes():
-    # The law of the muscle was identified from 4 % of contraction on; a limb that is longer has no known pull.
-    exo = ep.load("prototype")
-    found = exo.workspace(8.0, ["stroke", "forces"])
-    contraction = 1.0 - (found.lengths[..., 0] - 0.126) / 0.15
-    outside_law = contraction < 0.04
-    assert not found.met["forces"][outside_law].any()
 
 
 @pytest.mark.parametrize(
@@ -276,3 +216,99 @@ def test_right_shoulder_is_the_mirror_image():
     right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"), **limits))
     for name, margin in left.margins.items():
         np.testing.assert_allclose(right.margins[name], margin, rtol=1e-6, atol=1e-9)
+
+
+MAN = ep.Wearer(1.755, 85.0, "male")
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return ep.load(URDF / "serial-y-x-z.urdf").worn_by(MAN)
+
+
+def test_the_same_wrist_has_the_same_held_poses_both_ways():
+    exo = ep.load("four-linear-actuators-worn")
+    device = ChainDevice.from_chain(exo.chain).replace(arm=exo.arm)
+    limits = [d.__class__(d.name, d.joint, pulls=True, lower=-600.0, upper=600.0, least=d.least, greatest=d.greatest)
+              for d in device.drives]  # fmt: skip
+    poses = exo.pose(*np.meshgrid([0.0, 30.0, 60.0, 90.0], [0.0, 40.0]))
+    names = ep.Criteria(("stroke", "forces"))
+    one, other = (
+        exo.workspace(poses, names),
+        ep.ShoulderExo.from_device(device.replace(drives=limits)).workspace(poses, names),
+    )
+    np.testing.assert_array_equal(one.inside, other.inside)
+    np.testing.assert_allclose(other.margins["forces"], one.margins["forces"], rtol=1e-6)
+    np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-5)
+
+
+NAN = np.nan
+LIMITS = Criteria(
+    least_margin=0.1, least_moment=2.0, largest_shoulder_force=50.0, largest_pull_out=30.0, largest_cuff_pull=20.0,
+    largest_cuff_slip=0.01, least_moment_without_limb=1.5, least_gap=0.004,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "expected"),
+    [
+        ("joint_angles", {"bend": [0.2, -0.1]}, [0.2, -0.1]),
+        ("singularity", {"margin": [0.5, -0.05]}, [0.4, -0.15]),
+        ("connected", {"connection": lambda: np.array([0.3, -np.inf])}, [0.2, -np.inf]),
+        ("forces", {"moment": [5.0, 1.0, NAN]}, [3.0, -1.0, NAN]),
+        ("shoulder_force", {"shoulder": [[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [NAN] * 3]}, [0.0, -10.0, NAN]),
+        ("socket", {"pull_out": [-100.0, 40.0]}, [130.0, -10.0]),
+        ("cuff_pull", {"cuff_pull": [5.0, 25.0]}, [15.0, -5.0]),
+        ("cuff_slip", {"cuff_slip": [0.002, 0.02]}, [0.008, -0.01]),
+        ("limb_loss", {"moment_without_limb": [4.0, 1.0]}, [2.5, -0.5]),
+        ("clearance", {"gaps": [[0.01, 0.02, 0.03], [0.5, 0.001, 0.2], [0.5, 0.4, 0.0]]}, [0.006, -0.003, -0.004]),
+        ("shoulder_range", {"shoulder_range": lambda: np.array([0.3])}, [0.3]),
+    ],
+)
+def test_margins_by_hand(name, values, expected):
+    at = {key: np.array(value) if isinstance(value, list) else value for key, value in values.items()}
+    found = CRITERIA[name].margin(SimpleNamespace(criteria=LIMITS, **at))
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+LOW, HIGH = 0.285, 0.5
+WAY = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
+
+
+@pytest.fixture(scope="module")
+def exo():
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
+    return serial.replace(springs=[Spring("strut", TableLaw((LOW, HIGH), (-30.0, -10.0)), route=WAY)])
+
+
+def test_the_margin_is_the_distance_to_the_nearer_end(exo):
+    """By the distance of the strut's ends in each pose, over the length of the table."""
+    rng = np.random.default_rng(3)
+    poses = exo.pose(*rng.uniform([0.0, 0.0, -30.0], [150.0, 80.0, 60.0], (40, 3)).T)
+    found = exo.workspace(poses, ["evaluated", "singularity", "forces"])
+    size = np.linalg.norm(poses.apply([0.0, 0.0, -0.2]) - [0.0, 0.0, -0.4], axis=1)
+    expected = np.minimum(size - LOW, HIGH - size) / (HIGH - LOW)
+    assert 0.2 < (expected >= 0.0).mean() < 0.9
+    np.testing.assert_allclose(found.margins["evaluated"], expected, atol=1e-9)
+    assert found.fractions["evaluated"] == (expected >= 0.0).mean()
+    np.testing.assert_array_equal(found.not_evaluated, expected < 0.0)
+    assert found.summary()["not_evaluated"] == (expected < 0.0).mean()
+    # Kinematics are those without the spring; of forces nothing is known.
+    bare = exo.replace(springs=[]).workspace(poses, ["singularity", "forces"])
+    np.testing.assert_array_equal(found.margins["singularity"], bare.margins["singularity"])
+    np.testing.assert_array_equal(np.isnan(found.margins["forces"]), found.not_evaluated)
+    assert np.isnan(found.magnitude[found.not_evaluated]).all()
+    assert not found.unknown.any()
+    assert f"{100.0 * (expected < 0.0).mean():.1f} % are not evaluated: a spring has no data there" in str(found)
+
+
+def test_rates_of_a_movement_are_how_fast_limbs_become_shorter():
+    """By differences of the lengths; power is what a tension gives where its limb becomes shorter."""
+    exo = ep.load("four-linear-actuators")
+    times = np.linspace(0.0, 2.0, 41)
+    movement = ep.Movement.from_samples(times, exo.pose(50.0 * np.sin(0.8 * times) ** 2, 30.0), smoothing=None)
+    table = task_reach(exo.mechanism, {"lift": movement}, (), ["singularity", "forces"])
+    speed = -np.gradient(exo.inverse_kinematics(movement.poses).lengths, times, axis=0)
+    power = speed * exo.workspace(movement.poses, ["singularity", "forces"]).tensions
+    assert table["fastest_limb_m_s"][0] == pytest.approx(np.abs(speed).max(), rel=0.01)
+    assert table["largest_power_W"][0] == pytest.approx(power.max(), rel=0.01)

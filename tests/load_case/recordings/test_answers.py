@@ -255,6 +255,22 @@ def columns_said():
         )
 
 
+def broken():
+    """Files of other programs with a line that is no orientation, without what they must have, or cut off."""
+    head = "DataType=Quaternion\nendheader\ntime\ttorso\thumerus_l\n"
+    files = {
+        "a.sto": head + "0\t1,0,0,0\t1,0\n",
+        "b.sto": head + "0\t1,0,0,0\t1,0,0,0\n0.1\t1,0,0,0\tnan\n0.2\t1,0,0,0\t1,0,0,0\n0.3\t1,0,0,0\t1,0,0,0\n",
+        "a.mvnx": "<mvnx/>",
+        "b.mvnx": "<mvnx",
+        "c.mvnx": '<!DOCTYPE mvnx [<!ENTITY a "b">]><mvnx/>',
+        "a.csv": f"time_s;{HEAD.replace(',', ';')}\n0;1,5;2,5;0\n1;1.5;2;0\n",
+    }
+    with folder():
+        texts(**{name.replace(".", "__"): text for name, text in files.items()})
+        return in_turn({name: lambda name=name: read(name) for name in files})
+
+
 def mistakes(*seeds):
     """What is said of records with a mistake; their movements take turns."""
     found, slower = {}, functools.partial(foreign.movement, rate=30)
@@ -411,6 +427,7 @@ ASKED = {
     "clocks": clocks,
     "sensors": sensors_said,
     "columns": columns_said,
+    "broken": broken,
     "mistakes": lambda: mistakes(0, 1, 2, 3),
     "more_mistakes": lambda: mistakes(1, 2, 4, 5, 0),
     "ranges": lambda: ranges("left"),

@@ -6,20 +6,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.load_case.recordings.reading import read_poses
 
 
 def check(folder, writer, truth):
     path, options = writer(folder, truth)
-    found = read_poses(path, truth.side, ep.RecordingOptions(**options))
+    found = ep.read_movement(path, truth.side, smoothing=None, reading=ep.RecordingOptions(**options))
     # Sensors are set to zero by half a second with noise of 0.1°.
     most = 0.1 if options.get("forward") else 5e-4
     assert np.degrees((found.poses * truth.poses.inv()).magnitude().max()) < most
     np.testing.assert_allclose(found.times - found.times[0], truth.t - truth.t[0], atol=6e-4)
-    assert not found.cautions
-    assert (found.elbow is not None) == (writer.__name__ in foreign.WITH_ELBOW)
-    if found.elbow is not None:
-        np.testing.assert_allclose(np.degrees(found.elbow), truth.elbow, atol=2e-3)
+    # Samples as they are, with the noise of their digits, accelerate more than an arm.
+    assert all("accelerates" in text for text in found.cautions)
+    assert (found.elbow_flexion is not None) == (writer.__name__ in foreign.WITH_ELBOW)
+    if found.elbow_flexion is not None:
+        np.testing.assert_allclose(np.degrees(found.elbow_flexion), truth.elbow, atol=2e-3)
 
 
 @pytest.mark.parametrize("name", ["semicolons", "iso", "isb", "rajagopal", "dot", "apdm", "mvnx"])
@@ -55,13 +55,13 @@ def test_segments_of_a_published_file(tmp_path):
     )
     # The file's own angles are abduction, internal rotation and flexion: 8.324 3.360 16.569, -4.828 54.498 41.431.
     for side, expected in {"right": (16.569, 8.324, 3.360), "left": (41.431, -4.828, 54.498)}.items():
-        poses = read_poses(path, side).poses
+        poses = ep.read_movement(path, side, smoothing=None).poses
         np.testing.assert_allclose(ep.shoulder_angles(poses[0], side, degrees=True), expected, atol=2e-3)
-    quaternion = read_poses(path, "right").poses[0].as_quat(scalar_first=True)
+    quaternion = ep.read_movement(path, "right", smoothing=None).poses[0].as_quat(scalar_first=True)
     np.testing.assert_allclose(quaternion, (0.986838, -0.076004, -0.141538, 0.018479), atol=1e-6)
     path.write_text('<!DOCTYPE mvnx [<!ENTITY a "b">]><mvnx/>')
     with pytest.raises(ep.FileFormatError, match="declares entities"):
-        read_poses(path, "left")
+        ep.read_movement(path, "left")
 
 
 @pytest.mark.parametrize(
@@ -173,11 +173,11 @@ def test_coordinates_of_mobl_are_those_of_myoarm(tmp_path):
     with pytest.warns(UserWarning, match="empty prefix"):
         model = myo_sim.load_spec("myoarm_r").compile()
     data, rng = mujoco.MjData(model), np.random.default_rng(4)
-    coordinates = np.c_[rng.uniform(0, 100, 8), rng.uniform(5, 120, 8), rng.uniform(-40, 60, 8)]
+    coordinates = np.sort(rng.uniform([0, 5, -40], [100, 120, 60], (8, 3)), axis=0)
     names = ("elv_angle", "shoulder_elv", "shoulder_rot")
     rows = np.c_[np.arange(8) * 0.5, coordinates].tolist()
     path = foreign.lines(tmp_path / "a.mot", foreign.opensim_head(8, 4), ("time", *names), rows, "\t")
-    poses = read_poses(path, "right", "as-named").poses
+    poses = ep.read_movement(path, "right", smoothing=None, reading="as-named").poses
     root = model.body(model.body_parentid[model.body("clavicle_r").id]).name
     for values, pose in zip(np.radians(coordinates), poses, strict=True):
         data.qpos[:] = model.qpos0
@@ -243,42 +243,3 @@ def test_rotations_of_c3d_are_those_of_trunk_and_arm(tmp_path, side):
     file.write(str(tmp_path / "a.c3d"))
     found = ep.read_movement(tmp_path / "a.c3d", side, reading=ep.RecordingOptions(forward="x"))
     assert np.degrees((found.poses * truth.poses.inv()).magnitude().max()) < 1e-2
-
-
-HEAD = "time_s;flexion_deg;abduction_deg;internal_rotation_deg\n"
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.csv", HEAD + "0;1,5;2,5;0\n1;1.5;2;0\n", "expected one decimal mark"),
-        ("a.c3d", "no C3D", "second byte is not 80"),
-        ("a.mvnx", "<mvnx/>", "segments and frames"),
-        ("a.mvnx", "<mvnx", "not MVNX"),
-        ("a.sto", "DataType=Quaternion\nendheader\ntime\ttorso\thumerus_l\n0\t1,0,0,0\t1,0\n", "expected w,x,y,z"),
-        ("a.csv", "Time,a/Orientation/Scalar,a/Orientation/X\n0,1,0\n", "expected one of these sets of columns"),
-        ("a.csv", "Frame,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,0,1\n", "--rate HZ"),
-        ("a.csv", "time_percent,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,0,1\n", "--duration S"),
-        ("a.csv", "time_s,r11,r12,r13,r21,r22,r23,r31,r32,r33\n0,1,0,0,0,1,0,0,0,2\n", "expected rotation matrices"),
-    ],
-)  # fmt: skip
-def test_files_that_are_wrong(tmp_path, name, text, message):
-    (tmp_path / name).write_text(text)
-    with pytest.raises(ep.FileFormatError, match=message):
-        ep.read_movement(tmp_path / name)
-
-
-def test_options_that_are_wrong(tmp_path):
-    for wrong, message in (
-        ({"reading": "w-frist"}, "did you mean 'w-first'"),
-        ({"sensors": {"leg": "a"}}, "role of a sensor"),
-        ({"rate": -1.0}, "rate"),
-        ({"start": (0.0, 1.0)}, "start"),
-    ):
-        with pytest.raises(ep.InvalidInput, match=message):
-            ep.RecordingOptions(**wrong)
-    (tmp_path / "map.toml").write_text("schema = 1\n")
-    with pytest.raises(ep.FileFormatError, match="columns"):
-        ep.read_movement(foreign.clinical(tmp_path, foreign.movement(0, "left"))[0], reading=ep.RecordingOptions(
-            columns=tmp_path / "map.toml"
-        ))  # fmt: skip

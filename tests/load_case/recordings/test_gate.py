@@ -8,8 +8,6 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.control import read_run
-from exo_pin.load_case import ADL_BOX
-from exo_pin.load_case.recordings.plausibility import unreachable
 
 #: All records with a mistake; of these some in default runs.
 ALL = [(mistake, seed) for mistake, seeds in planted.MISTAKES for seed in seeds]
@@ -77,29 +75,6 @@ def test_movements_of_an_arm_pass(tmp_path, side):
     for name, truth in foreign.special_movements(side).items():
         for writer in (foreign.clinical, foreign.quaternions):
             assert not ep.read_movement(writer(tmp_path, truth)[0], side).cautions, name
-
-
-def test_range_holds_the_daily_poses_and_no_arm_behind_the_trunk():
-    for side in ("left", "right"):
-        assert not unreachable(ADL_BOX.poses(15, side).as_matrix().reshape(-1, 3, 3), side).any()
-        wrong = [(-80, 0, 0), (0, -60, 0), (30, 0, 150), (10, 10, -120)]
-        assert unreachable(ep.shoulder_rotation(*np.transpose(wrong), side, degrees=True).as_matrix(), side).all()
-
-
-def test_a_stated_start_is_held_against_the_record(tmp_path):
-    path, _ = foreign.clinical(tmp_path, foreign.movement(0, "left"))
-    assert not ep.read_movement(path, reading=ep.RecordingOptions(start=(0, 0, 0))).cautions
-    cautions = ep.read_movement(path, reading=ep.RecordingOptions(start=(90, 0, 0))).cautions
-    assert "begins 90° from the stated start" in cautions[0]
-
-
-@pytest.mark.full
-def test_a_movement_is_held_against_the_side_of_the_device():
-    truth = foreign.movement(0, "right", planted.SIDEWAYS)
-    movement = ep.Movement.from_samples(truth.t, truth.poses)
-    for side, doubted in (("right", False), ("left", True)):
-        cautions = ep.load("four-linear-actuators", side=side).follow(movement, static=True).cautions
-        assert any("outside the range of a left shoulder" in text for text in cautions) == doubted
 
 
 def test_poses_of_a_run_are_doubted_too(tmp_path):

@@ -57,28 +57,6 @@ def test_axes_point_where_they_should():
     assert GlenoidCone().error == pytest.approx(0.0192, abs=1e-4)
 
 
-def test_a_cone_is_asked_where_it_faces():
-    """A hanging scapula faces 30 to 40° forward: straight sideways its own axis would be far outside the cone."""
-    exo, cone = shoulder(), GlenoidCone()
-    for use in (
-        cone.axes,
-        cone.half_spaces,
-        lambda: cone.utilisation([0.0, 100.0, 0.0]),
-        lambda: exo.reaction(Rotation.identity(), cone=cone),
-        lambda: Weights(shear=2.0),
-        lambda: Weights(shear=2.0, glenoid=cone),
-    ):
-        with pytest.raises(ep.MissingData, match=r"orientation of the glenoid.*person.glenoid_cone"):
-            use()
-    assert Weights(shear=2.0, compression=2.0).glenoid is None
-    sideways = GlenoidCone(orientation=Rotation.identity())
-    for forward, used in ((30.0, 1.698), (40.0, 2.468)):
-        turn = glenoid_orientation(forward, 0, 0, retroversion=0, inclination=0, degrees=True)
-        axis = GlenoidCone(orientation=turn).axes()[0]
-        assert sideways.utilisation(axis) == pytest.approx(used, abs=1e-3)
-        assert GlenoidCone(orientation=turn).utilisation(axis) == pytest.approx(0.0, abs=1e-12)
-
-
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_cone_follows_the_arm(side):
     cone = following(muscle_compression=30.0)
@@ -154,19 +132,6 @@ def test_constraint_keeps_the_head_in_the_socket(count):
     np.testing.assert_allclose(soft.shoulder_force[held], kept.shoulder_force[held], atol=0.05)
 
 
-def test_muscles_as_a_load_are_muscles_in_the_cone():
-    exo = shoulder()
-    poses = regular_poses(exo.mechanism, np.random.default_rng(102), 15)
-    plain = hanging()
-    load = ep.Load(-80.0 * plain.axes()[0])
-    a = exo.reaction(poses, load=load, limits="pull", cone=plain)
-    b = exo.reaction(poses, limits="pull", cone=hanging(muscle_compression=80.0))
-    np.testing.assert_array_equal(a.status, b.status)
-    held = a.held
-    assert held.any()
-    np.testing.assert_allclose(a.shoulder_force[held], b.shoulder_force[held] + 80 * plain.axes()[0], atol=1e-6)
-
-
 def test_chosen_tensions_hold_the_arm_in_mujoco():
     import mujoco
 
@@ -187,47 +152,6 @@ def test_chosen_tensions_hold_the_arm_in_mujoco():
             np.testing.assert_allclose(sensed, answer.shoulder_force[k], atol=1e-7 * largest)
             checked += 1
     assert checked > 30
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"superior": 0.0}, "above zero"),
-        ({"orientation": [0.0, 0.0, 0.0]}, "orientation to be a scipy Rotation"),
-        ({"orientation": Rotation.identity(2)}, "or elevation with it"),
-        ({"elevation": [0.0, 1.0]}, "orientation for each"),
-        ({"elevation": [0.0, 1.0], "orientation": Rotation.identity()}, r"shape \(k,\)"),
-        ({"elevation": [0.0, 1.0], "orientation": Rotation.identity(3)}, "as many elevations"),
-        ({"elevation": [0.0, 90.0], "orientation": Rotation.identity(2)}, "degrees"),
-        ({"faces": 2}, "3 to 256"),
-        ({"faces": 8.0}, "integer"),
-        ({"approximation": "exact"}, "inner, outer"),
-        ({"muscle_compression": -1.0}, "zero or more"),
-        ({"penalty": 0.0}, "above zero"),
-    ],
-)
-def test_cones_that_cannot_be(arguments, message):
-    with pytest.raises(ep.InvalidInput, match=message):
-        GlenoidCone(**arguments)
-    with pytest.raises(ep.InvalidInput, match="above zero"):
-        Weights(shear=0.0)
-    with pytest.raises(ep.InvalidInput, match="GlenoidCone"):
-        Weights(glenoid=Rotation.identity())
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"tilt": -10}, "tilt within ±90 degrees"),
-        ({"inclination": np.nan}, "inclination"),
-        ({"degrees": 1}, "True or False"),
-        ({"tilt": [0.1, 0.2], "upward_rotation": [0.1, 0.2, 0.3]}, "shapes that fit"),
-    ],
-)
-def test_orientations_that_cannot_be(changes, message):
-    angles = {"internal_rotation": 0.6, "upward_rotation": 0.0, "tilt": -0.2, "retroversion": 0.1, "inclination": 0.1}
-    with pytest.raises(ep.InvalidInput, match=message):
-        glenoid_orientation(**(angles | changes))
 
 
 def test_the_cone_of_published_models_is_the_default():

@@ -1,7 +1,5 @@
 """Limits of three limbs, whose forces equilibrium determines, one at a time: answer and map have the same outcome."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from three_limbs import Wrist
@@ -15,20 +13,6 @@ ROUNDING = 1e-9
 @pytest.fixture(scope="module", params=[1, 2])
 def wrist(request):
     return Wrist(request.param)
-
-
-def test_within_all_known_limits_nothing_is_broken_or_unknown(wrist):
-    status, unknown, limits = wrist.outcome()
-    assert (status, unknown) == ("ok", False)
-    assert limits.can_hold
-    assert limits.missing == limits.estimated == ()
-    for error in (limits.length_error, limits.force_error, limits.excess_speed):
-        np.testing.assert_array_equal(error, np.zeros(3))
-    assert wrist.limited().reaction(wrist.pose, limits="none").unknown
-    # Numbers that the design's own limits exclude: no length has such a force.
-    status, unknown, limits = wrist.outcome(limits=(3.0 * wrist.size, 1e5))
-    assert (status, unknown) == ("out_of_stroke", False)
-    np.testing.assert_array_equal(limits.length_error, np.full(3, np.inf))
 
 
 @pytest.mark.parametrize("limb", [0, 1, 2])
@@ -107,46 +91,3 @@ def test_speed_and_power_of_a_moving_limb(wrist, limb, way):
         assert (status, unknown) == ("ok" if share > 1.0 or brakes else "beyond_limits", False)
         if not brakes and share < 1.0:
             assert limits.force_error[limb] == pytest.approx((1.0 - share) * still, rel=1e-6)
-
-
-def test_muscles_pull_what_their_law_gives_at_their_length(wrist):
-    law = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
-    load = ep.Load([0.0, 0.0, -3000.0], at=[0.0, 0.05, -0.3])
-    needed = wrist.exo.reaction(wrist.pose, load=load).actuator_forces
-    for contraction in (0.02, 0.05):
-        for actuator, ceiling in ((law, np.inf), (replace(law, pull_limit=50.0), 50.0)):
-            limbs = [
-                ep.Limb("SPS", stroke=ep.Stroke(0.2, 0.7, 1.0, float(length - 0.2 + contraction)), actuator=actuator)
-                for length in wrist.lengths
-            ]
-            limits = wrist.exo.replace(limbs=limbs).reaction(wrist.pose, load=load).limits
-            pull = min(ceiling, float(ep.muscle.muscle_model("best", 0.2).force(contraction, 4e5)))
-            expected = np.where(needed < 0.0, needed, np.maximum(needed - pull, 0.0))
-            np.testing.assert_allclose(limits.force_error, expected, atol=1e-6 * np.abs(needed).max())
-            np.testing.assert_array_equal(limits.length_error, np.zeros(3))
-
-
-def test_splits_by_name_and_of_the_user():
-    def own(base, **attributes):
-        return type("Own", (type(ep.reaction.SPLITS[base]),), attributes)()
-
-    for split, error in (
-        (type(ep.reaction.SPLITS["minimal"]), "got the class"),
-        (own("minimal", name="minimal"), "another one than Own"),
-        (own("minimal", name=""), "to be words"),
-        (own("minimal", name="moves", moves=True), "child of Elastic"),
-    ):
-        with pytest.raises(ep.InvalidInput, match=error):
-            ep.Assumptions(split)
-    elastic = own("elastic")
-    elastic.name = "own"
-    assert ep.Assumptions(elastic).split is elastic
-
-
-def test_angles_of_a_scapula():
-    ep.glenoid_orientation(0.0, 0.0, 0.0, retroversion=np.pi / 2.0, inclination=-np.pi / 2.0)
-    with pytest.raises(ep.InvalidInput, match="retroversion within ±90 degrees, got 91"):
-        ep.glenoid_orientation(0, 0, 0, retroversion=91, inclination=0, degrees=True)
-    for angles, axis in (((90, 0, 0), [1, 0, 0]), ((0, 90, 0), [0, 0, 1])):
-        turn = ep.glenoid_orientation(*angles, retroversion=0, inclination=0, degrees=True)
-        np.testing.assert_allclose(turn.apply([0.0, 1.0, 0.0]), axis, atol=1e-12)

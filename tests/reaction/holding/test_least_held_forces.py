@@ -6,12 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from programs import room_left
-from scipy.spatial.transform import Rotation
-from wrists import exo_of, heavy_limbs, random_mechanism, regular_poses
+from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin import thesis_rotation
-from exo_pin.design import preset
 from exo_pin.workspace import Criteria, workspace
 
 
@@ -120,54 +117,3 @@ def test_a_limb_that_is_lost_and_one_without_limit(n):
     limbs[1] = replace(limbs[1], actuator=ep.Actuator("cable"))
     with pytest.raises(ep.MissingData, match="greatest pull of limb 2"):
         asked(mechanism.replace(limbs=tuple(limbs)), poses)
-
-
-def test_a_singular_pose_of_three_limbs_has_no_margin():
-    exo = ep.load("three-linear-actuators").replace(arm=ep.Arm(3.0, [0.0, 0.0, -0.25]))
-    wrist = exo.replace(geometry=preset("prototype").geometry).mechanism
-    poses = thesis_rotation([40, 90, 40], [-20, 0, -20], [-30, 0, -30], degrees=True)
-    # Nor has one in which a limb goes through O.
-    folded, _ = Rotation.align_vectors(wrist.geometry.base_points[:1].copy(), wrist.geometry.platform_points[:1].copy())
-    margin, tensions, shoulder = asked(wrist, Rotation.concatenate([poses, folded]))
-    assert np.isnan(margin).tolist() == [False, True, False, True]
-    assert np.isnan(tensions[[1, 3]]).all()
-    assert np.isnan(shoulder[[1, 3]]).all()
-    assert margin[0] == margin[2]
-
-
-@pytest.mark.parametrize("n", [3, 4])
-def test_limbs_with_mass_give_the_answer_of_a_query(n):
-    rng = np.random.default_rng(7 + n)
-    mechanism = heavy_limbs(random_mechanism(rng, n, ["SPS"] * n), rng)
-    mechanism = mechanism.replace(
-        limbs=tuple(replace(limb, actuator=ep.Actuator("linear", 3000.0, 3000.0)) for limb in mechanism.limbs)
-    )
-    poses = regular_poses(mechanism, rng, 12, margin=0.03)
-    base, cuff = np.array([0.01, -0.02, 0.015]), np.array([-0.01, 0.0, 0.02])
-    load = ep.Load(np.array([4.0, -2.0, -9.0]), at=np.array([0.0, 0.05, -0.3]), frame="arm")
-    _, tensions, shoulder = asked(mechanism, poses, (base, cuff), load=load)
-    answer = exo_of(mechanism).reaction(
-        poses, split="minimal", load=load, centre_offset=ep.CentreOffset(base=base, cuff=cuff)
-    )
-    held = np.isfinite(tensions).all(axis=1) & answer.held
-    assert held.sum() >= 8
-    np.testing.assert_allclose(tensions[held], answer.actuator_forces[held], atol=1e-6)
-    np.testing.assert_allclose(shoulder[held], answer.shoulder_force[held], atol=1e-6)
-
-
-def test_a_heavy_limb_through_the_centre_of_a_shifted_device_has_no_margin():
-    """Shifted the other way it is a limb like any other."""
-    rng = np.random.default_rng(81)
-    mechanism = heavy_limbs(random_mechanism(rng, 3, ["SPS"] * 3), rng)
-    actuator = ep.Actuator("linear", 3000.0, 3000.0)
-    mechanism = mechanism.replace(limbs=tuple(replace(limb, actuator=actuator) for limb in mechanism.limbs))
-    base, cuff = mechanism.geometry.base_points[0], mechanism.geometry.platform_points[0]
-    rest = Rotation.identity(1)
-    # The first limb's joints lie on one line through O.
-    for offset, known in (
-        ((np.zeros(3), 0.7 * base - cuff), False), ((np.zeros(3), cuff - 0.7 * base), True),
-        ((cuff / 0.7 - base, np.zeros(3)), False), ((base - cuff / 0.7, np.zeros(3)), True),
-    ):  # fmt: skip
-        margin, tensions, _ = asked(mechanism, rest, offset)
-        assert np.isfinite(margin).all() == known
-        assert known or np.isnan(tensions).all()

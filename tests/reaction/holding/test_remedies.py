@@ -1,42 +1,15 @@
-"""Remedies: the nearest pose that can be held, or what is missing."""
+"""Remedies: the nearest pose that can be held, and the axis that nothing holds in a singular one."""
 
 import re
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin.load_case.case import beyond_motion
-
-
-def test_the_remedy_of_a_device_is_checked_and_says_what_is_missing():
-    exo = ep.load("four-cables")
-    load = ep.Load([0.0, 0.0, -60.0], at=[0.0, 0.0, -0.3])
-    pose = next(
-        own for own in (exo.pose(angle, 60) for angle in (60, 80, 100, 120)) if not exo.reaction(own, load=load).held
-    )
-    found = exo.remedy(pose, load)
-    assert found.side == "left"
-    if found.nearest is not None:
-        assert exo.reaction(found.nearest.pose, load=load).held
-        assert found.nearest.distance > 0.0
-    assert str(found).endswith(found.infeasibility.explain())
-    held = exo.remedy(exo.pose(45))
-    assert str(held) == "The pose itself can be held."
-    weak = exo.remedy(exo.pose(45), ep.Load([0.0, 0.0, 0.0], [4000.0, 0.0, 0.0]))
-    assert weak.nearest is None
-    assert str(weak).startswith("No pose within 60° can be held. With the best forces")
-
-
-def test_a_pose_that_can_be_held_is_its_own_nearest():
-    design = ep.load("four-linear-actuators")
-    pose = design.pose(40.0, 30.0)
-    found = design.remedy(pose)
-    assert found.nearest.distance == 0.0
-    assert (found.nearest.pose * pose.inv()).magnitude() == 0.0
-    assert found.nearest.check.can_hold
-    assert str(found) == "The pose itself can be held."
 
 
 @pytest.mark.parametrize("name", ["four-linear-actuators-worn", "four-cables"])
@@ -84,8 +57,48 @@ def test_what_is_called_nearest_has_none_nearer(name):
         assert not (answer.held & ~(answer.clearance < 0.0) & ~beyond).any()
 
 
-def test_stacks_are_refused():
-    exo = ep.load("prototype")
-    for poses, words in ((exo.pose([0, 10]), "single rotation"), ("rest", "Rotation")):
-        with pytest.raises(ep.InvalidInput, match=words):
-            exo.remedy(poses)
+CANNOT = "The device cannot hold this pose: "
+
+
+def singular_pose(seed):
+    """A random wrist and its first singular pose about a random axis."""
+    exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(seed), 3))
+    axis = np.random.default_rng(seed).normal(size=3)
+
+    def determinant(angle):
+        return float(exo.singularity(Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))).determinant)
+
+    angles = np.linspace(0.0, 3.0, 61)
+    first = int(np.flatnonzero(np.diff(np.sign([determinant(angle) for angle in angles])))[0])
+    angle = brentq(determinant, *angles[first : first + 2], xtol=1e-16, rtol=1e-15)
+    return exo, Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+
+
+def test_a_singular_pose_names_the_axis_that_nothing_holds():
+    prototype = ep.load("prototype")
+    lifted = prototype, prototype.pose(abduction=90)
+    for exo, pose in (lifted, *(singular_pose(seed) for seed in (1, 2, 3))):
+        answer = exo.reaction(pose, limits="none")
+        assert answer.equilibrium_status == "singular"
+        words = f"{CANNOT}it is singular, and the limbs cannot resist a moment about "
+        assert answer.verdict.startswith(words)
+        axis = np.array(re.search(r"\((-?\d.\d\d), (-?\d.\d\d), (-?\d.\d\d)\)", answer.verdict).groups(), dtype=float)
+        # No tension gives a moment about that axis.
+        on_arm = pose.as_matrix() @ np.array(exo.geometry.platform_points).T
+        lines = on_arm.T - exo.geometry.base_points
+        arms = np.cross(on_arm.T, lines / np.linalg.norm(lines, axis=1)[:, None])
+        np.testing.assert_allclose(arms @ axis, 0.0, atol=0.01 * np.abs(arms).max())
+        # It is named after the nearest of the three axes, in whose direction it points.
+        nearest = int(np.abs(axis).argmax())
+        assert axis[nearest] > 0.0
+        name = ("forward", "sideways", "vertical")[nearest]
+        angle = np.degrees(np.arccos(min(1.0, axis[nearest] / np.linalg.norm(axis))))
+        told = re.search(r"an axis (\d+)° from the (\w+) axis", answer.verdict)
+        if told is None:
+            assert f"about the {name} axis" in answer.verdict
+            assert angle < 1.6
+        else:
+            assert told.group(2) == name
+            assert float(told.group(1)) == pytest.approx(angle, abs=1.1)
+    stack = prototype.reaction(prototype.pose(abduction=[90.0, 90.0]))
+    assert stack.verdict == "The device can hold none of 2 poses: the pose is singular (2)."

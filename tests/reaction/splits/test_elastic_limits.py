@@ -9,7 +9,6 @@ from sockets import following
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import elastic as elastic_poses
 
 #: Loads, limits and offsets so much smaller displace little: what is left is linear in them, to this error.
 FEATHER, LEFT = 1e-5, 2e-5
@@ -105,37 +104,3 @@ def test_equals_enumeration(n, limits, with_cone):
     assert seen["infeasible"] >= 1, seen
     assert seen["held"] >= 1, seen
     assert n == 3 or seen["at a limit"] >= 1, seen
-
-
-def test_wide_limits_change_nothing():
-    exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(95), 5)))
-    poses = regular_poses(exo.mechanism, np.random.default_rng(96), 20, margin=0.05)
-    for offset in (None, [0.01, -0.005, 0.012]):
-        free = exo.reaction(poses, split="elastic", centre_offset=offset)
-        wide = exo.reaction(poses, split="elastic", centre_offset=offset, limits=(-1e5, 1e5))
-        good = free.has_answer
-        assert good.sum() >= 15
-        scale = np.abs(free.limb_wrenches[good]).max()
-        for name in ("actuator_forces", "constraint_forces", "shoulder_force"):
-            np.testing.assert_allclose(getattr(wide, name)[good], getattr(free, name)[good], atol=1e-9 * scale)
-        np.testing.assert_allclose(wide.centre_displacement[good], free.centre_displacement[good], atol=1e-10)
-
-
-def test_a_wide_socket_is_met_without_a_search(monkeypatch):
-    """The forces of the unlimited device lead to where it is already: the geometry is not sought again."""
-
-    def sought(*arguments):
-        raise AssertionError("sought")
-
-    exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(97), 3)))
-    poses = regular_poses(exo.mechanism, np.random.default_rng(98), 2, margin=0.1)
-    free = exo.reaction(poses, split="elastic", limits="none")
-    monkeypatch.setattr(elastic_poses, "_fixed_point", sought)
-    wide = exo.reaction(poses, split="elastic", limits="none", cone=following(muscle_compression=1e7, faces=4))
-    assert free.has_answer.all()
-    np.testing.assert_array_equal(wide.centre_displacement, free.centre_displacement)
-    np.testing.assert_allclose(wide.shoulder_force, free.shoulder_force, rtol=1e-9)
-    assert wide.status.tolist() == ["ok", "ok"]
-    # A socket that F_s has to turn into moves the device.
-    with pytest.raises(AssertionError, match="sought"):
-        exo.reaction(poses, split="elastic", limits="none", cone=following(muscle_compression=0.0, faces=4))

@@ -6,7 +6,6 @@ import pytest
 from guided_limbs import GUIDE, SOFT_JOINTS, STIFFNESS, guided
 from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
-from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -54,36 +53,6 @@ def test_equals_a_frame_of_beams(name, guide, worn):
             np.testing.assert_allclose(on_arm, expected, atol=1e-4 * scale)
 
 
-def test_side_stiffness_formula(worn):
-    exo = guided(worn.replace(gravity=[0, 0, 0]))
-    poses = regular_poses(exo.mechanism, np.random.default_rng(42), 50, margin=0.01)
-    state = exo.inverse_kinematics(poses)
-    a, b, s = exo.geometry.base_points, state.platform_points, state.directions
-    ends = np.einsum("kni,kni->kn", b, s) ** 3 - np.einsum("ni,kni->kn", a, s) ** 3
-    compliance = state.reach**2 * state.lengths / 30.0 + ends / (3 * 40.0)
-    np.testing.assert_allclose(exo.reaction(poses, split="elastic").side_stiffness, 1 / compliance, rtol=1e-9)
-
-
-def test_limits(worn):
-    worn = worn.replace(gravity=FEATHER * worn.mechanism.gravity)
-    poses = regular_poses(worn.mechanism, np.random.default_rng(43), 20, margin=0.1)
-    spherical = worn.reaction(poses)
-    scale = np.abs(spherical.actuator_forces).max()
-    bare = worn.replace(shoulder=ep.Shoulder(stiffness=2e4)).reaction(poses, split="elastic")
-    np.testing.assert_array_equal(bare.constraint_forces, 0.0)
-    np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, atol=1e-6 * scale)
-    unlocked = guided(worn, ep.LimbGuide(40.0, 0.0)).reaction(poses, split="elastic")
-    np.testing.assert_array_equal(unlocked.constraint_forces, 0.0)
-    soft = guided(worn, ep.LimbGuide(40e-9, 30e-9)).reaction(poses, split="elastic")
-    np.testing.assert_allclose(soft.shoulder_force, spherical.shoulder_force, atol=3e-6 * scale)
-    hard = guided(worn, stiffness=1e12).reaction(poses, split="elastic")
-    np.testing.assert_allclose(hard.shoulder_force, spherical.shoulder_force, atol=3e-6 * scale)
-    alone = guided(worn, stiffness=1e-2).reaction(poses, split="elastic")
-    standalone = worn.reaction(poses, split="standalone", limits="none")
-    assert alone.magnitude.max() < 1e-4 * scale
-    np.testing.assert_allclose(alone.constraint_forces, standalone.constraint_forces, rtol=1e-4, atol=1e-4 * scale)
-
-
 def test_energy_is_least(worn):
     exo = guided(worn.replace(gravity=FEATHER * worn.mechanism.gravity))
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
@@ -108,33 +77,6 @@ def test_reciprocity(worn):
     flexibility = np.array([exo.reaction(pose, None, load, "elastic").centre_displacement for load in loads])
     np.testing.assert_allclose(flexibility, flexibility.T, atol=1e-6 * np.abs(flexibility).max())
     assert np.linalg.eigvalsh(flexibility)[0] > 0
-
-
-def test_limb_masses_count(worn):
-    rod = ep.LimbBody.rod(0.3, 0.15, 0.02)
-    exo = guided(worn.replace(gravity=FEATHER * worn.mechanism.gravity))
-    heavy = exo.replace(limbs=tuple(ep.Limb("UPU", rod, rod, guide=GUIDE) for _ in range(3)))
-    pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    light_answer, answer = exo.reaction(pose, split="elastic"), heavy.reaction(pose, split="elastic")
-    assert answer.residual < 1e-9
-    assert np.abs(answer.shoulder_force - light_answer.shoulder_force).max() > 0.1 * FEATHER
-    X = exo.inverse_kinematics(pose).normals
-    np.testing.assert_allclose(
-        answer.constraint_forces, answer.side_stiffness * (X @ answer.centre_displacement), rtol=1e-3
-    )
-
-
-def test_published_effect_of_a_shift_along_z():
-    """Rest lies so near the singular surface that 20 mm along z take the forces up fifteenfold, or down."""
-    exo, rest = ep.load("prototype"), Rotation.identity()
-    fits, up, down = (exo.reaction(rest, centre_offset=[0, 0, z]) for z in (0.0, 0.02, -0.02))
-    np.testing.assert_allclose(up.actuator_forces, [-2.26, 114.73, 113.16], atol=0.005)
-    assert up.magnitude == pytest.approx(220.0, abs=0.05)
-    assert down.magnitude == pytest.approx(11.8, abs=0.05)
-    assert fits.magnitude == pytest.approx(exo.reaction(rest).magnitude)
-    # The reason: det X, already small, shrinks nineteenfold, and tensions go with its inverse.
-    assert abs(up.determinant) < abs(fits.determinant) / 15
-    assert abs(down.determinant) > abs(fits.determinant)
 
 
 def test_displaced_tensions_equal_mujoco(worn):
@@ -171,18 +113,6 @@ def test_small_misfit_alone_is_the_linear_formula(worn):
         np.testing.assert_allclose(answer.shoulder_force, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
 
 
-def test_together_fits_at_rest_and_misfits_by_the_chord(worn):
-    exo = guided(worn.replace(gravity=[0, 0, 0]))
-    rest = exo.reaction(Rotation.identity(), split="elastic", centre_offset=[0, 0, 0.002])
-    np.testing.assert_allclose(rest.shoulder_force, 0, atol=1e-12)
-    turned = ep.thesis_rotation(70, 0, 0, **DEGREES)
-    assert exo.reaction(turned, split="elastic", centre_offset=[0, 0, 0.002]).magnitude > 1.0
-    # An offset along the axis of the turn stays a fit.
-    np.testing.assert_allclose(
-        exo.reaction(turned, split="elastic", centre_offset=[0.002, 0, 0]).shoulder_force, 0, atol=1e-9
-    )
-
-
 def test_side_wrench_does_no_work_in_the_joints(worn):
     """Its moment about each of the limb's four axes vanishes, misfit or not."""
     poses = regular_poses(worn.mechanism, np.random.default_rng(47), 30, margin=0.05)
@@ -216,67 +146,3 @@ def test_every_split_balances_and_mirrors_with_an_offset(split, worn):
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ MIRROR, atol=1e-8 * scale)
     np.testing.assert_allclose(b.constraint_forces, -a.constraint_forces, atol=1e-8 * scale)
     np.testing.assert_allclose(b.actuator_forces, a.actuator_forces, atol=1e-8 * scale)
-
-
-def test_no_offset_is_the_query_without_one(worn):
-    exo = guided(worn)
-    poses = regular_poses(exo.mechanism, np.random.default_rng(49), 15, margin=0.1)
-    for split in ("spherical", "minimal", "elastic", "standalone"):
-        a = exo.reaction(poses, split=split)
-        b = exo.reaction(poses, split=split, centre_offset=np.zeros(3))
-        scale = np.abs(a.constraint_forces).max() + np.abs(a.actuator_forces).max()
-        np.testing.assert_allclose(b.shoulder_force, a.shoulder_force, atol=1e-9 * scale)
-        np.testing.assert_allclose(b.actuator_forces, a.actuator_forces, atol=1e-9 * scale)
-        np.testing.assert_allclose(b.constraint_forces, a.constraint_forces, atol=1e-8 * scale)
-        np.testing.assert_allclose(b.determinant, a.determinant, atol=1e-12)
-
-
-def test_moving_shoulder(worn):
-    exo = guided(worn)
-    poses = ep.shoulder_rotation([30, 60, 90], [20, 30, 40], 0, **DEGREES)
-    climbs = np.array([[0, 0, 0.0], [0, 0, 0.005], [0, 0, 0.012]])
-    answer = exo.reaction(poses, split="elastic", centre_offset=ep.CentreOffset.of_moving_shoulder(climbs))
-    for k in range(3):
-        single = exo.reaction(poses[k], split="elastic", centre_offset=ep.CentreOffset(-climbs[k], [0, 0, 0]))
-        np.testing.assert_allclose(answer.shoulder_force[k], single.shoulder_force, rtol=1e-12)
-
-
-def test_design_files_keep_guides_and_stiffness(tmp_path, worn):
-    exo = guided(worn, SOFT_JOINTS)
-    exo.save(tmp_path / "mine.toml")
-    back = ep.load(tmp_path / "mine.toml")
-    assert back.limbs == exo.limbs
-    np.testing.assert_array_equal(back.mechanism.shoulder.stiffness, exo.mechanism.shoulder.stiffness)
-
-
-def test_bad_questions(worn):
-    pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    with pytest.raises(ep.MissingData, match="shoulder stiffness"):
-        worn.reaction(pose, split="elastic")
-    with pytest.raises(ep.InvalidInput, match="millimetres"):
-        worn.reaction(pose, centre_offset=[0, 0, 20])
-    with pytest.raises(ep.InvalidInput, match="centre_offset"):
-        worn.reaction(pose, centre_offset=[0, 0])
-    with pytest.raises(ep.InvalidInput, match="symmetric"):
-        ep.Shoulder(stiffness=[[1, 2, 0], [0, 1, 0], [0, 0, 1]])
-    with pytest.raises(ep.InvalidInput, match="principal"):
-        ep.Shoulder(stiffness=np.diag([1.0, 1.0, -1.0]))
-    with pytest.raises(ep.InvalidInput, match="bending_rigidity"):
-        ep.LimbGuide(-1.0, 1.0)
-    with pytest.raises(ep.InvalidInput, match="inner_radius"):
-        ep.LimbGuide.tube(0.01, 0.02, 2e11, 8e10)
-    free = worn.replace(shoulder=ep.Shoulder(stiffness=0.0)).reaction(pose, split="elastic")
-    assert free.status == "no_equilibrium"
-    assert np.isnan(free.shoulder_force).all()
-
-
-def test_elastic_of_the_design_is_that_of_the_query():
-    guide = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=3e3)
-    exo = ep.load("prototype").replace(
-        limbs=[ep.Limb(guide=guide), ep.Limb(), ep.Limb(guide=guide)], shoulder=ep.Shoulder(stiffness=2e4)
-    )
-    poses = regular_poses(exo.mechanism, np.random.default_rng(70), 50)
-    series, query = exo.reaction_map(poses, split="elastic"), exo.reaction(poses, split="elastic")
-    assert series.split == query.split == "elastic"
-    np.testing.assert_array_equal(series.status, query.status)
-    np.testing.assert_array_equal(series.shoulder_force, query.shoulder_force)

@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from wrists import (
-    DEGREES,
-    MECHANISMS,
     PERSON,
-    exo_of,
     random_mechanism,
     regular_poses,
-    zero_of_abduction,
 )
 
 import exo_pin as ep
+from exo_pin.exo import ShoulderExo
 from exo_pin.numerics import least_force
+from exo_pin.reaction import SPLITS
 
 
 @pytest.fixture(scope="module")
@@ -81,73 +79,59 @@ def test_minimal_with_bounds_equals_an_exhaustive_answer(prototype):
         assert abs(answer.magnitude[k] - best) <= 1e-8 * np.linalg.norm(answer.spherical_force[k])
 
 
-def test_actuator_bound(prototype):
-    exo = prototype.worn_by(PERSON)
-    poses = regular_poses(exo.mechanism, np.random.default_rng(32), 50)
-    answer = exo.reaction(poses, split="minimal", constraint_bounds="actuator", limits="none")
-    assert (np.abs(answer.constraint_forces) <= np.abs(answer.actuator_forces) * (1 + 1e-12)).all()
-    assert (answer.ratio <= 1 + 1e-12).all()
-    assert answer.ratio.min() < 0.9
-    assert not answer.trivial
+class Programs(type(SPLITS["spherical"])):
+    """The same split with a quadratic program for every pose."""
+
+    name = "spherical by programs"
+
+    def choose_within(self, poses, rows, answer):
+        """Leave all poses to the program."""
+        return rows
 
 
-def test_unbounded_minimum_is_zero_and_says_that_it_is_trivial(prototype):
-    poses = regular_poses(prototype.mechanism, np.random.default_rng(33), 100, margin=1e-3)
-    answer = prototype.reaction(poses, split="minimal", limits="none")
-    assert answer.magnitude.max() <= 1e-9 * prototype.arm.mass * 9.81
-    assert answer.trivial
-    assert "trivial" in str(answer)
-    infinite = prototype.reaction(poses[:3], split="minimal", constraint_bounds=(-np.inf, np.inf), limits="none")
-    assert infinite.trivial
-    mixed = exo_of(MECHANISMS["random-3-mixed"]()).reaction(Rotation.identity(), split="minimal")
-    assert not mixed.trivial
-    assert mixed.magnitude > 1.0
-    assert mixed.constraint_forces[[0, 2]].tolist() == [0, 0]
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 7, 8])
+@pytest.mark.parametrize("offset", [None, (0.01, -0.008, 0.012)])
+def test_tensions_within_limits_agree_with_the_program(limbs, offset):
+    rng = np.random.default_rng(100 * limbs + (offset is not None))
+    exo = ShoulderExo.from_mechanism(random_mechanism(rng, n=limbs))
+    poses = regular_poses(exo.mechanism, rng, 40, margin=0.05)
+    free = exo.reaction(poses, centre_offset=offset)
+    largest, typical = np.abs(free.actuator_forces).max(), np.quantile(np.abs(free.actuator_forces), 0.8)
+    held = bound = 0
+    for limit in ((0.0, np.inf), (-typical, typical), (-2.0 * largest, 2.0 * largest)):
+        options = {"centre_offset": offset, "limits": limit}
+        exact, program = exo.reaction(poses, **options), exo.reaction(poses, split=Programs(), **options)
+        np.testing.assert_array_equal(exact.status, program.status)
+        good = exact.held
+        np.testing.assert_allclose(
+            exact.actuator_forces[good], program.actuator_forces[good], rtol=0, atol=1e-9 * largest
+        )
+        f = exact.actuator_forces[good]
+        assert ((limit[0] <= f) & (f <= limit[1])).all()
+        assert (exact.residual[exact.has_answer] <= 1e-9).all()
+        assert (exact.optimum.kkt[good] <= 1e-8).all()
+        assert exact.optimum.unique[good].all()
+        assert not exact.constraint_forces[good].any()
+        held += good.sum()
+        bound += ((f == limit[0]) | (f == limit[1])).any(axis=1).sum()
+    assert held >= 40
+    assert bound >= 5 or limbs == 3
 
 
-def test_more_limbs_lower_the_shoulder_force():
-    mechanism = MECHANISMS["random-5"]().replace(limbs=(ep.Limb("SPS"),) * 5)
-    poses = regular_poses(mechanism, np.random.default_rng(34), 30)
-    exo = exo_of(mechanism)
-    spherical, minimal = exo.reaction(poses), exo.reaction(poses, split="minimal")
-    assert (minimal.magnitude < spherical.magnitude).all()
-    # Optimal: what is left stands across everything that two self-stresses can do.
-    J, state = exo.jacobian(poses), exo.inverse_kinematics(poses)
-    for k in range(len(poses)):
-        stress = np.linalg.svd(J[k].T)[2][3:].T
-        np.testing.assert_allclose(stress.T @ state.directions[k] @ minimal.shoulder_force[k], 0, atol=1e-7)
-        np.testing.assert_allclose(J[k].T @ (minimal.actuator_forces[k] - spherical.actuator_forces[k]), 0, atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("kinds", "trivial"),
-    [(["SPS"] * 6, True), (["UPU"] + ["SPS"] * 4, True), (["UPU", "UPU", "SPS"], False), (["SPS"] * 5, False)],
-)
-def test_trivial_minimum_is_judged_by_what_is_free(kinds, trivial):
-    exo = exo_of(random_mechanism(np.random.default_rng(64), len(kinds), kinds))
-    answer = exo.reaction(regular_poses(exo.mechanism, np.random.default_rng(65), 5, margin=0.05), split="minimal")
-    assert answer.trivial is trivial
-    assert bool(answer.magnitude.max() < 1e-7) is trivial
-
-
-def test_bounds_of_any_size_keep_their_digits():
-    rng = np.random.default_rng(68)
-    for _ in range(300):
-        effect = rng.normal(size=(3, 3))
-        effect /= np.linalg.norm(effect, axis=0)
-        constant = rng.normal(size=3) * 100
-        reach = np.array([20.0, 20.0, 20.0])
-        reach[rng.integers(3)] = 10.0 ** rng.uniform(2, 15)
-        answer = least_force(constant, effect, -reach, reach)
-        best = exhaustive(constant, effect, -reach, reach)
-        assert abs(np.linalg.norm(answer.force) - best) <= 1e-8 * np.linalg.norm(constant)
-
-
-def test_near_the_surface_the_unbounded_minimum_stays_small(prototype):
-    zero = zero_of_abduction(prototype)
-    poses = ep.shoulder_rotation(0, zero + np.array([1e-3, 1e-4, 1e-5]), 0, **DEGREES)
-    answer = prototype.reaction(poses, split="minimal", limits="none")
-    assert (answer.equilibrium_status == "near_singular").all()
-    # It is zero to the rounding of the side forces, which are huge there and must cancel.
-    assert (answer.magnitude < 1e-15 * np.abs(answer.constraint_forces).max(axis=1)).all()
-    assert np.abs(answer.constraint_forces).max() > 1e12
+def test_a_displaced_device_has_the_forces_of_least_sum_of_squares():
+    rng = np.random.default_rng(4)
+    for count, split in [(4, "minimal"), (5, "minimal"), (4, "standalone"), (6, "standalone")]:
+        angles = rng.uniform(0.0, 5.0, count)
+        geometry = ep.WristGeometry.from_circles(0.2, 0.1, 0.1, 0.15, angles, angles + rng.uniform(-1.0, 1.0, count))
+        exo = ep.ShoulderExo(geometry, ep.Arm(3.0, [0.02, 0.0, -0.25]), limbs=[ep.Limb("UPU")] * count)
+        found = exo.reaction(
+            Rotation.random(random_state=count), split=split, centre_offset=rng.uniform(-0.02, 0.02, 3)
+        )
+        state = found.source.poses.state.row(0)
+        balance = np.hstack([state.moment_of_f, state.moment_of_g])
+        shoulder = np.hstack([state.shoulder_of_f, state.shoulder_of_g])
+        # F_s = 0 can be reached in all of these: the shortest forces that balance arm and shoulder.
+        rows, target = np.vstack([balance, shoulder]), np.concatenate([state.moment, -state.shoulder])
+        shortest = np.linalg.lstsq(rows, target, rcond=1e-12)[0]
+        forces = np.concatenate([found.actuator_forces, found.constraint_forces])
+        np.testing.assert_allclose(forces, shortest, rtol=1e-8, atol=1e-8 * np.abs(shortest).max())

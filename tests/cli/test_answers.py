@@ -13,6 +13,7 @@ TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n10
 QUICK = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + "".join(
     f"{0.02 * k:.2f},{20.0 + 0.5 * k:.1f},{30.0 + 0.01 * k * k:.2f},{0.2 * k:.1f}\n" for k in range(26)
 )
+SEARCH = "four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60"
 QUESTIONS = """{"ask": "reaction", "design": "four-cables", "flexion": 60}
 {"ask": "nothing"}
 
@@ -156,11 +157,12 @@ COMMANDS = {
             "reaction four-cables --trajectory quick.csv", f"singularity prototype {POSE}",
             "muscle force --contraction-mm 20 --pressure-bar 2", "muscle step --weight-N 10 --to-bar 3.6 --mark",
             "muscle loop --to-percent 9 --mass-kg 1 --duration-s 1", "record quick.csv",
-            "track four-cables --trajectory quick.csv --no-progress", "tasks four-cables --step 45 --movement swing=quick.csv",
+            "track four-cables --trajectory quick.csv --no-progress",
+            "tasks four-cables --step 45 --movement swing=quick.csv",
             "tasks --day --step 45", f"uncertainty four-cables {POSE}",
             "sweep four-cables --vary scale=0.9,1 --step 45", f"view four-cables {POSE}",
-            "compare four-cables prototype --step 45", "optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60 --json",
-            "optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60",
+            "compare four-cables prototype --step 45",
+            f"optimise {SEARCH} --json", f"optimise {SEARCH}",
         ])
     ],
     "mistaken": [

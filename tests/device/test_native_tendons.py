@@ -4,10 +4,12 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.chain import ClosedChain
+from exo_pin.device import ConstantForce, LinearSpring, Route, Spring
 
 #: Cables on the upper arm, and two over the elbow, as of an exoskeleton's second stage; a spring and a cord.
 ARM = """<mujoco model="carex"><compiler angle="radian"/><worldbody>{anchors}
@@ -138,3 +140,49 @@ def test_a_device_with_cables_and_springs_is_written_with_its_own_tendons(tmp_pa
     w, x, y, z, elbow = ends[0]
     np.testing.assert_allclose(own.q[-1], [x, y, z, w, elbow], atol=5e-5)
     assert np.abs(ends[0] - [np.cos(0.3), 0.0, np.sin(0.3), 0.0, -0.7]).max() > 0.1
+
+
+@pytest.mark.full
+def test_springs_of_constant_force_and_in_joints_move_in_mujoco(tmp_path):
+    """A spring that rolls up, and a torsion and a constant-torque spring in the elbow, for half a second."""
+    exo = roles(carex(tmp_path))
+    more = (
+        Spring("roll", ConstantForce(8.0), route=Route.over(("universe", [0.3, 0.2, 0.6]), ("arm", [0.03, 0, -0.25]))),
+        Spring("torsion", LinearSpring(4.0, -0.3), joint="elbow"),
+        Spring("constant", ConstantForce(0.7), joint="elbow"),
+    )
+    exo = ep.ShoulderExo.from_device(exo.device.replace(springs=(*exo.device.springs, *more)))
+    written = exo.export(tmp_path / "out.xml")
+    assert written.lost == ()
+    assert "spring" not in written.statement
+    assert ep.load(written[0]).device.springs == exo.device.springs
+    # The robot's file alone has them, too.
+    alone = ClosedChain.from_mjcf(written[0])
+    assert {own.name: own.constant for own in alone.description.cables if own.constant} == {
+        "roll": 8.0,
+        "constant": 0.7,
+    }
+    model = mujoco.MjModel.from_xml_path(str(written[0]))
+    data = mujoco.MjData(model)
+    model.opt.timestep, model.opt.integrator = 5e-4, mujoco.mjtIntegrator.mjINT_RK4
+    model.jnt_limited[:] = 0
+    data.qpos[:] = first = [np.cos(0.3), 0.0, np.sin(0.3), 0.0, -0.7]
+    tensions = [20.0, 15.0, 25.0, 10.0, 12.0, 10.0]
+    data.ctrl[:6] = tensions
+    mujoco.mj_step(model, data, 1000)
+    start = np.array([0.0, np.sin(0.3), 0.0, np.cos(0.3), -0.7])
+    own = exo.device.chain.simulate(start, np.zeros(4), [0.0, 0.5], lambda t, q, v: forces(exo, q, tensions), rtol=1e-7)
+    w, x, y, z, elbow = data.qpos
+    np.testing.assert_allclose(own.q[-1], [x, y, z, w, elbow], atol=5e-5)
+    assert np.abs(data.qpos - first).max() > 0.1
+
+
+def test_a_published_support_has_its_springs_in_mujoco(tmp_path):
+    """The support's routed linear springs are in the MJCF itself; others stay beside it."""
+    exo = ep.load(URDF / "spring-support.urdf")
+    written = exo.export(tmp_path / "support.xml")
+    model = mujoco.MjModel.from_xml_path(str(written[0]))
+    native = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TENDON, k) for k in range(model.ntendon)}
+    linear = {own.name for own in exo.device.springs if own.route is not None and hasattr(own.law, "stiffness")}
+    assert linear <= native
+    assert all(name not in written.statement for name in linear)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, grid_rotation, share_of_volume
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, cell_volumes, grid_rotation, share_of_volume
 
 
 def whole(step):
@@ -20,6 +20,44 @@ def volume_up_to(angles):
     """The integral of |cos| from 0 to at most 180°, degrees in."""
     sine = np.sin(np.radians(angles))
     return np.where(np.abs(angles) <= 90.0, sine, 2.0 - sine)
+
+
+def test_volumes_of_cells_by_hand():
+    """Widths of flexion and rotation times differences of the sine; an axis of one node does not count."""
+    axes = np.array([0.0, 30.0, 40.0]), np.array([60.0, 120.0, 150.0]), np.array([5.0])
+    flexion = np.array([15.0, 20.0, 5.0]) / 40.0
+    ends = volume_up_to(np.array([60.0, 90.0, 135.0, 150.0]))
+    abduction = np.diff(ends) / (ends[-1] - ends[0])
+    volumes = cell_volumes(axes)
+    np.testing.assert_allclose(volumes[:, :, 0], np.outer(flexion, abduction), atol=1e-15)
+    # Falling axes are the same cells.
+    down = cell_volumes((axes[0][::-1], axes[1][::-1], axes[2]))
+    np.testing.assert_allclose(down[::-1, ::-1], volumes, atol=1e-15)
+    # Below -90° and beyond 90° the cosine is counted by its size: symmetric cells are alike.
+    wide = cell_volumes((np.zeros(1), np.array([-150.0, -90.0, -30.0, 30.0, 90.0, 150.0]), np.zeros(1))).ravel()
+    np.testing.assert_allclose(wide, wide[::-1], atol=1e-15)
+    half = 1.0 - np.sin(np.radians(60.0))  # from 120° to 150° and to 180°
+    assert wide[0] / wide[2] == pytest.approx((np.sin(np.radians(120.0)) - 0.5) / np.sin(np.radians(60.0)))
+    assert wide[1] / wide[2] == pytest.approx(2.0 * half / np.sin(np.radians(60.0)))
+    # Round a circle every node has the same cell.
+    np.testing.assert_allclose(cell_volumes((np.arange(4) * 90.0, np.zeros(1), np.zeros(1)), closed=True).ravel(), 0.25)
+
+
+def test_error_of_a_share_by_hand():
+    """Half the spread of the shares of the three coarser grids, whose end cells reach to the ends."""
+    nodes, member = np.arange(7.0), np.array([1, 0, 0, 1, 0, 1, 0], dtype=bool)
+    axes = nodes, np.zeros(1), np.zeros(1)
+    share = share_of_volume(member[:, None, None], axes)
+    assert share == pytest.approx((0.5 + 1.0 + 1.0) / 6.0)
+    # Nodes 0, 3, 6 with cells of 1.5, 3, 1.5; 1, 4 with 2.5, 3.5; 2, 5 with 3.5, 2.5.
+    coarse = [(1.5 + 3.0) / 6.0, 0.0, 2.5 / 6.0]
+    assert share.error == pytest.approx(0.5 * (max(coarse) - min(coarse)))
+    assert np.isnan(share_of_volume(member[:5, None, None], (nodes[:5], *axes[1:])).error)
+    # Round a circle nothing ends: cells of 9 nodes of 40° are 40°, those of three 120°.
+    ring = share_of_volume(np.array([1, 1, 0, 0, 0, 0, 0, 0, 0], dtype=bool)[:, None, None],
+                           (np.arange(9) * 40.0, *axes[1:]), closed=True)  # fmt: skip
+    assert ring == pytest.approx(2.0 / 9.0)
+    assert ring.error == pytest.approx(0.5 / 3.0)
 
 
 @pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.full)])

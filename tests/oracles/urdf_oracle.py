@@ -1,4 +1,4 @@
-"""A second reading of URDF, and how its links move: ElementTree and NumPy, no Pinocchio.
+"""A second reading of URDF, and the dynamics of what it says: ElementTree and NumPy, no Pinocchio.
 
 A configuration is a dict, joint name to the coordinates that Pinocchio has for the joint's type; a velocity likewise:
 
@@ -34,6 +34,13 @@ class Joint:
     dynamics: dict = field(default_factory=dict)
 
 
+@dataclass
+class Link:
+    mass: float
+    centre: np.ndarray
+    inertia: np.ndarray
+
+
 def three(element, key, default="0 0 0"):
     text = default if element is None else element.get(key, default)
     values = [float(word) for word in text.split()]
@@ -51,7 +58,9 @@ class Tree:
 
     def __init__(self, xml):
         root = ET.fromstring(xml)
-        self.links, self.joints = [link.get("name") for link in root.findall("link")], {}
+        self.links, self.joints = {}, {}
+        for link in root.findall("link"):
+            self.links[link.get("name")] = self._link(link.find("inertial"))
         for joint in root.findall("joint"):
             R, p = pose(joint.find("origin"))
             axis = three(joint.find("axis"), "xyz", "1 0 0")
@@ -67,6 +76,16 @@ class Tree:
         self.order = self._ordered()
         self.moving = [joint.name for joint in self.order if WIDTH[joint.kind]]
         self.width = sum(WIDTH[self.joints[name].kind] for name in self.moving)
+
+    def _link(self, inertial):
+        if inertial is None:
+            return Link(0.0, np.zeros(3), np.zeros((3, 3)))
+        R, p = pose(inertial.find("origin"))
+        xx, xy, xz, yy, yz, zz = (
+            float(inertial.find("inertia").get(key)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        )
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return Link(float(inertial.find("mass").get("value")), p, R @ inertia @ R.T)
 
     def _ordered(self):
         """Joints, parents first."""
@@ -106,6 +125,41 @@ class Tree:
                 e_p + dw + np.cross(w_p, w),
             )
         return states
+
+    def forces(self, q, v, a, gravity=(0.0, 0.0, -9.81)):
+        """Generalised forces that make the motion, by d'Alembert's principle, in the order of ``moving``."""
+        states = self.motion(q, self.rates(v), self.rates(a))
+        total = np.zeros(self.width)
+        for name, (J_linear, J_angular) in self.jacobians(q).items():
+            link = self.links[name]
+            R, _, _, acceleration, w, e = states[name]
+            c, inertia = R @ link.centre, R @ link.inertia @ R.T
+            at_centre = acceleration + np.cross(e, c) + np.cross(w, np.cross(w, c)) - np.array(gravity)
+            moment = inertia @ e + np.cross(w, inertia @ w)
+            total += link.mass * J_linear.T @ at_centre + J_angular.T @ moment
+        return total
+
+    def jacobians(self, q):
+        """Of every link with mass: of its centre of mass and of its angular velocity, shape (3, width) each."""
+        still = self.rates(np.zeros(self.width))
+        units = [self.motion(q, self.rates(column), still) for column in np.eye(self.width)]
+        found = {}
+        for name, link in self.links.items():
+            if link.mass > 0.0:
+                moves = [(unit[name][0] @ link.centre, unit[name][2], unit[name][4]) for unit in units]
+                found[name] = [
+                    np.reshape(columns, (self.width, 3)).T
+                    for columns in ([v + np.cross(w, c) for c, v, w in moves], [w for _, _, w in moves])
+                ]
+        return found
+
+    def mass_matrix(self, q):
+        total, states = np.zeros((self.width, self.width)), self.motion(q, *[self.rates(np.zeros(self.width))] * 2)
+        for name, (J_linear, J_angular) in self.jacobians(q).items():
+            R = states[name][0]
+            inertia = R @ self.links[name].inertia @ R.T
+            total += self.links[name].mass * J_linear.T @ J_linear + J_angular.T @ inertia @ J_angular
+        return total
 
 
 def relative(joint, q, v, a):

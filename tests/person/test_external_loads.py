@@ -1,4 +1,6 @@
-"""External loads as OpenSim applies them, where it is installed."""
+"""External loads for OpenSim: written, read back, and loaded by OpenSim where it is installed."""
+
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -14,6 +16,34 @@ def followed():
     movement = ep.Movement.from_samples(TIMES, ep.shoulder_rotation(30 * TIMES, 20, 0, degrees=True))
     exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
     return exo.follow(movement, static=True).reaction
+
+
+def table_of(sto):
+    lines = sto.read_text().splitlines()
+    start = lines.index("endheader") + 1
+    header = dict(line.split("=") for line in lines[1 : start - 1])
+    names = lines[start].split("\t")
+    values = np.array([[float(cell) for cell in line.split("\t")] for line in lines[start + 1 :]])
+    assert (int(header["nRows"]), int(header["nColumns"])) == values.shape
+    return dict(zip(names, values.T, strict=True))
+
+
+def test_wrenches_are_turned_into_opensims_axes(tmp_path, followed):
+    centre = (-0.02, 0.01, 0.17)
+    xml, sto = write_external_loads(
+        tmp_path / "device.xml", TIMES, followed.cuff_wrench, followed.harness_wrench, centre_in_torso=centre
+    )
+    table = table_of(sto)
+    assert np.array_equal(table["time"], TIMES)
+    cuff = followed.cuff_wrench
+    for name, column, sign in (("x", 0, 1), ("y", 2, 1), ("z", 1, -1)):
+        assert np.array_equal(table[f"cuff_force_v{name}"], sign * cuff[:, column])
+        assert np.array_equal(table[f"cuff_torque_{name}"], sign * cuff[:, 3 + column])
+        assert not table[f"cuff_force_p{name}"].any()
+    assert table["harness_force_pz"][0] == 0.17
+    forces = ET.parse(xml).getroot().findall(".//ExternalForce")
+    assert [force.findtext("applied_to_body") for force in forces] == ["humerus", "thorax"]
+    assert ET.parse(xml).getroot().findtext(".//datafile") == "device.sto"
 
 
 def test_opensim_applies_them_to_the_humerus(tmp_path, followed, monkeypatch):

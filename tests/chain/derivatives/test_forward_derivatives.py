@@ -60,6 +60,30 @@ def test_all_kinds_of_loops_redundant_ones_too_against_differences(name):
     check(case.chain, case.independent, case.q, np.array(case.v), tau, external)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_rigid_loop_has_pinocchios_derivatives_along_the_loop(seed):
+    # Those of points on two moving bodies differ from differences of Pinocchio's own accelerations (4.1).
+    case, rng = moving("rigid loop", seed), np.random.default_rng(seed)
+    chain, model, tau = case.chain, case.chain.model, rng.normal(size=case.chain.model.nv)
+    found = chain.forward_dynamics_derivatives(case.q, case.v, tau)
+    closures, datas, data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData(), model.createData()
+    for closure in chain.constraint_models:
+        closures.append(closure)
+        datas.append(closure.createData())
+    settings = pin.ProximalSettings(1e-14, 1e-10, 100)
+    pin.initConstraintDynamics(model, data, closures, datas)
+    a = pin.constraintDynamics(model, data, case.q, case.v, tau, closures, datas, settings)
+    np.testing.assert_allclose(found.motion.a, a, atol=1e-9 * np.abs(a).max())
+    by_q, by_v, by_tau, *_ = pin.computeConstraintDynamicsDerivatives(model, data, closures, datas, settings)
+    Z, along = found.reduced_jacobian, found.v_q
+    for got, expected in (
+        (found.a_q @ Z + found.a_v @ along, by_q @ Z + by_v @ along),
+        (found.a_v @ Z, by_v @ Z),
+        (found.a_tau, by_tau),
+    ):
+        np.testing.assert_allclose(got, expected, atol=1e-8 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_tree_has_pinocchios_derivatives(seed):
     case = underactuated("random tree", seed)

@@ -90,6 +90,47 @@ def test_all_rows_against_differences_on_the_manifold(name, seed):
     assert check(underactuated(name, seed), None)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", ["five-bar", "Stewart platform", "rigid loop", "spherical loop"])
+def test_pinocchios_constrained_dynamics_make_the_changed_motion(name, seed):
+    # With the changes of efforts and missing forces found here as efforts. Pinocchio's derivatives of them are compared
+    # for rigid closures; for points on two moving bodies they differ from differences of its own accelerations (4.1).
+    case = underactuated(name, seed)
+    chain, model = case.chain, case.chain.model
+    found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a, actuated=case.actuated)
+    closures, datas, data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData(), model.createData()
+    for closure in chain.constraint_models:
+        closures.append(closure)
+        datas.append(closure.createData())
+    settings = pin.ProximalSettings(1e-14, 1e-10, 100)
+    pin.initConstraintDynamics(model, data, closures, datas)
+
+    def acceleration(q, v, tau):
+        return pin.constraintDynamics(model, data, q, v, tau, closures, datas, settings).copy()
+
+    motions, efforts, size = Motions(case, found.independent), found.forces.tau, np.abs(case.a).max()
+    changes = {"q": (found.tau_q, found.a_q), "v": (found.tau_v, found.a_v), "a": (found.tau_a, None)}
+    G = np.column_stack([motions.following(case.q, unit, np.zeros(chain.row_count)) for unit in units(found)])
+    for kind, (tau, a) in changes.items():
+        for k in range(tau.shape[1]):
+
+            def at(s, kind=kind, k=k, tau=tau):
+                q, v, _ = motions.at(kind, np.eye(tau.shape[1])[k], s)
+                return acceleration(q, v, efforts + s * tau[:, k])
+
+            expected, error = difference(at, size)
+            np.testing.assert_allclose((G if a is None else a)[:, k], expected, rtol=0, atol=error)
+    if name == "rigid loop":
+        acceleration(case.q, case.v, efforts)
+        by_q, by_v, by_tau, *_ = pin.computeConstraintDynamicsDerivatives(model, data, closures, datas, settings)
+        for expected, a in (
+            (by_q @ G + by_v @ found.v_q + by_tau @ found.tau_q, found.a_q),
+            (by_v @ G + by_tau @ found.tau_v, found.a_v),
+            (by_tau @ found.tau_a, G),
+        ):
+            np.testing.assert_allclose(a, expected, rtol=0, atol=1e-8 * (np.abs(expected).max() + size))
+
+
 def units(found):
     return np.eye(len(found.tau_q))[found.independent]
 

@@ -7,8 +7,11 @@ bodies; then MuJoCo says what is left for the joints and what every joint carrie
 import numpy as np
 import pytest
 from closed_motion import MAKERS, closed_motion, coupled, loops, named, some_load
+from mechanisms import Named
 from mujoco_tree import MujocoTree
 from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import Closures
 
 #: Both sides evaluate the same recursion in double precision: a rounding a joint, at most 21 of them, and MuJoCo's
 #: inertias, diagonalised to 1e-12 of their size. Measured: below 1e-15 of the largest force.
@@ -123,3 +126,19 @@ def test_a_closure_transmits_nothing_along_what_it_allows(name, seed):
         if closure.type == "distance":
             line = (point_b - point_a) / np.linalg.norm(point_b - point_a)
             assert np.linalg.norm(np.cross(expressed.force, line)) < 1e-11 * size
+
+
+def test_mujocos_sensors_measure_the_wrench_of_the_parent_on_the_child():
+    # A weight of 2 kg hangs 0.1 m out along x of a hinge about z: its parent holds it up, against gravity along -y.
+    urdf = """<robot name="weight"><link name="ground"/>
+        <link name="bob"><inertial><origin xyz="0.1 0 0"/><mass value="2"/>
+        <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="hinge" type="revolute"><parent link="ground"/><child link="bob"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    named_weight = Named(urdf, Closures("weight"), np.zeros(1))
+    chain = named_weight.chain()
+    tree = MujocoTree(named_weight, [0.0, -9.81, 0.0])
+    zero = np.zeros(1)
+    tree.put(chain, zero, zero, zero)
+    assert tree.inverse(chain)[0] == pytest.approx(2 * 9.81 * 0.1)
+    np.testing.assert_allclose(tree.transmitted("hinge"), [0, 2 * 9.81, 0, 0, 0, 2 * 9.81 * 0.1], atol=1e-12)

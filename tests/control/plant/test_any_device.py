@@ -1,12 +1,16 @@
-"""The plant of any device: against the closed form of a wrist, gears with play, stiff drives."""
+"""The plant of any device: against plants of one's own, and against the compiled plant of a wrist."""
 
 import numpy as np
 import pytest
+from hinged_devices import HingedDevice, turns_of
 from places import URDF
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import InvalidInput, control
+from exo_pin import control
+from exo_pin.core.errors import InvalidInput
+from exo_pin.device.device_model import DeviceModel
 
 REST = ep.shoulder_rotation(10.0, 20.0, 0.0, degrees=True).as_matrix()
 
@@ -31,6 +35,66 @@ def nothing(t, arm):
 def apart(run, other):
     """Largest turn between two motions, rad."""
     return float((run.rotations * other.inv()).magnitude().max())
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("name", "rotor"), [("serial-y-x-z", 0.05), ("spherical-3rrr", 0.0)])
+def test_hinged_devices_move_as_their_own_plants_with_the_persons_passive_moment(name, rotor):
+    exo = loaded(name)
+    pose = exo.pose(flexion=30.0, abduction=15.0)
+    limits = np.array([drive.upper for drive in exo.device.as_chain().drives])
+    # Most of what would hold the arm.
+    commands = 0.8 * exo.reaction(pose, limits="none").actuator_forces / limits
+    options = control.PlantOptions(joint_motor=control.JointMotor(inertia=rotor))
+    plant = ep.Plant(exo, options, wearer=passive)
+    run = plant.simulate(lambda t, seen: commands, 1.0, plant.state(pose), control_rate=10.0, rtol=1e-10)
+    found, rates = HingedDevice(exo.device, rotor).run(
+        run.times, turns_of(exo.device, pose), lambda t: commands * limits, lambda t, R, w: moment_of_tissue(R, w)
+    )
+    assert run.status == "completed"
+    assert (run.rotations[-1] * pose.inv()).magnitude() > 0.05
+    assert apart(run, found) < 1e-7
+    np.testing.assert_allclose(run.angular_velocity, rates, atol=1e-6)
+    # Energy with the person in it, and the efforts that the reaction query finds for the motion.
+    assert np.abs(run.energy_residual).max() < 1e-8 * run.kinetic_energy.max()
+    assert np.abs(run.drive_energy_residual).max() < 1e-8
+    np.testing.assert_allclose(run.reaction(limits="none").actuator_forces, run.tensions, atol=1e-8)
+
+
+def test_spring_support_moves_as_its_own_plant():
+    exo = loaded("spring-support")
+    device = exo.device.as_chain()
+    (spring,), arm = device.springs, device.arm
+    at = DeviceModel(device).cuff
+    low = np.array(spring.route.points[0].point)
+    c, g = arm.centre_of_mass, np.array(device.gravity)
+    inertia = arm.inertia + arm.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    pose = exo.pose(flexion=50.0, abduction=20.0)
+
+    def rate(t, y):
+        R, w = Rotation.from_quat(y[:4]).as_matrix(), y[4:]
+        span = R @ at - low
+        pull = -span / np.linalg.norm(span) * float(spring.law.force(np.linalg.norm(span)))
+        moment = np.cross(R @ at, pull) + np.cross(R @ c, arm.mass * g) + moment_of_tissue(R, w)
+        own = R @ inertia @ R.T
+        x, yy, z, s = y[:4]
+        a, b, d = w
+        turn = [s * a + b * z - d * yy, s * b + d * x - a * z, s * d + a * yy - b * x, -a * x - b * yy - d * z]
+        return np.concatenate([0.5 * np.array(turn), np.linalg.solve(own, moment - np.cross(w, own @ w))])
+
+    plant = ep.Plant(exo, wearer=passive)
+    run = plant.simulate(lambda t, seen: [], 1.0, plant.state(pose), control_rate=20.0, rtol=1e-10)
+    own = solve_ivp(rate, (0.0, 1.0), [*pose.as_quat(), 0.0, 0.0, 0.0], "DOP853", run.times, rtol=1e-11, atol=1e-12)
+    assert apart(run, Rotation.from_quat(own.y[:4].T)) < 1e-7
+    assert np.abs(run.energy_residual).max() < 1e-6
+    # No drive: the device is the spring, whose pull and the weight give F_s by the arm's momentum.
+    at_all = run.rotations.as_matrix() @ at - low
+    lengths = np.linalg.norm(at_all, axis=1)
+    pull = -at_all * (spring.law.force(lengths) / lengths)[:, None]
+    C, w = run.rotations.as_matrix() @ c, run.angular_velocity
+    acceleration = np.cross(run.angular_acceleration, C) + np.cross(w, np.cross(w, C))
+    np.testing.assert_allclose(run.shoulder_force, arm.mass * (acceleration - g) - pull, atol=1e-8)
+    np.testing.assert_allclose(run.cuff_wrench[:, :3], pull, atol=1e-8)
 
 
 @pytest.mark.full

@@ -1,9 +1,10 @@
-"""The plant in motion: energy, MuJoCo, statics, and the mirror image."""
+"""The plant in motion: energy, MuJoCo, statics, conservation of air, and the closed chain."""
 
 import mujoco
 import numpy as np
 import pytest
 from drive_plants import limb_mjcf
+from plant_chain import chain_run
 
 import exo_pin as ep
 from exo_pin.muscle import ConstantFriction, Valve, ValveUnit
@@ -92,6 +93,29 @@ def test_the_plant_settles_where_the_reaction_query_says(prototype, abducted):
     assert np.abs(resting.angular_velocity).max() < 1e-9
     exact = prototype.reaction(start.orientation)
     np.testing.assert_allclose(exact.actuator_forces, resting.tensions[0], atol=1e-9)
+
+
+def agreement(plant, start, duration, rtol):
+    other, opening = chain_run(plant, drive, duration, start, rtol)
+    own = plant.simulate(drive, duration, start, rtol=1e-11)
+    assert other.status == own.status == "completed"
+    assert opening.max() < 1e-9
+    assert np.abs(other.energy_residual).max() < 1e-6 * other.kinetic_energy.max()
+    np.testing.assert_allclose(other.tensions, own.tensions, atol=1e-3)
+    np.testing.assert_allclose(other.angular_acceleration, own.angular_acceleration, atol=1e-2)
+    return own, other, (own.rotations * other.rotations.inv()).magnitude().max()
+
+
+@pytest.mark.full
+def test_the_closed_chain_moves_as_the_minimal_coordinates(prototype, abducted):
+    plant = ep.Plant(prototype, ep.PlantOptions(**FRICTIONLESS))
+    start = plant.state(abducted, [0.3, -0.2, 0.4], [1e5, 0.0, 2.5e5])
+    own, other, apart = agreement(plant, start, 0.05, 1e-9)
+    assert apart < 1e-8
+    np.testing.assert_allclose(other.kinetic_energy, own.kinetic_energy, atol=1e-9)
+    np.testing.assert_allclose(other.potential_energy, own.potential_energy, atol=1e-9)
+    np.testing.assert_allclose(other.tension_work, own.tension_work, atol=2e-8)
+    np.testing.assert_allclose(other.shoulder_force, own.shoulder_force, atol=1e-3)
 
 
 def test_a_right_shoulder_is_the_mirror_image(prototype, abducted):

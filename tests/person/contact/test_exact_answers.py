@@ -1,4 +1,4 @@
-"""Newton's answer on an active set against enumeration, and choices of a solver that errs."""
+"""Newton's answer on an active set, and the shortest choice, against closed forms, differences and enumeration."""
 
 from itertools import product
 
@@ -29,6 +29,17 @@ def effort(A, b, low=-np.inf, high=np.inf, C=NONE, c=(), B=NONE, d=(), weights=(
 def active(program, lower=(), upper=(), rows=None, cone=False):
     own = np.zeros(len(program.c), dtype=bool) if rows is None else np.array(rows)
     return ActiveSet(np.isin(np.arange(4), lower), np.isin(np.arange(4), upper), own, cone)
+
+
+def held_sums(seed=3):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(0.5, 1.5, (1, 4)), rng.uniform(1.0, 2.0, 1)
+
+
+def least_squares(weights, A, b):
+    """min Σ w x² with A x = b."""
+    unit = np.asarray(weights) ** -0.5
+    return unit * (np.linalg.pinv(A * unit) @ b)
 
 
 def bounded(A, b, low, high):
@@ -63,6 +74,42 @@ def test_no_active_set_but_the_right_one_is_taken(seed):
             taken += 1
             np.testing.assert_allclose(found[0], best[2], atol=1e-9)
     assert taken == (0 if best is None else 1)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_inequality_holds_where_it_pushes(sign):
+    A, b = held_sums()
+    plain = least_squares(np.ones(4), A, b)
+    C = sign * np.array([[1.0, -1.0, 0.5, 0.2]])
+    for room in (0.1, -0.1):
+        program = effort(A, b, C=C, c=C @ plain + room, weights=np.ones(4))
+        tight = least_squares(np.ones(4), np.vstack([A, C]), np.concatenate([b, program.c]))
+        loose_one, tight_one = (polished(program, np.zeros(4), active(program, rows=[on])) for on in (False, True))
+        right, wrong, expected = (loose_one, tight_one, plain) if room > 0.0 else (tight_one, loose_one, tight)
+        assert wrong is None
+        np.testing.assert_allclose(right[0], expected, atol=1e-13)
+        assert right[1] < 1e-13
+
+
+def test_shortest_choice_without_bounds_is_the_least_of_the_sums():
+    A, b = held_sums()
+    program = effort(A, b)
+    start = least_squares(program.weights, A, b) + scipy.linalg.null_space(A) @ [1.0, -2.0, 0.5]
+    free = np.zeros(4, dtype=bool)
+    np.testing.assert_allclose(
+        shortest_choice(program, start, NONE, free), least_squares(program.weights, A, b), atol=1e-13
+    )
+    # A held sum stays, and so does a fixed variable.
+    sums = np.array([[1.0, 0.0, -1.0, 0.0]])
+    for held, fixed, rows in ((sums, free, sums), (NONE, np.arange(4) == 2, np.eye(4)[2:3])):
+        both = np.vstack([A, rows])
+        expected = least_squares(program.weights, both, both @ start)
+        np.testing.assert_allclose(shortest_choice(program, start, held, fixed), expected, atol=1e-13)
+    # Nothing is left to choose; a row of nothing holds nothing.
+    assert shortest_choice(program, start, np.eye(4), free) is start
+    np.testing.assert_allclose(
+        shortest_choice(program, start, np.zeros((2, 4)), free), least_squares(program.weights, A, b), atol=1e-13
+    )
 
 
 @pytest.mark.parametrize(

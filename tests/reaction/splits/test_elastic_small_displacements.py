@@ -6,6 +6,7 @@ import pytest
 from guided_limbs import GUIDE, SOFT_JOINTS, STIFFNESS, guided
 from mirror_image import MIRROR, mirrored
 from mujoco_oracle import MujocoWrist
+from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -77,6 +78,19 @@ def test_reciprocity(worn):
     flexibility = np.array([exo.reaction(pose, None, load, "elastic").centre_displacement for load in loads])
     np.testing.assert_allclose(flexibility, flexibility.T, atol=1e-6 * np.abs(flexibility).max())
     assert np.linalg.eigvalsh(flexibility)[0] > 0
+
+
+def test_published_effect_of_a_shift_along_z():
+    """Rest lies so near the singular surface that 20 mm along z take the forces up fifteenfold, or down."""
+    exo, rest = ep.load("prototype"), Rotation.identity()
+    fits, up, down = (exo.reaction(rest, centre_offset=[0, 0, z]) for z in (0.0, 0.02, -0.02))
+    np.testing.assert_allclose(up.actuator_forces, [-2.26, 114.73, 113.16], atol=0.005)
+    assert up.magnitude == pytest.approx(220.0, abs=0.05)
+    assert down.magnitude == pytest.approx(11.8, abs=0.05)
+    assert fits.magnitude == pytest.approx(exo.reaction(rest).magnitude)
+    # The reason: det X, already small, shrinks nineteenfold, and tensions go with its inverse.
+    assert abs(up.determinant) < abs(fits.determinant) / 15
+    assert abs(down.determinant) > abs(fits.determinant)
 
 
 def test_displaced_tensions_equal_mujoco(worn):

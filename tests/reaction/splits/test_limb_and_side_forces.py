@@ -208,3 +208,17 @@ def test_limbs_that_push_are_those_that_pull_under_the_opposite_load():
         np.testing.assert_allclose(g, -one.constraint_forces, atol=1e-6 * scale)
         bound += bool(np.isclose(np.abs(g), np.abs(f), atol=1e-8).any())
     assert bound >= 5
+
+
+@pytest.mark.parametrize("tension", [0.01, 1.0, 9.0])
+def test_the_best_of_weights_without_limits_is_a_least_squares_answer(tension):
+    problem = Problem(np.random.default_rng(23), "weights", n=5, u=0, reachable=True)
+    weights = type(problem.options["weights"])(3.0, 0.5, tension, problem.options["weights"].glenoid)
+    goal = np.sqrt([0.5, 3.0, 3.0])[:, None] * weights.glenoid.axes(problem.exo.side, problem.pose)
+    problem.f_low, problem.f_high = np.full((2, 5), [[-1e6], [1e6]])
+    answer = problem.answer(weights=weights)
+    start, along = np.linalg.lstsq(problem.arms, problem.moment, rcond=None)[0], null_space(problem.arms)
+    cost = np.vstack([goal @ problem.effect, np.sqrt(tension) * np.eye(5)])
+    wanted = -np.append(goal @ problem.shoulder, np.zeros(5)) - cost @ start
+    y = np.linalg.lstsq(cost @ along, wanted, rcond=None)[0]
+    np.testing.assert_allclose(answer.actuator_forces, start + along @ y, atol=1e-6 * problem.scale)

@@ -80,19 +80,11 @@ def walk(worn, count, seed, split, every=False):
     return compared, alone
 
 
-@pytest.mark.parametrize(
-    ("split", "count", "every", "least"),
-    [
-        pytest.param("elastic", 1, False, 3, marks=pytest.mark.full),
-        pytest.param("elastic_locked", 2, True, 15, marks=pytest.mark.full),
-        pytest.param("elastic", 4, True, 33, marks=pytest.mark.long),
-        pytest.param("elastic_locked", 4, True, 33, marks=pytest.mark.long),
-    ],
-)
-def test_equals_maximal_coordinates(worn, split, count, every, least):
-    compared, alone = walk(worn, count, 31 if every else 30, split, every)
-    assert compared >= least
-    assert alone <= max(1, 0.1 * compared)
+@pytest.mark.full
+def test_equals_maximal_coordinates(worn):
+    compared, alone = walk(worn, 1, 30, "elastic")
+    assert compared >= 3
+    assert alone <= 1
 
 
 @pytest.mark.full
@@ -149,3 +141,15 @@ def test_guides_equal_exact_rods(worn, guide, K, size):
     assert bending.max() < 0.05
     assert finite.max() < 2.0 * bending.max() ** 2 + 1e-4
     assert wrong.max() < 0.02 * bending.max()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("size", [0.005, 0.015, 0.025])
+@pytest.mark.parametrize(("K", "EI", "GJ"), RANGE)
+def test_tubes_are_exact_rods(worn, size, K, EI, GJ):
+    finite, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 10, size, 36)
+    assert len(finite) >= 7
+    assert bending.max() < 0.05
+    assert finite.max() < 0.02
+    assert np.median(finite) < 1e-3
+    assert wrong.max() < 0.01 * bending.max()

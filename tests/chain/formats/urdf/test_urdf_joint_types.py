@@ -28,6 +28,36 @@ def loaded(seed, kinds=KINDS):
     return xml, chain, Tree(xml)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_tree_is_that_of_the_file(seed):
+    _, chain, tree = loaded(seed)
+    model, rng = chain.model, np.random.default_rng(seed)
+    data, order = model.createData(), reordering(model, tree)
+    assert len(order) == model.nv == tree.width
+    for _ in range(3):
+        q, v, a = state(model, rng)
+        named = coordinates(model, q)
+        still = tree.rates(np.zeros(tree.width))
+        for link, motion in tree.motion(named, still, still).items():
+            place = chain.placement(q, link)
+            np.testing.assert_allclose(place.rotation, motion[0], atol=1e-12)
+            np.testing.assert_allclose(place.translation, motion[1], atol=1e-12)
+        M = pin.crba(model, data, q)
+        M = np.triu(M) + np.triu(M, 1).T
+        scale = np.abs(M).max()
+        np.testing.assert_allclose(M[np.ix_(order, order)], tree.mass_matrix(named), atol=1e-9 * scale)
+        for vel, acc in ((0 * v, 0 * a), (v, 0 * a), (v, a)):
+            theirs = tree.forces(named, vel[order], acc[order], GRAVITY)
+            np.testing.assert_allclose(pin.rnea(model, data, q, vel, acc)[order], theirs, atol=1e-9 * scale * 10)
+    for name in tree.moving:
+        part, joint = chain.velocity_slice(name), tree.joints[name]
+        np.testing.assert_array_equal(model.damping[part], joint.dynamics.get("damping", 0.0))
+        np.testing.assert_array_equal(model.upperDryFrictionLimit[part], joint.dynamics.get("friction", 0.0))
+        np.testing.assert_array_equal(model.upperEffortLimit[part], joint.limit.get("effort", np.inf))
+        np.testing.assert_array_equal(model.upperVelocityLimit[part], joint.limit.get("velocity", np.inf))
+        np.testing.assert_array_equal(model.lowerVelocityLimit[part], -joint.limit.get("velocity", np.inf))
+
+
 class Drake:
     """The same file in Drake, whose planar joints have velocities in the axes of the joint's frame."""
 

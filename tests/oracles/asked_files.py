@@ -30,6 +30,11 @@ def in_short(value):
     return " ".join(_NUMBER.sub(_rounded, re.sub(r"/[^ '\"]*/(?=[^/])", "", text)).split())
 
 
+def said(found):
+    """What is found, its texts without folders and without what other programs say."""
+    return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
+
+
 def brief(chain):
     """Tree, data and description of a chain."""
     model, given = chain.model, chain.description
@@ -68,8 +73,7 @@ def read(kind, text, *more, **options):
             given = [path] if kind != "urdf" else [path, *(more or (ep.chain.Closures("robot"),))]
             return brief(getattr(ep.ClosedChain, f"from_{'mjcf' if kind == 'xml' else kind}")(*given, **options))
 
-    found = tried(asked)
-    return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
+    return said(tried(asked))
 
 
 def written(chain, q=None):
@@ -82,7 +86,7 @@ def written(chain, q=None):
         with tempfile.TemporaryDirectory() as folder:
             path = getattr(chain, f"to_{kind}")(Path(folder) / "robot", *at)
             texts = [in_short(each.read_text(encoding="utf-8")) for each in sorted(path.parent.iterdir())]
-            return [[*texts, tried(lambda: brief(getattr(ep.ClosedChain, f"from_{kind}")(path)))]]
+            return [[*texts, said(tried(lambda: brief(getattr(ep.ClosedChain, f"from_{kind}")(path))))]]
 
     at = [] if q is None else [q]
     found = {

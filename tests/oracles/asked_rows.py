@@ -7,7 +7,7 @@ from pathlib import Path
 import mjcf_mutations as wrong
 import numpy as np
 from asked_chains import tried
-from asked_files import FOREIGN, brief, in_short, read
+from asked_files import brief, in_short, read, said
 from caspr_robots import ARM as CABLE_ARM
 from caspr_robots import ROUTES, cables, link, motion, system
 from mechanisms import five_bar
@@ -129,7 +129,7 @@ def in_folder(files, load):
         found = tried(lambda: load(Path(folder)))
     if isinstance(found[-1], str) and "not YAML" in found[1]:
         return found[:1]
-    return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
+    return said(found)
 
 
 def of_toml():
@@ -177,7 +177,7 @@ def of_caspr():
 
     def asked(bodies, routes, *more):
         found = tried(lambda: brief(ClosedChain.from_caspr(bodies, routes, *more)))
-        return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
+        return said(found)
 
     routes = cables(*ROUTES)
     found = [asked(CABLE_ARM.replace(old, new), routes.replace(old, new)) for old, new, *_ in ROWS["caspr_refused"]]

@@ -5,7 +5,7 @@ import warnings
 import pinocchio as pin
 import yaml
 from asked_chains import tried
-from asked_files import FOREIGN, brief, in_short, written
+from asked_files import brief, said, written
 from places import REPOSITORY
 from sdf_arm import ARM
 from sdf_robots import LEG
@@ -27,13 +27,9 @@ def _read(kind, text, options, given):
     return getattr(ClosedChain, f"from_{kind}")(text, *more, **options)
 
 
-def _short(found):
-    return [FOREIGN.sub(r"\1", in_short(each)) if isinstance(each, str) else each for each in found]
-
-
 def read():
     """Each as a chain, or what is said of it."""
-    return [_short(tried(lambda row=row: brief(_read(*row[:3], dict(row[3]))))) for row in ROWS["read"]]
+    return [said(tried(lambda row=row: brief(_read(*row[:3], dict(row[3]))))) for row in ROWS["read"]]
 
 
 def one(joint, **arrays):

@@ -69,6 +69,8 @@ ASKED |= {
 
 #: Those that take longer than 0.15 s.
 LONGER = {
+    "odd_written",
+    "odd_read",
     "spherical_of_5_digits",
     "cranks_of_8_digits",
     "said_of_urdf",

@@ -200,7 +200,8 @@ def made_records():
     said = {name: (one.findings, one.cautions) for name, one in made.items()}
     verdicts = [made[name].verdict for name in ("still", "ends", "down")]
     table = {name: np.asarray(values)[::25] for name, values in numbers.columns().items()}
-    return said, verdicts, numbers.summary(), table, borne.run.summary(), made["down"].summary()
+    counts = len(table), len(borne.columns())
+    return said, verdicts, counts, numbers.summary(), table, borne.run.summary(), made["down"].summary()
 
 
 def refused_experiments():

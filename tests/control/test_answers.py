@@ -148,11 +148,11 @@ def chains():
         found[name] = lambda name=name, options=options, torso=torso: brief(
             ep.Plant(device(name), options, wearer=TISSUE, torso=torso)
         )
-    beyond = ep.shoulder_rotation(175.0, 60.0, 85.0, degrees=True)
+    beyond, below = ep.shoulder_rotation([175.0, -47.0], [60.0, -66.0], [85.0, -33.0], degrees=True)
     ends = ep.Plant(device("serial-y-x-z"), control.PlantOptions(joint_motor=OF_JOINT), wearer=TISSUE)
     lacking = control.PlantOptions(winch=control.Winch(no_load_speed=0.05))
     return in_turn(
-        **found, ends=lambda: brief(ends, beyond),
+        **found, ends=lambda: brief(ends, beyond), below=lambda: brief(ends, below),
         slow=lambda: brief(ep.Plant(ep.load("four-cables"), lacking, wearer=TISSUE)),
         limit=lambda: ep.Plant(device("six-cables")), times=lambda: control.Torso(None, ([0.0, 0.0], np.zeros((2, 3)))),
         moment=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: np.full(3, np.nan))),
@@ -322,7 +322,7 @@ ASKED = {
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"chains", "worn", "geared", "refused"}
+LONGER = {"chains", "lacking", "worn", "geared", "refused"}
 #: Those that hang on how a machine rounds.
 BY_HAND = {"winches"}
 

@@ -197,9 +197,11 @@ def made_records():
     turned = ep.shoulder_rotation(30.0, 10.0, np.where(times < 1.0, 0.0, 170.0), degrees=True)
     borne = recorded(motors, rotations=turned, tensions=more * [10, 20, 30, 40], tension_work=more * [1.0, 2, 3, 4],
                      electric_energy=more**2 * [1.0, 1, 0, 1], angular_velocity=more * [1.0, -2.0, 0.5])  # fmt: skip
-    said = {name: (one.findings, one.verdict, one.cautions) for name, one in made.items()}
+    said = {name: (one.findings, one.cautions) for name, one in made.items()}
+    verdicts = [made[name].verdict for name in ("still", "ends", "down")]
     table = {name: np.asarray(values)[::25] for name, values in numbers.columns().items()}
-    return said, numbers.summary(), table, borne.run.summary(), made["down"].summary()
+    counts = len(table), len(borne.columns())
+    return said, verdicts, counts, numbers.summary(), table, borne.run.summary(), made["down"].summary()
 
 
 def refused_experiments():
@@ -312,7 +314,7 @@ ASKED = {
 }
 
 #: Those that take longer than 0.15 s.
-LONGER = {"findings", "tracks", "catalogue", "measurements"}
+LONGER = {"findings", "made_records", "tracks", "catalogue", "measurements"}
 #: Those that hang on how a machine rounds.
 BY_HAND = {"tracks"}
 

@@ -229,7 +229,7 @@ def near_the_body():
 
 
 def gives_way():
-    """Devices that give way beyond what they can follow, and moments that no arm is known to."""
+    """Devices that give way beyond what they can follow, small moments, and arms that begin to move or turn evenly."""
     cuff = ep.Interface.upper_arm_cuff(0.19)
     serial, support, round_ = (doors.shipped(name) for name in ("serial-y-x-z", "spring-support", "spherical-3rrr"))
     own = ep.load("four-linear-actuators-worn")
@@ -263,6 +263,10 @@ def gives_way():
             "rigid": lambda: asked(serial, 60, 30, split="elastic"),
             "guide and spring": lambda: asked(ep.ShoulderExo.from_device(guided), 20, split="elastic"),
             "little is left": lambda: asked(bent, 30, 30),
+            "begins to move": lambda: asked(
+                serial, 60, 30, motion=ep.Motion([0, 0, 0], [1.0, -2.0, 0.5]), limits="none"
+            ),
+            "turns evenly": lambda: asked(serial, 60, 30, motion=ep.Motion([1.0, -2.0, 0.5], [0, 0, 0]), limits="none"),
         }
     )
 

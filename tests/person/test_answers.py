@@ -124,12 +124,14 @@ def of_designs():
     ]
     springs = [(each.assumptions, each.force, each.relief_percent, each.cautions) for each in hung]
     pose, man = POSES[:2], replace(MAN, strength=1.0)
+    held = frame.joint_contact(pose, replace(man, strength=0.0), 1.0)
     return (
         springs,
         both(frame.joint_contact(pose, man, 0.6, MOTION, PUSH)), cables.joint_contact(pose[0], man, "least_effort",
         load=PUSH), cables.joint_contact(pose[0], man, "least_contact"),
         frame.joint_contact(pose, man, frame.worn_by(man).reaction(pose)), cables.joint_contact(pose[0], man, [11.0,
         7.0, 13.0, 5.0], centre_offset=[0.0, 0.002, 0.01]),
+        (held.force, held.status, held.missing_moment, held.missing_elbow, held.kkt, held.held),
     )  # fmt: skip
 
 

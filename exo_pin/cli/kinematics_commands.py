@@ -238,6 +238,10 @@ def kinematics(
     """
     exo = load(design, side=side, leave_out=leave_out)
     files: dict[str, Any] = {"json": json, "out": out, "exo": exo}
+    if exo.has_arm:
+        options.refuse(
+            "--set and --frame are for robots without an arm: joints of a device follow its arm", set=set, frame=frame
+        )
     if exo.wrist is None:
         measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
         options.refuse("poses from measured lengths or angles are of wrists", **measured)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from answers import changes, each_of
 from asked_in_turn import in_turn
+from guided_limbs import GUIDE, guided
 from places import URDF
 from sockets import following
 from wrists import exo_of, random_mechanism, regular_poses
@@ -198,11 +199,21 @@ def corners():
         def force_limits(self, length):
             return 0.0 * length, 0.0 * length + 200.0
 
+    def soft():
+        exo = guided(ep.load("prototype").worn_by(MAN), GUIDE, 4000.0)
+        load = ep.Load([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -200.0]])
+        found = exo.reaction(exo.pose([0.0, 60.0, 60.0], [90.0, 30.0, 30.0]), load=load, split="elastic", limits="none")
+        return found.status, found.load_share
+
+    seven = exo_of(random_mechanism(np.random.default_rng(75), 7, ["UPU"] * 7))
+
     def sides(bounds):
         return lambda: four.reaction_map(poses, load=HEAVY, split="minimal", constraint_bounds=bounds, limits="pull")
 
     return in_turn(
-        tension=sides("actuator"), actuators=lambda: four.reaction_map(
+        tension=sides("actuator"), soft=soft, many=lambda: seven.reaction(
+            poses[0], split="minimal", constraint_bounds=20.0, limits=(-50.0, 250.0)
+        ).range(), actuators=lambda: four.reaction_map(
             poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
         ).magnitude,
         endless=lambda: str(four.reaction(poses, split="minimal", limits="none").range()),

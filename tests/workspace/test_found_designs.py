@@ -1,11 +1,15 @@
 """The presets that a search has found do what the documentation says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin import SolverFailed
-from exo_pin.workspace import Criteria, recheck
+from exo_pin.load_case import RangeOfMotion
+from exo_pin.muscle import Muscle, muscle_model
+from exo_pin.workspace import Criteria, optimisation, recheck
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -43,6 +47,43 @@ def test_four_cables_work(cables):
     np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     assert check.workspace.region[check.workspace.nearest_to_rest]
     assert np.nanmax(check.workspace.tensions[check.workspace.inside]) < 152.0
+
+
+def test_six_cables_work():
+    exo = ep.load("six-cables")
+    body = BodyShape.of(ep.Wearer(1.755, 85.0, "male"))
+    limits = Criteria(least_tension=5.0, largest_shoulder_force=140.0, body=body, least_gap=0.012)
+    found = exo.workspace(criteria=limits)
+    assert found.index == pytest.approx(0.6625, abs=5e-4)
+    assert np.nanmax(found.magnitude[found.inside]) < 129.0
+
+
+def test_four_cables_hold_flexion_and_abduction_together(cables):
+    box = RangeOfMotion("lifting", (0.0, 90.0), (0.0, 60.0), (0.0, 0.0))
+    found = cables.workspace(box.poses(10.0), LIMITS)
+    assert found.inside.all()
+    assert found.magnitude.max() < 82.0
+
+
+def test_other_shoulder_works_as_well(cables):
+    right = cables.mirrored()
+    limits = LIMITS.replace(body=BodyShape.of(ep.Wearer(1.75, 75, "male"), "right"))
+    for poses, line in zip(optimisation.lifting_lines("right"), optimisation.lifting_lines("left"), strict=True):
+        np.testing.assert_allclose(
+            right.workspace(poses, limits).magnitude, cables.workspace(line, LIMITS).magnitude, rtol=1e-6
+        )
+
+
+def test_design_that_does_not_lift_does_not_work(cables):
+    weak = cables.replace(
+        limbs=[
+            ep.Limb("SPS", stroke=limb.stroke, actuator=ep.Actuator("cable", pull_limit=40.0)) for limb in cables.limbs
+        ]
+    )
+    assert not recheck(weak.mechanism, weak.reaction, LIMITS, finer_step=12.0).works
+    # Nor does one of which a criterion was not checked.
+    unknown = cables.replace(arm=replace(cables.mechanism.arm, wearer=None))
+    assert not recheck(unknown.mechanism, unknown.reaction, LIMITS.replace(body=None), finer_step=12.0).works
 
 
 def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
@@ -85,6 +126,21 @@ def test_linear_actuators_work(name, limit, index, lifting, moment, persons, off
 
 
 @pytest.mark.parametrize("name", ["prototype", "optimised-table-5-3", "optimised-table-c-2"])
+@pytest.mark.parametrize("found", ["three-linear-actuators", "four-linear-actuators"])
+def test_linear_actuators_leave_less_force_than_a_design_of_the_thesis_where_that_one_holds(found, name):
+    """Of one peak each: over the poses that both hold, with the same arm and the same actuators."""
+    ours = ep.load(found)
+    limb = ep.Limb("SPS", actuator=ours.limbs[0].actuator)
+    theirs = ep.load(name).replace(arm=ours.arm, limbs=[limb] * 3)
+    known = Criteria(names=("singularity", "forces"))
+    held, reached = theirs.workspace(criteria=known), ours.workspace(criteria=OTHERS)
+    both = held.inside & reached.inside
+    assert both.mean() > 0.01
+    assert reached.magnitude[both].max() < 0.5 * held.magnitude[both].max()
+    assert reached.magnitude[reached.inside].max() < held.magnitude[held.inside].max()
+
+
+@pytest.mark.parametrize("name", ["prototype", "optimised-table-5-3", "optimised-table-c-2"])
 @pytest.mark.parametrize("found", ["four-cables", "four-muscle-cables"])
 def test_cables_leave_less_force_than_a_design_of_the_thesis_where_that_one_holds(found, name):
     """The thesis's geometries with three cables of 400 N hold 0.2 to 1.4 % of the poses; on those that both hold."""
@@ -118,6 +174,19 @@ def test_four_muscle_cables_work():
     assert np.linalg.norm(exo.geometry.base_points, axis=1).max() < 0.45
 
 
+def test_worn_cables_work_where_the_centre_is_fixed():
+    exo = ep.load("four-cables-worn")
+    check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0)
+    assert check.works
+    assert check.workspace.index == pytest.approx(0.834, abs=6e-4)
+    assert np.nanmax(check.flexion.magnitude) < 75.0
+    assert np.nanmax(check.abduction.magnitude) < 39.0
+    assert check.pinocchio_difference < 1e-9
+    assert min(check.persons.values()) > 0.84
+    assert min(check.offsets.values()) > 0.85
+    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
+
+
 def test_worn_cables_work_where_the_shoulder_moves(man):
     exo = ep.load("four-cables-worn")
     path = man.centre_path()
@@ -148,6 +217,19 @@ def test_worn_cables_hold_in_pinocchio_what_four_cables_lose(man, cables):
     assert held.magnitude.max() == pytest.approx(56.9, abs=0.1)
 
 
+def test_worn_cables_relieve_the_joint_of_a_shoulder_that_moves(man, cables):
+    pytest.importorskip("clarabel")
+    path = man.centre_path()
+    poses = cables.pose(abduction=[60.0, 90.0])
+    contact = [
+        exo.joint_contact(poses, man, "least_effort", limits=(0.0, 400.0), centre_offset=path)
+        for exo in (cables, ep.load("four-cables-worn"))
+    ]
+    assert contact[0].magnitude == pytest.approx([79.0, 209.0], abs=1.0)
+    assert contact[1].magnitude == pytest.approx([31.0, 69.0], abs=1.0)
+    assert contact[1].without_device.magnitude == pytest.approx([489.0, 438.0], abs=1.0)
+
+
 @pytest.mark.parametrize(
     ("name", "limits", "index", "abduction"),
     [
@@ -165,3 +247,27 @@ def test_what_is_left_of_the_other_designs_where_the_shoulder_moves(man, name, l
     assert not line.inside[abduction[1] + 1]
     flexion = exo.workspace(exo.pose(flexion=np.arange(90.0)), limits, centre_offset=path)
     assert flexion.inside.all()
+
+
+def test_what_the_muscles_of_the_cables_have_to_pull():
+    """A muscle of 0.55 m and a tackle of 2 : 1: twice the cable's tension, at half its travel."""
+    exo, limits = ep.load("four-muscle-cables"), OTHERS.replace(least_tension=5.0)
+    found = exo.workspace(criteria=limits)
+    model = muscle_model("tang-optimised", 0.55)
+    muscle = Muscle(model=model, end_fitting=0.0, supply_pressure=4e5)
+    strongest, late, bundles = [], [], []
+    for i, limb in enumerate(exo.limbs):
+        contraction = 0.5 * (limb.stroke.nominal_length - found.lengths[found.inside][:, i])
+        assert contraction.max() <= 0.25 * 0.55 + 1e-9
+        pull = 2.0 * found.tensions[found.inside][:, i]
+        strongest.append(pull.max())
+        late.append(pull[contraction > 0.2 * 0.55].max())
+        if i == 0:
+            assert 0.15 * 0.55 < contraction[pull.argmax()] < 0.2 * 0.55
+        # The law is known from 4 % of contraction on; a muscle that is longer pulls no less.
+        most = muscle.force_limits(0.55 - np.maximum(contraction, 0.051 * 0.55))[1]
+        bundles.append(int(np.ceil((pull / most).max())))
+    assert max(strongest) == pytest.approx(223.6, abs=0.5)
+    assert max(late) == pytest.approx(213.0, abs=1.0)
+    # So many of the thesis's muscles side by side, at 4 bar.
+    assert bundles == [15, 7, 8, 3]

@@ -115,6 +115,22 @@ def test_side_force_is_the_couple_in_the_universal_joint():
         np.testing.assert_allclose(couple, expected, atol=1e-9 * max(1, np.abs(moment).max()))
 
 
+@pytest.mark.parametrize("name", ["prototype", "random-3-mixed", "random-5"])
+def test_no_offset_equals_the_chain_through_pinocchio(name):
+    """The closed form of displaced limbs with mass, at no offset and at 1e-9 m, against the multibody chain."""
+    mechanism = heavy_limbs(MECHANISMS[name](), np.random.default_rng(25))
+    rng = np.random.default_rng(29)
+    poses = regular_poses(mechanism, rng, 20, margin=0.1)
+    motion, load = random_terms(rng, len(poses))
+    exo = exo_of(mechanism)
+    chain = exo.reaction(poses, motion, load)
+    for size, tolerance in ((0.0, 1e-10), (1e-9, 1e-6)):
+        closed = exo.reaction(poses, motion, load, centre_offset=[size, 0.0, -size])
+        for field in ("actuator_forces", "shoulder_force", "limb_wrenches", "harness_wrenches", "cuff_wrench"):
+            ours, theirs = getattr(closed, field), getattr(chain, field)
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * np.abs(chain.limb_wrenches).max())
+
+
 def test_tension_of_displaced_heavy_limbs_is_what_the_slide_carries():
     """Free body of the platform half along the limb, as above, with base and cuff off the shoulder's centre."""
     mechanism = heavy_limbs(MECHANISMS["prototype"](), np.random.default_rng(61))

@@ -68,6 +68,44 @@ def test_the_prototypes_least_shoulder_force_is_that_of_reaction(pose, bounds):
         assert np.linalg.norm(shoulder) < 1e-7 * size
 
 
+def pulled(seed, kinds):
+    mechanism = random_wrist(seed, kinds, with_masses=True)
+    return ep.ShoulderExo(mechanism.geometry, arm=mechanism.arm, limbs=mechanism.limbs)
+
+
+def compare_pull(exo, pose, split, objective):
+    """Both answers of limbs that only pull, or both refusals: True if there was an answer."""
+    R = thesis_rotation(*pose, degrees=True)
+    expected = exo.reaction(R, split=split, limits="pull")
+    chain, q = posed(exo.mechanism, R)
+    bounds = dict.fromkeys(chain.roles.actuated, PULL)
+    if expected.status != "ok":
+        with pytest.raises(InfeasibleForces):
+            chain.inverse_dynamics(q, effort_bounds=bounds, objective=objective)
+        return False
+    forces = chain.inverse_dynamics(q, effort_bounds=bounds, objective=objective)
+    size = max(np.abs(expected.actuator_forces).max(), np.abs(expected.shoulder_force).max())
+    expressed = forces.joint_reaction("root_joint").force
+    np.testing.assert_allclose(expressed, expected.shoulder_force, rtol=0, atol=1e-6 * size)
+    if objective == "efforts":
+        f = [-forces.effort(joint)[0] for joint in chain.roles.actuated]
+        np.testing.assert_allclose(f, expected.actuator_forces, rtol=0, atol=1e-6 * size)
+    return True
+
+
+@pytest.mark.parametrize(("split", "objective"), [("minimal", {"root_joint": FORCE_ONLY}), ("spherical", "efforts")])
+@pytest.mark.parametrize("kinds", ["SSSS", "SSSSS"])
+@pytest.mark.full
+def test_limbs_that_only_pull_agree_with_reaction_or_are_infeasible_in_both(kinds, split, objective):
+    answered = [
+        compare_pull(pulled(seed, kinds), pose, split, objective)
+        for seed in (1, 4, 5, 12, 13, 15)
+        for pose in POSES[1:3]
+    ]
+    assert any(answered)
+    assert not all(answered)
+
+
 def lexicographic_answer(chain, q, v, a, bounds, goal, rounding=1e-9):
     """Own answer to bounds on efforts and an objective, with every self-stress tried."""
     other = Open(chain, q, v, a)

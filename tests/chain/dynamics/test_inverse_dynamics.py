@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
+from mechanisms import five_bar, four_bar
 from planar_oracle import Turning, dyad, e, n, newton_euler, rates, rod_link
 
 SEEDS = range(12)
@@ -92,3 +92,61 @@ def test_a_four_bar_cut_in_a_link_transmits_the_moment_of_the_link_there(seed, s
     assert lower.moment[2] == pytest.approx(about, rel=1e-9, abs=1e-9)
     along = [-weld_force @ e(rocker.angle), -weld_force @ n(rocker.angle)]
     np.testing.assert_allclose(lower.force[:2], along, rtol=0, atol=1e-9 * max(np.abs(weld_force).max(), 1.0))
+
+
+def five_bar_motion(rng, still):
+    """Left crank, left forearm, right crank, right forearm."""
+    bases = np.array([[-0.1, 0.0], [0.1, 0.0]])
+    while True:
+        cranks = np.array([np.arctan2(4, -3), np.arctan2(4, 3)]) + rng.uniform(-0.7, 0.7, 2)
+        elbows = [base + 0.2 * e(angle) for base, angle in zip(bases, cranks, strict=True)]
+        found = dyad(elbows[0], elbows[1], (0.275, 0.275), rng.choice([-1.0, 1.0]))
+        if found is not None and abs(np.sin(found[0] - found[1])) > 0.2:
+            break
+    speeds, accelerations = np.zeros((2, 2)) if still else rng.normal(size=(2, 2)) * [[4], [30]]
+    left, right = (Turning(*item) for item in zip(cranks, speeds, accelerations, strict=True))
+    apart = 0.2 * (right.rate * n(right.angle) - left.rate * n(left.angle))
+    forearm, back = rates(found, (0.275, 0.275), apart, right.arm(0.2) - left.arm(0.2))
+    return bases, elbows, left, forearm, right, Turning(back.angle + np.pi, back.rate, back.acceleration)
+
+
+@pytest.mark.parametrize("still", [True, False])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_five_bars_torques_and_pin_forces_are_those_of_its_free_links(seed, still):
+    rng = np.random.default_rng(2000 + seed)
+    bases, elbows, left, left_forearm, right, right_forearm = five_bar_motion(rng, still)
+    gravity, force, moment = drawn(rng)
+    links = [
+        rod_link(bases[0], np.zeros(2), left, 0.2),
+        rod_link(elbows[0], left.arm(0.2), left_forearm, 0.275),
+        rod_link(bases[1], np.zeros(2), right, 0.2),
+        rod_link(elbows[1], right.arm(0.2), right_forearm, 0.275),
+    ]
+    tip = elbows[0] + 0.275 * e(left_forearm.angle)
+    pins = {
+        "left_crank_hinge": (0, GROUND, bases[0]),
+        "left_forearm_hinge": (1, 0, elbows[0]),
+        "right_crank_hinge": (2, GROUND, bases[1]),
+        "right_forearm_hinge": (3, 2, elbows[1]),
+        "tip": (1, 3, tip),
+    }
+    motors = {"left": (0, GROUND), "right": (2, GROUND)}
+    # The load acts at the tip, a frame of the left forearm that is not the forearm's own.
+    by_hand = newton_euler(links, pins, motors, [(1, tip, force, moment)], gravity)
+    angles = {
+        "left_crank_hinge": left,
+        "left_forearm_hinge": minus(left_forearm, left),
+        "right_crank_hinge": right,
+        "right_forearm_hinge": minus(right_forearm, right),
+    }
+    forces = asked(five_bar().chain(), angles, "tip", gravity, (force, moment))
+    for side in ("left", "right"):
+        assert forces.effort(f"{side}_crank_hinge")[0] == pytest.approx(by_hand[side], rel=1e-9, abs=1e-9)
+    assert_pins(forces, by_hand, {name: name for name in pins})
+    # The base carries all of it, with the motors' torques, at the world's origin.
+    load = forces.wrench_on("universe")
+    on_base = -by_hand["left_crank_hinge"] - by_hand["right_crank_hinge"]
+    np.testing.assert_allclose(load.force[:2], on_base, rtol=0, atol=1e-9 * max(np.abs(on_base).max(), 1.0))
+    turn = -by_hand["left"] - by_hand["right"]
+    turn -= bases[0][0] * by_hand["left_crank_hinge"][1] + bases[1][0] * by_hand["right_crank_hinge"][1]
+    assert load.moment[2] == pytest.approx(turn, rel=1e-9, abs=1e-9)

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from singular_poses import _legs, _planar_platform
+from scipy.spatial.transform import Rotation
+from singular_poses import _circle, _legs, _planar_platform, _spherical_3rrr
 
 
 def _crossings(values, valid=True):
@@ -53,6 +54,71 @@ def test_a_planar_platform_on_three_legs_has_six():
     few = chain.assemblies(chain.roles.actuated, q, starts=6)
     assert not few.is_complete
     assert few.starts == 6
+
+
+def _octahedral_count(feet, tips):
+    """Real configurations of a 6-3 platform: each corner turns about the line of its two feet (Nanua et al. 1990)."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 40_001)[:, None]
+    circles = []
+    for a, b, tip in zip(feet[::2], feet[1::2], tips[::2], strict=True):
+        axis = (b - a) / np.linalg.norm(b - a)
+        centre = a + (tip - a) @ axis * axis
+        u = np.cross(axis, [0.0, 0.0, 1.0])
+        u /= np.linalg.norm(u)
+        circles.append((centre, np.linalg.norm(tip - centre), u, np.cross(axis, u)))
+    corner, (one, two, three) = tips[::2], circles
+    first = one[0] + one[1] * (np.cos(turn) * one[2] + np.sin(turn) * one[3])
+
+    def beside(circle, side):
+        centre, radius, u, v = circle
+        d = centre - first
+        a, b, c = 2 * radius * d @ u, 2 * radius * d @ v, side**2 - radius**2 - (d * d).sum(-1)
+        size, middle = np.hypot(a, b), np.arctan2(b, a)
+        half = np.arccos(np.clip(c / size, -1.0, 1.0))
+        for angle in ((middle + half)[:, None], (middle - half)[:, None]):
+            yield centre + radius * (np.cos(angle) * u + np.sin(angle) * v), np.abs(c) <= size
+
+    side = [np.linalg.norm(corner[i] - corner[k]) for i, k in ((0, 1), (0, 2), (1, 2))]
+    return sum(
+        _crossings(np.linalg.norm(p - r, axis=1) - side[2], ok & fine)
+        for p, ok in beside(two, side[0])
+        for r, fine in beside(three, side[1])
+    )
+
+
+@pytest.mark.parametrize(("seed", "count"), [(None, 8), (8, 12)])
+def test_an_octahedral_platform_has_as_many_as_circles_that_meet(seed, count):
+    feet, tips = _circle(0.3, np.array([-20, 20, 100, 140, 220, 260])), _circle(0.2, np.array([0, 120, 240]), 0.35)
+    if seed is not None:
+        rng = np.random.default_rng(0)
+        for _ in range(seed + 1):
+            moved = feet + rng.normal(size=(6, 3)) * [0.03, 0.03, 0.0]
+            tips = _circle(rng.uniform(0.1, 0.4), np.array([0, 120, 240]), rng.uniform(0.1, 0.5))
+            tips = tips + rng.normal(size=(3, 3)) * 0.05
+        feet = moved
+    tips = np.repeat(tips, 2, axis=0)
+    assert _octahedral_count(feet, tips) == count
+    chain = _legs(feet, tips).chain()
+    # A universal joint may be turned over: the platform alone counts.
+    found = chain.assemblies(chain.roles.actuated, frame="link_3")
+    assert (len(found), found.is_complete) == (count, True)
+
+
+def test_a_spherical_3rrr_has_eight():
+    """The most that C. M. Gosselin, J. Sefrioui and M. J. Richard (1994) give; orientations by Newton's method, too."""
+    rng = np.random.default_rng(127)
+    tips, elbows = (np.array([v / np.linalg.norm(v) for v in rng.normal(size=(3, 3))]) for _ in range(2))
+    wanted, turns = (elbows * tips).sum(1), Rotation.random(400, random_state=0).as_matrix()
+    for _ in range(60):
+        seen = np.einsum("nij,kj->nki", turns, tips)
+        off, J = np.einsum("nki,ki->nk", seen, elbows) - wanted, np.cross(seen, elbows[None])
+        matrix = np.swapaxes(J, 1, 2) @ J + (1e-12 + 0.1 * (off**2).sum(1))[:, None, None] * np.eye(3)
+        step = -np.linalg.solve(matrix, np.swapaxes(J, 1, 2) @ off[..., None])[..., 0]
+        turns = Rotation.from_rotvec(np.clip(step, -1.0, 1.0)).as_matrix() @ turns
+    roots = np.unique(np.round(turns[np.abs(off).max(1) < 1e-12], 5), axis=0)
+    chain = _spherical_3rrr(elbows, tips).chain()
+    found = chain.assemblies(chain.roles.actuated, frame="link_2")
+    assert len(found) == len(roots) == 8
 
 
 #: P. Dietmaier, The Stewart-Gough platform of general geometry can have 40 real postures, in Advances in Robot

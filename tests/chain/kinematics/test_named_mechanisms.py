@@ -87,6 +87,14 @@ def test_planar_3rrr_by_its_rods():
     assert mobility.kinds == ()
 
 
+def test_planar_3rrr_turns_where_its_rods_meet():
+    named = planar_3rrr(radial=True)
+    mobility = named.chain().mobility(named.q)
+    assert mobility.kinds == ("output",)
+    assert mobility.locked.degrees_of_freedom == 1
+    assert mobility.margins.effort["N m per N m"] == np.inf
+
+
 def test_agile_eye_is_isotropic_at_home_and_turned_by_its_closed_form():
     named = agile_eye()
     chain = named.chain()

@@ -5,8 +5,6 @@ import re
 from exo_pin.cli import _START, COMMANDS, main, overview
 from exo_pin.cli.command import command, examples
 
-POSE = ["--flexion", "60", "--abduction", "30"]
-
 
 def run(capsys, *arguments):
     status = main(list(arguments))

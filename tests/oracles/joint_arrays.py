@@ -2,11 +2,6 @@
 
 import numpy as np
 
-ARRAYS = (
-    "damping", "armature", "lowerDryFrictionLimit", "upperDryFrictionLimit", "lowerEffortLimit", "upperEffortLimit",
-    "lowerVelocityLimit", "upperVelocityLimit", "lowerPositionLimit", "upperPositionLimit",
-)  # fmt: skip
-
 
 def here(chain, q, name):
     own = q[chain.configuration_slice(name)]

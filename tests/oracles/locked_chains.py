@@ -21,8 +21,6 @@ from exo_pin.design import Arm, Mechanism
 from exo_pin.wrist_chain import mechanism_urdf
 from exo_pin.wrist_chain.equilibrium import EquilibriumModel
 
-__all__ = ["ChainSingularity", "LockedChains"]
-
 
 @dataclass(frozen=True, eq=False)
 class ChainSingularity:

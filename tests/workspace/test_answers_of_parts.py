@@ -12,8 +12,6 @@ from exo_pin.workspace import free_joints, lifting_poses, starting_design, works
 from exo_pin.workspace.optimisation import lifting_lines
 from exo_pin.workspace.parts import PRODUCTS, parts_list, parts_sheet, with_drive_masses
 
-MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
-
 
 def load(name):
     return ep.load(URDF / f"{name}.urdf" if (URDF / f"{name}.urdf").exists() else name)

@@ -4,7 +4,7 @@ import json
 import warnings
 
 import pytest
-from answers import answer, changes, each_of
+from answers import answer, changes, each_of, steady
 
 import exo_pin as ep
 
@@ -70,8 +70,19 @@ def test_errors_warnings_and_what_is_not_stored_are_changes(tmp_path):
     assert changes(tmp_path / "test_answers.py", "warned", warned)
 
 
-def test_questions_run_unless_they_are_asked_by_hand():
-    mark = each_of({"a": 1, "b": 2, "c": 3}, longer=["b"], by_hand=["c"]).mark
+def test_longer_questions_run_in_the_full_run():
+    mark = each_of({"a": 1, "b": 2}, longer=["b"]).mark
     assert [(each.values[0], len(each.marks)) for each in mark.args[1]] == [("a", 0), ("b", 1)]
     with pytest.raises(AssertionError):
-        each_of({"a": 1}, by_hand=["gone"])
+        each_of({"a": 1}, longer=["gone"])
+
+
+def test_what_other_processors_round_otherwise_may_be_anything(tmp_path):
+    other = {"force": 12.3459, "words": "12.3 N, of 2 limbs; there are: a, b", "rows": [1.0, 2.1], "none": [1]}
+    found = steady(STORED, other)
+    assert found == {"force": "…", "words": STORED["words"], "rows": [1.0, "…"], "none": "…"}
+    assert steady(STORED, STORED) == STORED
+    assert steady([1.0, 2.0], [1.0]) == "…"
+    assert steady({"a": 1, "b": 2}, {"a": 1}) == {"a": 1}
+    assert changed(tmp_path, STORED | {"force": 99.0, "rows": [1.0, 7.0], "none": "x"}, found) == []
+    assert changes(tmp_path / "test_answers.py", "it", asked(STORED | {"rows": [1.1, 2.0]})) != []

@@ -1,4 +1,4 @@
-"""Calibration: exact data give the device, another optimiser and a closed form agree."""
+"""Calibration: exact data give the device, another optimiser and a closed form agree; mixed-up input."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import InvalidInput, calibration
+from exo_pin.calibration.length_model import GROUPS
 
 JOINTS = ("base_points", "platform_points")
 RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_mounting")
@@ -140,3 +141,24 @@ def test_fewer_lengths_than_unknowns_are_met_exactly(count):
     assert len(found.undetermined) >= 18 - 3 * count
     with pytest.raises(InvalidInput, match="none"):
         calibration.pose_information(arm[:0], exo, length_noise=1e-3)
+
+
+def test_result_prints_its_verdict_first():
+    rng = np.random.default_rng(12)
+    exo = ep.load("prototype")
+    device = near(exo, rng, offsets=0.1)
+    seen, lengths = measured(device, poses(rng, 30), rng, 3e-4)
+    lengths[4, 1] += 0.02
+    found = ep.calibrate(seen, lengths, exo, unknowns=GROUPS, length_noise=3e-4)
+    text = str(found)
+    assert text.startswith(found.verdict)
+    # With all unknown, the scale too is.
+    assert sum(direction.is_exact for direction in found.undetermined) == 13
+    assert f"do not determine {len(found.undetermined)} of 34 directions" in found.verdict
+    for words in (
+        "pose 4, limb 2: +",
+        "length offset 3, mm",
+        "torso mounting, deg",
+    ):
+        assert words in text
+    assert "of 34" in repr(found)

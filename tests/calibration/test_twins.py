@@ -168,3 +168,20 @@ def test_no_twin_is_returned_in_silence(seeds):
     # All cases that the model explains are solved.
     assert {text for text, kind in results if kind == "clean"} == {"right"}
     assert sum(text == "right" for text, _ in results) > 0.6 * len(results)
+
+
+def test_residuals_that_no_noise_explains_are_named():
+    rng = np.random.default_rng(69)
+    exo = ep.load("prototype")
+    wrong = Rotation.from_rotvec([0.0, 0.1, 0.05])
+    seen, lengths = measured(near(exo, rng, joints=0.0), poses(rng, 40), rng, 3e-4)
+    for noise, words in ((3e-4, "times as large"), (None, "with the pose as no noise does")):
+        found = ep.calibrate(seen, lengths, exo, unknowns=CENTRE, length_noise=noise, torso_mounting=wrong)
+        assert words in found.contradiction
+        assert "Not a good fit." in found.verdict
+        assert "are determined" not in found.verdict
+        assert not ep.calibrate(seen, lengths, exo, unknowns=CENTRE, length_noise=noise).contradiction
+    # A third of the lengths of one limb are of a slack muscle.
+    slack = lengths.copy()
+    slack[:, 1] = np.maximum(slack[:, 1], np.quantile(slack[:, 1], 0.33))
+    assert "times what their median says" in ep.calibrate(seen, slack, exo).contradiction

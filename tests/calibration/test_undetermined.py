@@ -74,3 +74,11 @@ def test_finite_moves_of_frame_and_ring_change_no_length():
     plain = lengths(torso, arm, a, b)
     np.testing.assert_allclose(lengths(turn * torso, arm, turn.apply(a), b), plain, atol=1e-13)
     np.testing.assert_allclose(lengths(torso, arm * turn.inv(), a, turn.apply(b)), plain, atol=1e-13)
+
+
+def test_too_few_poses():
+    found = calibrated(JOINTS, poses(np.random.default_rng(2), 4), noise=3e-4)
+    check_directions(found, 6)
+    assert found.degrees_of_freedom == 0
+    assert np.isnan(found.probability)
+    assert "12 lengths for 18 unknowns: measure more poses" in str(found)

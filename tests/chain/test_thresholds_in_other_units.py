@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mechanisms import four_bar
 from other_units import Units
 
 from exo_pin import ExoPinError
@@ -111,3 +112,15 @@ def test_forces_beside_a_dead_centre(units, cut, name):
         assert len(found.cautions) == len(expected)
         seen.add(len(expected))
     assert len(seen) > 1
+
+
+@both_units
+@pytest.mark.parametrize("metric", ["closures", "reactions"])
+def test_metrics_of_self_stresses_are_forces(units, metric):
+    named = four_bar("link")
+    chain = named.chain()
+    one, other = chain.inverse_dynamics(named.q), units.chain(chain).inverse_dynamics(named.q)
+    scale = units.multipliers(chain)
+    found = other.equations.metric(scale * one.multipliers, scale[:, None] * one.self_stresses, metric)
+    expected = one.equations.metric(one.multipliers, one.self_stresses, metric)
+    np.testing.assert_allclose(found / units.newton, expected, rtol=1e-9, atol=1e-12)

@@ -229,11 +229,9 @@ ASKED = {name: functools.partial(answered_in_turn, lines, **FILES) for name, lin
 
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED) - {"singularity"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"moved", "persons", "singularity"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     if name == "drawn":
         pytest.importorskip("optuna", reason="needs the extra optimise")

@@ -323,10 +323,8 @@ ASKED = {
 
 #: Those that take longer than 0.15 s.
 LONGER = {"chains", "lacking", "worn", "geared", "refused"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"winches"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

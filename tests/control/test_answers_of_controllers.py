@@ -238,10 +238,8 @@ ASKED = {each.__name__: each for each in (actions, sensed, references, controlle
 
 #: Those that take longer than 0.15 s.
 LONGER = {"controllers"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"controllers"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

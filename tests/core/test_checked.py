@@ -1,4 +1,4 @@
-"""Faults stay what they are, and what a terminal shows cannot steer it."""
+"""Arguments that do not fit their annotations, names of files, and what a terminal and a spreadsheet would run."""
 
 import os
 import subprocess
@@ -26,6 +26,25 @@ def example(
     """Fail in as many ways as Python does."""
     total = float(np.sum(weights @ np.ones(2))) if weights is not None else 0.0
     return total + sum(map(len, names)) + sum((table or {}).values()) + 1.0 / count.bit_length()
+
+
+#: Faults of the package: what a typing error, a lost check or a wrong index within a function raises.
+FAULTS = [
+    *(kind("planted") for kind in (AttributeError, AssertionError, IndexError, KeyError, NameError, OverflowError)),
+    *(kind("planted") for kind in (RuntimeError, StopIteration, TypeError, ValueError, ZeroDivisionError)),
+    np.linalg.LinAlgError("planted"),
+]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: type(fault).__name__)
+def test_a_fault_of_a_function_stays_what_it_is(fault):
+    @checked
+    def faulty(count: int, weights: "ArrayLike") -> None:
+        raise fault
+
+    with pytest.raises(type(fault), match="planted") as found:
+        faulty(1, np.ones(3))
+    assert found.value is fault
 
 
 #: Functions within public questions, and a question that calls each.

@@ -8,6 +8,7 @@ from handed_devices import BASES, FORMATS, MAN, answers, handed
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.cli import main
 
 WITH_ARM = [
     "3rps-passive-ball", "nesm", "prototype", "prototype-shoulder", "serial-y-x-z", "six-cables", "spherical-3rrr",
@@ -111,6 +112,16 @@ def test_a_device_is_saved_and_saved_again(seed, tmp_path):
     again.save(path)
     assert before.keys() == {file.name for file in tmp_path.iterdir()}
     assert_same_device(exo, ep.load(tmp_path / "mine.device.toml"))
+
+
+def test_of_a_robot_that_is_no_device_roles_are_lost_by_name(tmp_path, capsys):
+    status = main(["export", str(URDF / "dummy-shoulder.urdf"), "--out", str(tmp_path / "dummy.sdf")])
+    assert status == 1
+    assert "Lost, in no file: the roles of its parts." in capsys.readouterr().out
+    assert main(["export", str(URDF / "spring-support.urdf"), "--out", str(tmp_path / "support.sdf")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "support.sdf alone lacks, and support.device.toml has" in said
+    assert "the springs strut" in said
 
 
 def test_saving_overwrites_nobody_elses_file(tmp_path):

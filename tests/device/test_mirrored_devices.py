@@ -141,3 +141,14 @@ def test_generated_cables_and_springs_are_mirrored(seed):
     assert one.has_answer.any()
     names = [spring.route.points[0].point[1] for spring in two.source.poses.mechanism.springs]
     assert (np.array(names) < 0.0).all()
+
+
+@pytest.mark.parametrize("name", ["appendix-d-wrist", "dummy-shoulder"])
+def test_robots_without_forces_are_mirrored_too(name, tmp_path):
+    right = ep.load(URDF / f"{name}.urdf", side="right")
+    assert right.side == "right"
+    again = ep.load(right.export(tmp_path / "other.urdf")[0])
+    assert (again.side, again.mirrored().side) == ("right", "left")
+    q = np.zeros(right.chain.model.nq) + right.chain.neutral()
+    for frame, place in ep.load(URDF / f"{name}.urdf").chain.placements(q).items():
+        np.testing.assert_allclose(right.chain.placement(q, frame).translation, place.translation @ MIRROR, atol=1e-12)

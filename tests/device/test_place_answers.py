@@ -282,11 +282,7 @@ ASKED = {
 }
 
 
-#: Those that hang on how a machine rounds.
-BY_HAND = {"placed"}
-
-
 @pytest.mark.full
-@each_of(ASKED, by_hand=BY_HAND)
+@each_of(ASKED)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -27,6 +27,14 @@ def test_answers_are_those_of_all_active_sets(seed):
         assert ((low <= found.force) & (found.force <= high)).all()
 
 
+def test_numbers_that_are_not_finite_give_no_answer():
+    with pytest.raises(SolverFailed):
+        bounded_complementarity(np.eye(1) * np.nan, np.ones(1), -np.ones(1), np.ones(1))
+    for low, high in ((np.nan, 1.0), (-1.0, np.nan)):
+        with pytest.raises(SolverFailed, match="NaN"):
+            bounded_complementarity(np.eye(1), np.ones(1), np.array([low]), np.array([high]))
+
+
 def test_which_forces_are_the_same_in_every_answer():
     """Two that are redundant are not; one that is pressed onto its bound, or cannot move, is."""
     wide, one = np.full(4, 9.0), np.ones((2, 2))

@@ -231,10 +231,8 @@ ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough
 
 #: Those that take longer than 0.15 s.
 LONGER = {"nearest", "fast", "ranges", "rough", "verdicts"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"nearest", "rough"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -1,5 +1,7 @@
 """Answers of muscles, as limbs and as routes of a chain."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arm_alone import arm_alone
@@ -52,3 +54,38 @@ def test_routes_have_the_answer_of_limbs(exo, device, case, split):
             np.testing.assert_allclose(getattr(other, name)[rows], getattr(one, name)[rows], atol=1e-7, err_msg=name)
         assert other.residual[rows].max(initial=0.0) < 1e-9
         np.testing.assert_array_equal(other.status[~rows], one.status[~rows])
+
+
+def test_limits_cone_weights_and_speeds_choose_as_for_limbs(exo, device):
+    pose = exo.pose(30.0, 30.0)
+    moving = {"motion": ep.Motion([0.2, -0.1, 0.1], np.zeros(3))}
+    facing = ep.glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
+    cone = ep.GlenoidCone(orientation=facing, penalty=10.0)
+    for asked in ({"limits": (0.0, 60.0)}, {"limits": (5.0, np.inf)}, {"limits": (0.0, 60.0), "split": "spherical"}):
+        one, other = exo.reaction(pose, **asked), device.reaction(pose, **asked)
+        assert one.held == other.held
+        np.testing.assert_allclose(other.actuator_forces, one.actuator_forces, atol=1e-6)
+    one, other = (own.reaction(pose, split="minimal", limits="none", cone=cone) for own in (exo, device))
+    assert one.held
+    assert other.held
+    free = device.reaction(pose, split="minimal", limits="none")
+    np.testing.assert_allclose(other.shoulder_force, one.shoulder_force, atol=1e-6)
+    assert np.linalg.norm(other.shoulder_force - free.shoulder_force) > 1.0
+    slow = [replace(limb.actuator, speed_limit=0.01) for limb in exo.mechanism.limbs]
+    limbs = exo.replace(
+        limbs=[replace(limb, actuator=own) for limb, own in zip(exo.mechanism.limbs, slow, strict=True)]
+    )
+    routes = device.replace(drives=[replace(drive, speed_limit=0.01) for drive in device.device.drives])
+    one, other = limbs.reaction(pose, **moving), routes.reaction(pose, **moving)
+    assert one.status == other.status == "beyond_limits"
+    np.testing.assert_allclose(other.limits.excess_speed, one.limits.excess_speed, atol=1e-9)
+    assert other.limits.excess_speed.max() > 0.01
+    assert routes.reaction(pose).held == limbs.reaction(pose).held
+    with pytest.raises(ep.InvalidInput, match=r'in N for a device that is not a wrist, got "actuator"'):
+        device.reaction(pose, split="minimal", constraint_bounds="actuator")
+    with pytest.raises(ep.MissingData, match="gives way"):
+        device.reaction(pose, split="elastic_locked")
+    massless = device.replace(arm=ep.Arm(3.0, [0.0, 0.0, -0.25]))
+    assert massless.reaction(pose, limits="none").held
+    with pytest.raises(ep.MissingData, match="inertia"):
+        massless.reaction(pose, **moving)

@@ -56,6 +56,17 @@ def test_a_refinement_is_not_worse_than_its_start(name):
     never_worse(name, 1, 24)
 
 
+@pytest.mark.full
+def test_the_budget_is_kept_by_whole_generations():
+    exo, poses = ep.load("four-cables"), lifting_poses(counts=(2, 2, 2))
+    found = optimised(exo, poses, 1, 100, 60, refine=False)
+    assert [run.evaluations for run in found.runs] == [48, 48]
+    assert found.start is None
+    assert found.best_candidate.index == max(
+        candidate.design.workspace(criteria=LIMITS).index for candidate in found.front
+    )
+
+
 def test_a_search_that_is_stopped_by_hand_has_the_best_so_far(monkeypatch, tmp_path):
     own, calls = CRITERIA["singularity"], []
 

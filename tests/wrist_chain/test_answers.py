@@ -177,10 +177,8 @@ ASKED = {"written": written, "recognised": recognised, "balanced": balanced}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"written", "recognised", "balanced"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"recognised"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin import InvalidInput
 from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files import write_bytes, write_figure
 
@@ -102,6 +103,16 @@ def test_what_may_not_be_written_is_refused():
         shutil.rmtree(folder)
 
 
+def test_a_refusal_of_the_system_names_the_file(tmp_path, monkeypatch):
+    path = tmp_path / "file"
+    path.write_bytes(OLD)
+    monkeypatch.setattr(os, "access", lambda *_, **__: False)
+    with pytest.raises(FileNotWritten, match=re.escape(str(path))) as caught:
+        write_bytes(path, NEW)
+    assert caught.value.errno == errno.EACCES
+    assert path.read_bytes() == OLD
+
+
 @pytest.mark.parametrize("step", ["write", "fsync", "fchmod", "replace"])
 @pytest.mark.parametrize(
     "error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt(), MemoryError()]
@@ -143,6 +154,12 @@ def figure():
     drawn = matplotlib.figure.Figure()
     drawn.subplots().plot(np.random.default_rng(0).normal(size=500))
     return drawn
+
+
+def test_an_unknown_ending_writes_nothing(tmp_path):
+    with pytest.raises(InvalidInput, match="xyz"):
+        write_figure(tmp_path / "a.xyz", figure())
+    assert names(tmp_path) == []
 
 
 def test_every_file_of_the_package_is_written_here():

@@ -9,6 +9,7 @@ import threading
 
 import pytest
 
+from exo_pin import cli
 from exo_pin.core.errors import FileNotWritten
 from exo_pin.core.files import is_stream, write_bytes
 
@@ -99,3 +100,13 @@ print("after")
     assert (tmp_path / "out").read_text() == "before\nwithin\nafter\n"
     assert run(code).stdout == "before\nwithin\nafter\n"
     assert names(tmp_path) == ["out"]
+
+
+def test_command_writes_to_a_pipe_without_an_ending(tmp_path, capsys):
+    reading, writing = os.pipe()
+    assert cli.main(["muscle", "step", "--mass-kg", "1.3", "--from-bar", "2", "--to-bar", "3", "--mark",
+                     "--out", f"/dev/fd/{writing}", "--duration-s", "0.05"]) == 0  # fmt: skip
+    os.close(writing)
+    assert os.read(reading, 60).startswith(b"time_s,contraction_mm")
+    os.close(reading)
+    assert capsys.readouterr().out.splitlines()[-1] == f"/dev/fd/{writing}"

@@ -265,10 +265,8 @@ ASKED = {
 }
 #: Those that take longer than 0.15 s.
 LONGER = {"fits", "doubts", "dynamic_fits", "doubted_recordings"}
-#: Those that hang on how a machine rounds.
-BY_HAND = {"dynamic_fits"}
 
 
-@each_of(ASKED, LONGER, BY_HAND)
+@each_of(ASKED, LONGER)
 def test_an_answer_is_as_stored(name):
     assert not changes(__file__, name, ASKED[name])

@@ -91,3 +91,20 @@ def test_speed_and_power_of_a_moving_limb(wrist, limb, way):
         assert (status, unknown) == ("ok" if share > 1.0 or brakes else "beyond_limits", False)
         if not brakes and share < 1.0:
             assert limits.force_error[limb] == pytest.approx((1.0 - share) * still, rel=1e-6)
+
+
+def test_splits_by_name_and_of_the_user():
+    def own(base, **attributes):
+        return type("Own", (type(ep.reaction.SPLITS[base]),), attributes)()
+
+    for split, error in (
+        (type(ep.reaction.SPLITS["minimal"]), "got the class"),
+        (own("minimal", name="minimal"), "another one than Own"),
+        (own("minimal", name=""), "to be words"),
+        (own("minimal", name="moves", moves=True), "child of Elastic"),
+    ):
+        with pytest.raises(ep.InvalidInput, match=error):
+            ep.Assumptions(split)
+    elastic = own("elastic")
+    elastic.name = "own"
+    assert ep.Assumptions(elastic).split is elastic

@@ -1,4 +1,4 @@
-"""Limits where the device gives way: lengths are those of the displaced device."""
+"""Verdict, limits and remedy where the device gives way: lengths are those of the displaced device."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ from guided_limbs import guided
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin.reaction import elastic as elastic_poses
 
 LIFTED = ep.shoulder_rotation(60, 30, 0, degrees=True)
 OFFSET = [0.0, 0.006, 0.008]
@@ -84,3 +85,23 @@ def test_an_equilibrium_behind_a_kink_is_found():
     )
     same = turned.reaction(turn * pose, None, ep.Load(R @ load.force, at=load.at), "elastic")
     assert same.magnitude == pytest.approx(answer.magnitude, rel=1e-7)
+
+
+@pytest.mark.full
+def test_not_found_is_not_known(monkeypatch):
+    # The longer searches end in the same way.
+    monkeypatch.setattr(elastic_poses, "_RELAXED", ())
+    exo = soft_cables(12130.562542526299, 1021.8877346838975, 34.68654989180011)
+    load = ep.Load([0.0, 0.0, -35.5], at=[0.0, 0.0, -0.3])
+    pose = ep.shoulder_rotation(69.46138506606732, 9.49611787188846, 0, degrees=True)
+    answer = exo.reaction(pose, None, load, "elastic")
+    assert answer.status == "not_solved"
+    assert (
+        answer.verdict == "It is not known whether the device can hold this pose: its equilibrium could not be solved."
+    )
+    assert answer.unknown
+    assert not answer.can_hold
+    assert not answer.limits.violated
+    stack = ep.shoulder_rotation([69.46138506606732, 69.46138506606732], 9.49611787188846, 0, degrees=True)
+    verdict = exo.reaction(stack, None, load, "elastic").verdict
+    assert verdict == "2 of 2 poses: not known, because the equilibrium could not be solved."

@@ -1,13 +1,17 @@
-"""The elastic split at the displaced geometry: limits, interfaces, mirror images and rigid limits."""
+"""The elastic split at the displaced geometry: limits, interfaces, refusals, and what an answer says of itself."""
+
+import pickle
 
 import numpy as np
 import pytest
 from guided_limbs import guided
 from maximal_elastic import Device
 from mirror_image import MIRROR, mirrored
+from sockets import hanging
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin.reaction import SPLITS
 
 DEGREES = {"degrees": True}
 LIFTED = ep.shoulder_rotation(60, 30, 0, **DEGREES)
@@ -57,6 +61,22 @@ def test_limits_hold_at_the_displaced_geometry(four, soft):
     assert soft or (limited.status == "infeasible").any()
 
 
+def test_locked_actuators_are_checked_and_refuse_a_cone(worn):
+    free = worn.reaction(LIFTED, split="elastic_locked", limits="none")
+    pulled = worn.reaction(LIFTED, split="elastic_locked", limits="pull")
+    np.testing.assert_array_equal(pulled.actuator_forces, free.actuator_forces)
+    assert free.actuator_forces.min() < 0.0
+    assert pulled.infeasibility is None
+    assert not pulled.can_hold
+    with pytest.raises(ep.InvalidInput, match='split="elastic"'):
+        worn.reaction(LIFTED, split="elastic_locked", cone=hanging(muscle_compression=100.0))
+    with pytest.raises(ep.InvalidInput, match="held"):
+        type(SPLITS["elastic"])("frozen")
+    seven = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(25), 7)))
+    with pytest.raises(ep.InvalidInput, match="at most six"):
+        seven.reaction(LIFTED, split="elastic_locked")
+
+
 def test_rigid_is_the_limit_of_stiff_interfaces(worn):
     rigid = worn.reaction(LIFTED, split="elastic", centre_offset=OFFSET)
     stiff = ep.Interface.of(1e11, 1e11, [0.0, 0.1, -0.1])
@@ -89,6 +109,20 @@ def test_mirror_image(worn, split):
     scale = np.nanmax(np.abs(a.actuator_forces))
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ MIRROR, atol=1e-8 * scale)
     np.testing.assert_allclose(b.actuator_forces, a.actuator_forces, atol=1e-8 * scale)
+
+
+def test_stack_equals_single_poses(worn):
+    poses = regular_poses(worn.mechanism, np.random.default_rng(27), 4, margin=0.05)
+    loads = ep.Load(np.random.default_rng(28).normal(size=(4, 3)) * 20, at=[0, 0, -0.3], frame="arm")
+    for split in ("elastic", "elastic_locked"):
+        stack = worn.reaction(poses, load=loads, split=split, centre_offset=OFFSET)
+        for k in range(4):
+            one = worn.reaction(
+                poses[k], load=ep.Load(loads.force[k], at=[0, 0, -0.3], frame="arm"), split=split, centre_offset=OFFSET
+            )
+            np.testing.assert_allclose(one.shoulder_force, stack.shoulder_force[k], rtol=1e-9, atol=1e-9)
+    again = pickle.loads(pickle.dumps(stack))
+    np.testing.assert_array_equal(again.centre_displacement, stack.centre_displacement)
 
 
 def test_a_guide_bears_a_share_of_its_bending_moment_and_of_its_torque(worn):

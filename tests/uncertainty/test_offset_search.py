@@ -1,0 +1,51 @@
+"""The worst offset of forces in closed form, given in radii of the ball: curved ones, unbounded ones, ones that end."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exo_pin.uncertainty.offset_search import worst_offset
+
+RADIUS = 0.015
+#: More than 14° from each of the 26 directions that are asked first.
+SKEW = np.array([0.9, 0.38, 0.2]) / np.linalg.norm([0.9, 0.38, 0.2])
+WAY = np.array([3.0, -2.0, 6.0])
+
+
+def unknown(x):
+    return np.full(len(x), np.nan)
+
+
+def searched(size, determinant=unknown, answered=None, held=None):
+    """The worst offset and the least |F_s|, N, of forces ``size`` along WAY."""
+    asked = []
+
+    def answers(offsets):
+        asked.append(offsets)
+        x = offsets / RADIUS
+        ok = np.ones(len(x), dtype=bool) if answered is None else answered(x)
+        with np.errstate(divide="ignore"):
+            force = np.where(ok, size(x), np.nan)[:, None] * WAY / 7.0
+        return SimpleNamespace(
+            shoulder_force=force, magnitude=np.linalg.norm(force, axis=1), determinant=determinant(x), has_answer=ok,
+            held=ok if held is None else held(x),
+        )  # fmt: skip
+
+    worst, least = worst_offset(answers, RADIUS)
+    assert worst.radius == RADIUS
+    np.testing.assert_array_equal(asked[0], RADIUS * np.array([np.zeros(3), *worst.directions]))
+    own = np.linalg.norm(answers(asked[0][1:]).shoulder_force, axis=1)
+    np.testing.assert_array_equal(worst.magnitudes, own)
+    assert max(np.abs(x).max() for x in asked) < 1.001 * RADIUS
+    return worst, least
+
+
+def test_a_search_may_run_into_offsets_without_an_answer_and_loses_its_hold_anywhere():
+    grows = lambda x: 40.0 * np.exp(x @ SKEW)  # noqa: E731
+    worst, _ = searched(grows, answered=lambda x: x @ SKEW < 0.99)
+    assert worst.magnitude == np.inf
+    assert worst.offset @ SKEW >= 0.99 * RADIUS
+    worst, _ = searched(grows, held=lambda x: x @ SKEW > -0.99)
+    assert worst.magnitude == pytest.approx(40.0 * np.e)
+    assert not worst.holds

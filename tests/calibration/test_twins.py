@@ -76,6 +76,25 @@ def test_twins_are_those_of_the_derivation(unknowns, limbs, count):
     assert not found.contradiction
 
 
+def test_design_that_is_as_near_to_one_device_as_to_another_decides_nothing():
+    rng = np.random.default_rng(67)
+    exo = random_exo(rng, 3)
+    geometry = exo.geometry
+    # Half-way between A_1, B_1 and the pair with their distances exchanged, nearly.
+    a, b = geometry.base_points.copy(), geometry.platform_points.copy()
+    ratio = np.linalg.norm(b[0]) / np.linalg.norm(a[0])
+    a[0], b[0] = a[0] * (0.55 + 0.45 * ratio), b[0] * (0.55 + 0.45 / ratio)
+    nominal = exo.replace(geometry=geometry.replace(base_points=a, platform_points=b))
+    seen, lengths = measured(near(exo, rng, joints=0.0), Rotation.random(40, rng), rng, 3e-4)
+    found = ep.calibrate(seen, lengths, nominal, length_noise=3e-4)
+    assert not found.is_decided
+    assert "does not decide" in found.verdict
+    assert min(error(device, near(exo, rng, joints=0.0)) for device in found.devices) < 0.01
+    # A tolerance says what the design knows.
+    tight = ep.calibrate(seen, lengths, exo, length_noise=3e-4, tolerances=dict.fromkeys(JOINTS, 0.003))
+    assert tight.device_count == 1
+
+
 def every_minimum(model, seen, lengths, rng, starts):
     """Sums of squares and values of minima, by SciPy from random starts all over the place."""
     measured_matrices = seen.as_matrix()

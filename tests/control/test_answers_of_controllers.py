@@ -54,6 +54,7 @@ def actions():
             pad=lambda: control.Padding(damping_time=-1.0, source="a test"),
             radius=lambda: control.Padding(damping_time=0.1, mass=-1.0, source="a test"),
             torso=lambda: control.Torso(3), acceleration=lambda: control.Torso(PATH, 3),
+            part=lambda: control.Torso(None, lambda t: np.array([0.0, np.nan, 1.0])).at(0.5, np.zeros(3)),
         ),
     )  # fmt: skip
 

@@ -167,6 +167,7 @@ def cases():
             "offset": lambda: path.offset(poses),
             "above": lambda: path.at([0.5, 2.0 + 2e-7]),
             "below": lambda: path.at(0.1 - 2e-7),
+            "plain": lambda: CentrePath([0.1, 0.2], [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]),
             "one elevation": lambda: CentrePath([0.1], [[0, 0, 0]]),
             "fewer": lambda: CentrePath([0.1, 0.2], [[0, 0, 0]] * 3),
             "falling": lambda: CentrePath([0.2, 0.1], [[0, 0, 0]] * 2),

@@ -2,7 +2,9 @@
 
 import re
 from dataclasses import fields
+from unittest import mock
 
+import fpdf
 import pytest
 from answers import changes, each_of
 from places import URDF
@@ -33,6 +35,28 @@ def pages(tmp):
     return re.sub(r"exo_pin [\d.]+.*", "", text)
 
 
+def laid_out(tmp):
+    """Where on the pages every text and picture begins, in what size, and how wide and high it is."""
+    found = []
+
+    def noted(name):
+        method = getattr(fpdf.FPDF, name)
+
+        def call(self, *places, **more):
+            sizes = [each for each in (*places, *more.values()) if type(each) in (int, float)]
+            here = [name, [self.page, self.get_x(), self.get_y(), self.font_size_pt, *sizes]]
+            found.extend([here] * (here not in found))
+            return method(self, *places, **more)
+
+        return call
+
+    exo = load("four-linear-actuators-worn").worn_by(MAN)
+    names = ("add_page", "cell", "image", "multi_cell")
+    with mock.patch.multiple(fpdf.FPDF, **{name: noted(name) for name in names}):
+        exo.report(ep.Wearer(1.6, 55, "female"), 45.0).save(tmp / "report.pdf")
+    return found
+
+
 def refusals():
     exo = load("four-cables")
     return refused(
@@ -57,6 +81,7 @@ ASKED = {
     "of_a_support": of_a_support,
     "of_nobody": lambda: told(load("prototype").report()),
     "of_hinges": lambda: told(load("serial-y-x-z").replace(arm=ep.Arm(3.1, [0.0, 0.01, -0.2])).report()),
+    "of_singular_poses": lambda: told(load("scenario-one").worn_by(MAN).report()),
     "of_unknown_limits": lambda: told(load("appendix-d").report()),
     "refusals": refusals,
 }
@@ -69,6 +94,7 @@ def test_an_answer_is_as_stored(name):
 
 
 @pytest.mark.full
-def test_a_page_is_as_stored(tmp_path):
+@pytest.mark.parametrize("question", [pages, laid_out])
+def test_pages_are_as_stored(question, tmp_path):
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
-    assert not changes(__file__, "pages", lambda: pages(tmp_path))
+    assert not changes(__file__, question.__name__, lambda: question(tmp_path))

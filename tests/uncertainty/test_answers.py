@@ -137,8 +137,11 @@ def asked_of_all_at_once():
     def total(exo, draws=14, **options):
         return spread(exo.total_uncertainty(exo.pose(60, 30), **{"draws": draws, "uncertainties": stated} | options))
 
+    soft = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    springs = {"split": "elastic", "uncertainties": CERTAIN | {"springs_percent": 30.0, "mass_percent": 4.0}}
     return each(
         left=lambda: total(WORN, seed=3, load=LOAD),
+        springs=lambda: total(soft, 8, **springs),
         right=lambda: total(right, seed=3)[3:],
         few=lambda: total(WORN, 7),
         seed=lambda: total(WORN, seed=-1),

@@ -251,6 +251,7 @@ def searches_of_wrists():
         searched(linear, joints, "weakest_rate", names=("singularity",), fit_strokes=False, centre_offset=(None, off)),
         searched(cables, joints, ("peak_shoulder_force", "median_moment_margin"), linear.pose([0.0, 40.0], 10.0)),
         searched(cables, joints, ("device_mass", "mean_shoulder_force"), budget=72),
+        searched(cables, joints, "worst_margin", names=("singularity", "forces")),
     ]  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """Answers on how sure the force in the shoulder is, as stored: each quantity, the worst offset, all at once."""
 
 import numpy as np
+import pytest
 from answers import changes, each_of
 from asked_together import each, tried
 from guided_limbs import guided
@@ -152,12 +153,20 @@ def asked_of_all_at_once():
     )
 
 
+def asked_of_muscles():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    person = ep.Person(1.755, 85, "male")
+    stated = CERTAIN | NO_PLACES | {"offset_mm": 4.0, "mass_percent": 4.0}
+    return spread(WORN.total_uncertainty(WORN.pose(60, 30), person, draws=8, uncertainties=stated))
+
+
 ASKED = {
     "each": asked_of_each,
     "soft_parts": asked_of_soft_parts,
     "devices": asked_of_devices,
     "wrong_questions": asked_of_wrong_questions,
     "all_at_once": asked_of_all_at_once,
+    "muscles": asked_of_muscles,
 }
 #: Those that take longer than 0.15 s.
 LONGER = set(ASKED)

@@ -112,6 +112,8 @@ def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads, s
 _STRAIGHT = np.radians(1.0)
 #: Time either way in which the rate of the muscles' lengths is taken, s: rounding of lengths is 1e-11 m/s then.
 _INSTANT = 1e-5
+#: Moments of an arm of which less is left are rounding, N m.
+_NO_MOMENT = 1e-6
 #: Poses that are sent to a worker at once; each takes some milliseconds.
 _BLOCK = 16
 #: Programs whose answers are kept, some kB each: designs that are compared ask for the same arm in the same poses.
@@ -364,7 +366,7 @@ def _without_muscles(arm: _Arm, action: DeviceAction, out: _Solved) -> _Solved:
 
 
 def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool) -> FloatArray:
-    """What the moment balance misses, over the sum of the sizes of its terms."""
+    """What the moment balance misses, over the sum of the sizes of its terms, or over what is rounding."""
     terms = balance.rows * a[:, None, :]
     outer = balance.constant.copy()
     outer[:, :3] += wrench[:, 3:]
@@ -372,4 +374,4 @@ def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool
     if stopped:
         miss[:, 3] = np.maximum(miss[:, 3], 0.0)
     size = np.abs(terms).sum(axis=(1, 2)) + np.abs(outer).sum(axis=1)
-    return np.asarray(np.abs(miss).max(axis=1) / np.where(size > 0.0, size, 1.0))
+    return np.asarray(np.abs(miss).max(axis=1) / np.maximum(size, _NO_MOMENT))

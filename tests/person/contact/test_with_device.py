@@ -41,3 +41,10 @@ def test_side_forces_of_the_mirror_image_have_the_other_sign(device):
     for one, other in ((left, right), (right, left)):
         assert np.allclose(one.mirrored().constraint_forces, other.constraint_forces, atol=1e-4)
         assert np.allclose(one.mirrored().device_wrench, other.device_wrench, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["four-cables", "prototype"])
+def test_an_arm_that_hangs_without_a_moment_misses_none(name):
+    exo = ep.load(name)
+    found = exo.joint_contact(exo.pose(0, 0, 0), ep.Person(1.75, 75, "male", strength=0.0), limits="none")
+    assert found.residual < 1e-6

@@ -2,7 +2,7 @@
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each, tried
+from asked_in_turn import in_turn, tried
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -134,7 +134,7 @@ def spoilt(limb=None, pose=None, size=0.0, noise=NOISE, count=24, stated=NOISE, 
 
 
 def asked_of_contradictions():
-    return each(
+    return in_turn(
         outlier=lambda: spoilt(1, 7, 0.01),
         limb=lambda: spoilt(2, size=0.004),
         unstated=lambda: spoilt(noise=6e-4, stated=None),
@@ -211,7 +211,7 @@ def mixed(change):
 
 
 def asked_of_mix_ups():
-    return each({name: lambda change=change: mixed(change) for name, change in MIXED.items()})
+    return in_turn({name: lambda change=change: mixed(change) for name, change in MIXED.items()})
 
 
 def asked_of_lengths():
@@ -221,7 +221,7 @@ def asked_of_lengths():
         return len(ep.calibrate(arm, given, exo, **{"unknowns": ("base_points",)} | options).devices)
 
     one = np.where(np.arange(3) == 1, 1000.0, 1.0)
-    return each(
+    return in_turn(
         units=lambda: tried(
             lambda factor: calibrated(factor * lengths), 1000.0, 100.0, 1.0 / 0.0254, 1e-3, 1.0 / 25.4, 0.1, 20.0, 0.5
         ),
@@ -267,7 +267,7 @@ def asked_of_pose_choice():
             str(found).splitlines()[0],
         )
 
-    return each(
+    return in_turn(
         twelve=lambda: chosen(12),
         four=lambda: chosen(4, WORN, unknowns=("base_offset", "cuff_offset"), orientation_noise=2e-3),
         tolerant=lambda: chosen(3, tolerances={"base_points": 0.002}),

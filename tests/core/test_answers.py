@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each, tried
+from asked_in_turn import in_turn, tried
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -181,7 +181,7 @@ def asked_of_checks():
         "an_error": tried(lambda x: v.require_type("x", x, errors.InvalidInput), 3),
         "expected": tried(lambda x: v.require_type("x", x, int, "a number of limbs"), 3, "a"),
         "types": tried(lambda kind: v.require_types(Own(), length=kind, mass=kind | None), int, float),
-        "broadcast": each(
+        "broadcast": in_turn(
             fits=lambda: v.broadcast(a=[[1.0], [2.0]], b=[3, 4]),
             not_=lambda: v.broadcast(a=[1.0, 2.0], b=[1.0, 2.0, 3.0]),
             infinite=lambda: v.broadcast(a=[np.inf]),
@@ -248,7 +248,7 @@ def asked_of_angles():
         "other": tried(
             lambda given: c.refuse_other_side(given, "left"), {}, {"side": "left"}, {"side": "right"}, {"side": "x"}
         ),
-        "shapes": each(
+        "shapes": in_turn(
             wrong=lambda: c.shoulder_rotation([1, 2], [1, 2, 3], 0),
             none=lambda: c.shoulder_angles(3),
             side=lambda: c.shoulder_rotation(1, 2, 3, "both"),

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each, tried
+from asked_in_turn import in_turn, tried
 from numpy.typing import ArrayLike, NDArray
 
 import exo_pin as ep
@@ -89,7 +89,7 @@ def without():
 def asked_of_calls():
     return {
         name: tried(lambda value, name=name: failing(**{name: value}), *values) for name, values in GIVEN.items()
-    } | each(
+    } | in_turn(
         positional=lambda: failing(more=3) and asked_for_more("a", 3),
         unknown=without,
         too_large=lambda: failing(loud=2),

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 import pytest
 from answers import changes, each_of
-from asked_together import each
+from asked_in_turn import in_turn
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -329,7 +329,7 @@ def asked_of_schemas():
         "schema": s.schema_of(Answer),
         "named": s.schema_of(Part, "own")["$id"],
         "inputs": s.input_schemas(Asked),
-        "checked": each(
+        "checked": in_turn(
             {str(k): lambda d=d: s.checked_identifier(d, ["answer", "part"]) for k, d in enumerate(documents)}
         ),
         "names": [s.name_of(kind) for kind in (Answer, OneProcess, Unprintable)],
@@ -415,7 +415,7 @@ def asked_of_progress():
         return mapped(lambda x: x * x, list(range(count)), executor, "numbers", block=block)
 
     with ThreadPoolExecutor(2) as pool:
-        found = each(
+        found = in_turn(
             {
                 f"{count} by {block}": lambda count=count, block=block: squares(count, pool, block)
                 for count, block in ((0, 1), (5, 1), (5, 2))

@@ -47,13 +47,33 @@ def in_a_folder(question):
 
 def in_turn(asked=(), /, **more):
     """Answers by name; of a question that is refused the kind of error and its words."""
-    found = {}
-    for name, question in {**dict(asked), **more}.items():
-        try:
-            found[name] = question()
-        except (ep.ExoPinError, NotImplementedError) as error:
-            found[name] = f"{type(error).__name__}: {error}"
-    return found
+    return {name: _answered(question) for name, question in {**dict(asked), **more}.items()}
+
+
+def refused(*questions):
+    """The same of questions without names."""
+    return [*map(_answered, questions)]
+
+
+def tried(question, *values):
+    """Answers of one question for several values, by their text where it is short, else by their place."""
+    texts = [str(value) if len(str(value)) <= 40 else f"value {k}" for k, value in enumerate(values)]
+    return {text: _answered(lambda value=value: question(value)) for text, value in zip(texts, values, strict=True)}
+
+
+def with_files(question, **contents):
+    """The answer of a question that is asked in a new folder with files of these texts, "_" for the dot of a name."""
+    with folder():
+        for name, content in contents.items():
+            Path(".".join(name.rsplit("_", 1))).write_text(content, encoding="utf-8")
+        return _answered(question)
+
+
+def _answered(question):
+    try:
+        return question()
+    except (ep.ExoPinError, NotImplementedError, TypeError, ValueError) as error:
+        return f"{type(error).__name__}: {error}"
 
 
 def of_run(run, *more):

@@ -7,8 +7,8 @@ from unittest import mock
 import fpdf
 import pytest
 from answers import changes, each_of
+from asked_in_turn import refused
 from places import URDF
-from refusals import refused
 
 import exo_pin as ep
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from answers import changes, each_of
+from asked_in_turn import refused
 from places import URDF
-from refusals import refused
 
 import exo_pin as ep
 from exo_pin.study import StudyTable, adl_box, compare, evaluate, non_dominated, sweep

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from answers import changes, each_of
-from asked_together import each, tried
+from asked_in_turn import in_turn, tried
 from guided_limbs import guided
 from places import URDF
 
@@ -62,7 +62,7 @@ def asked_of_soft_parts():
     exo = guiding()
     serial = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     stated = {"offset_mm": 0.0, "guides_percent": 25.0, "B_mm": 0.0, "pose_deg": 0.0, "centre_of_mass_mm": 3.0}
-    return each(
+    return in_turn(
         guides=lambda: told(exo.uncertainty(exo.pose(60, 30), split="elastic", uncertainties=stated)),
         cuff=lambda: told(
             serial.uncertainty(serial.pose(50, 30), split="elastic", uncertainties=CERTAIN | {"springs_percent": 30.0})
@@ -76,7 +76,7 @@ def asked_of_devices():
         "limits": "none",
         "uncertainties": CERTAIN | {"spring[strut,1]_mm": 3.0, "spring_mm": 2.0, "mass_percent": 7.0},
     }
-    return each(
+    return in_turn(
         support=lambda: told(support.uncertainty(support.pose(30, 45, 30), **two)),
         right=lambda: right.uncertainty(right.pose(30, 45, 30), **two).columns(),
         offset=lambda: told(
@@ -97,7 +97,7 @@ def asked_of_wrong_questions():
     def asked(**stated):
         return [effect.name for effect in WORN.uncertainty(pose, uncertainties=certain | stated).effects]
 
-    return each(
+    return in_turn(
         percent=lambda: tried(lambda size: asked(mass_percent=size), 99.0, 100.0, -1.0),
         unknown=lambda: asked(mas_percent=3.0),
         no_load=lambda: asked(load_percent=3.0),
@@ -140,7 +140,7 @@ def asked_of_all_at_once():
 
     soft = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
     springs = {"split": "elastic", "uncertainties": CERTAIN | {"springs_percent": 30.0, "mass_percent": 4.0}}
-    return each(
+    return in_turn(
         left=lambda: total(WORN, seed=3, load=LOAD),
         springs=lambda: total(soft, 8, **springs),
         right=lambda: total(right, seed=3)[3:],

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 import pytest
 from answers import changes, each_of
+from asked_in_turn import refused
 from places import URDF
-from refusals import refused
 
 import exo_pin as ep
 from exo_pin.cli import main

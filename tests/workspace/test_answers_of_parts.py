@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
+from asked_in_turn import refused
 from places import URDF
-from refusals import refused
 
 import exo_pin as ep
 from exo_pin.workspace import free_joints, lifting_poses, starting_design, workspace

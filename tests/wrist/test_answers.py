@@ -2,7 +2,7 @@
 
 import numpy as np
 from answers import changes, each_of
-from refusals import refused
+from asked_in_turn import refused
 from wrists import heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from answers import changes, each_of
-from asked_together import each, tried, with_files
+from asked_in_turn import in_turn, tried, with_files
 
 from exo_pin import FileFormatError
 from exo_pin.core.files import (
@@ -51,7 +51,7 @@ def parsed(text):
 def asked_of_csv():
     cells = "a,b,c\n{},1,2\n"
     values = ("1_0", "inf", "nan", "", "N/A", "null", "-.5e-3", "5.", ".", "+7", "1e999", "٣", "x" * 90)
-    return each(
+    return in_turn(
         {name: lambda text=text: parsed(text) for name, text in TEXTS.items()},
         numbers=lambda: parse_csv("a,b,c\n1,2,3\n4,5,6\n", None).numbers(["c", "a"]),
         missing=lambda: parse_csv("a,b\n1,2\n", "own.csv").numbers(["c", "a", "d"]),
@@ -69,7 +69,7 @@ def asked_of_csv():
 
 def answered(text):
     table = parse_csv(text, None)
-    return each(strict=lambda: table.numbers(["a"]), gaps=lambda: table.numbers(["b", "a"], gaps=True))
+    return in_turn(strict=lambda: table.numbers(["a"]), gaps=lambda: table.numbers(["b", "a"], gaps=True))
 
 
 KNOWN = {"s": "s", "ms": "ms", "°": "deg", "deg": "deg", "n": "N"}
@@ -126,7 +126,7 @@ def in_bytes(content):
 def asked_of_dialects():
     text = "Kraft in °,b\n1,2\n" + 6 * "100,2\n"
     few = "aaaaaaaaaaaaa,bbbbbb\n" + 3 * "1,2\n"
-    return each({name: lambda text=text: laid_out(text) for name, text in DIALECTS.items()}) | {
+    return in_turn({name: lambda text=text: laid_out(text) for name, text in DIALECTS.items()}) | {
         "utf_16": in_bytes(text.encode("utf-16")),
         "utf_16_bare": in_bytes(text.encode("utf-16-le")),
         "big_endian": in_bytes(b"\xfe\xff" + text.encode("utf-16-be")),
@@ -136,7 +136,7 @@ def asked_of_dialects():
         "foreign": in_bytes(few.replace("a", "°", 3).encode("cp1252")),
         "zeros": in_bytes(b"\xb0a\x00b\n1,2\n"),
         "one_line": in_bytes(b"\xb0abc,aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"),
-        "late": each(
+        "late": in_turn(
             header=lambda: laid_out("".join(f"{k}\n" for k in range(199)) + "a,b\n" + 300 * "1,2\n")[1],
             too_late=lambda: laid_out("".join(f"{k}\n" for k in range(200)) + "a,b\n" + 300 * "1,2\n")[1],
         ),
@@ -227,7 +227,7 @@ def named(error):
 
 
 def asked_of_toml():
-    return each(
+    return in_turn(
         {name: lambda ask=ask: ask(table()) for name, ask in TABLES.items()},
         quantities=lambda: " ".join(f"{name}: {ask():.6g}" for name, ask in QUANTITIES.items()),
         levels=lambda: [tried(lambda n: parse_toml(nested(n), "own.toml").content["a"] == [[]], 31, 32, 33)],
@@ -246,7 +246,7 @@ def asked_of_toml():
         written=lambda: with_files(lambda: (write_toml("own.toml", {"a": {"b": 2.5}}), read_toml("own.toml").content)),
         not_written=lambda: with_files(lambda: write_toml("own.toml", {"a": "\x07"})),
         text=lambda: toml_text({"a": [1, 2], "b": {"c": "d"}}),
-        named=lambda: each(
+        named=lambda: in_turn(
             {str(k): lambda error=error: named(error) for k, error in enumerate((FileFormatError("x"), as_error()))}
         ),
     )
@@ -290,7 +290,7 @@ def asked_of_paths():
         return endings()
 
     return {
-        "stems": each({str(k): lambda name=name: len(as_file_stem(name)) for k, name in enumerate(stem)}),
+        "stems": in_turn({str(k): lambda name=name: len(as_file_stem(name)) for k, name in enumerate(stem)}),
         "wrote": with_files(wrote),
         "kinds": with_files(question, own_txt="\ufeffone"),
     }

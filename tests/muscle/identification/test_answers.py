@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each, tried
+from asked_in_turn import in_turn, tried
 from some_muscles import WIDE
 
 from exo_pin.muscle import (
@@ -59,7 +59,7 @@ def told(fit):
 
 
 def asked_of_fits():
-    return each(
+    return in_turn(
         fit=lambda: states(diameter=0.0065, name="mine", source="a rig"),
         region=lambda: states(WORN, among=ALL, select="region"),
         intervals=lambda: states(powers=((1, 1), (0, 1), (0, 0))).intervals(0.9),
@@ -102,7 +102,7 @@ def asked_of_regions():
     def region(force=1.0, among=ALL, **options):
         return find_region(among.contraction, among.pressure, among.force * force, 0.3, **options)
 
-    return each(
+    return in_turn(
         all=region,
         strict=lambda: region(WORN, level=0.2),
         lax=lambda: region(WORN, level=1e-9),
@@ -226,22 +226,22 @@ def dynamic_questions():
 
 
 def asked_of_dynamic_fits():
-    return each(dynamic_questions())
+    return in_turn(dynamic_questions())
 
 
 def asked_of_dynamic_calls():
-    return each({name: question for name, question in dynamic_questions().items() if name not in ("two", "heavy")})
+    return in_turn({name: question for name, question in dynamic_questions().items() if name not in ("two", "heavy")})
 
 
 def asked_of_doubted_recordings():
-    return each(heavy=dynamic_questions()["heavy"])
+    return in_turn(heavy=dynamic_questions()["heavy"])
 
 
 def asked_of_recordings():
     step = PressureStep(2.6e5, 4.0e5, 0.05, 0.03)
     seen = np.array([-0.001, 0.012, 0.03])
     plain = Recording([0.0, 0.2, 0.35], seen, step, 1.3)
-    return each(
+    return in_turn(
         plain=lambda: plain.residual(TRUE),
         start=lambda: replace(plain, start=0.02).residual(TRUE),
         trace=lambda: Recording([0.0, 0.2, 0.35], seen, [2e5, 2.2e5, 2.1e5], 1.3).residual(TRUE),

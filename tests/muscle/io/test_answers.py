@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each, with_files
+from asked_in_turn import in_turn, with_files
 from some_muscles import CONSTANT, LAWS, SLIDING
 
 from exo_pin.muscle import (
@@ -74,7 +74,7 @@ def asked_of_files():
             name: with_files(lambda: brief(load_parameters("own.toml")), own_toml=plain.replace(*swap))
             for name, swap in swaps.items()
         }
-        | each(
+        | in_turn(
             scaled=lambda: save_parameters(braid, "own.toml"),
             extra=lambda: with_files(
                 lambda: written(save_parameters, muscle_model("best"), identification={"rms_N": 0.4})[-3:]
@@ -92,7 +92,7 @@ def written_text(name):
     content = with_files(
         lambda: written(save_parameters, replace(LAWS[name], nominal_length=None, notes=("one",), source="two"))
     )
-    return content["answer"]
+    return content
 
 
 BRAID = """name = "by angle"
@@ -139,7 +139,7 @@ def asked_of_dynamic_files():
         "no_name": ("name", "#"),
     }.items():
         found[name] = with_files(lambda: short(load_dynamic("own.toml")), own_toml=plain.replace(*swap))
-    return found | each(
+    return found | in_turn(
         published=lambda: [short(dynamic_model(name)) for name in dynamic_models()],
         no_such=lambda: dynamic_model("tang-3-32"),
         no_model=lambda: save_dynamic(muscle_model("best"), "own.toml"),
@@ -161,7 +161,7 @@ def asked_of_tables():
         return parts, shown.present.sum(axis=0), shown.values, shown.errors_percent, shown.groups.reshape(-1, 5)
 
     heads = table("3-1")
-    return each({name: lambda name=name: sheet(name) for name in tables()}) | each(
+    return in_turn({name: lambda name=name: sheet(name) for name in tables()}) | in_turn(
         heads=lambda: (heads.row_numbers, heads.column_numbers, heads.row("0.4"), heads.row("4")),
         no_row=lambda: heads.row("0.5"),
         no_table=lambda: table("3-5"),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_together import each
+from asked_in_turn import in_turn
 from some_muscles import COMMON, CONSTANT, LAWS, RUBBING, SHEET, SLIDING, WIDE
 
 from exo_pin.muscle import (
@@ -31,7 +31,7 @@ def marked(values):
 def asked_of_law(law):
     x, p = np.array([-0.013, 0.0, 0.021, 0.047, 0.061]), np.array([1.3e5, 0.4e5, 3.1e5, 5.2e5, 2.6e5])
     forces = np.array([4.0, 9.0, 31.0, 56.0, 0.5])
-    return each(
+    return in_turn(
         force=lambda: marked(law.force(x, p, "mark")),
         beyond=lambda: law.force([-0.07, 0.09, 0.07, 0.0], [2e5, 4e5, 1e5, 0.0], "mark").data,
         stiffness=lambda: marked(law.stiffness(x, p, "mark")),
@@ -89,7 +89,7 @@ def asked_of_ranges():
     near = 1.0 + 1e-9 * np.array([-1.15, -0.95, 0.95, 1.15])
     none, push = Validity(strain=(0.1, 0.3), pressure=(1e5, 4e5)), 1e-9 * np.array([-1.15, -0.95])
     state = {"strain": np.full(4, 0.2), "pressure": np.full(4, 2e5)}
-    return each(
+    return in_turn(
         strain=lambda: [none.contains(bound * near, state["pressure"]) for bound in none.strain],
         pressure=lambda: [none.contains(state["strain"], bound * near) for bound in none.pressure],
         push=lambda: none.contains(state["strain"][:2], state["pressure"][:2], push),
@@ -125,7 +125,7 @@ def asked_of_ranges():
 
 def asked_of_friction():
     x, v, p = np.array([0.03, 0.045, 0.05, 0.17]), np.array([0.0, 0.1, -0.1, 1.0]), np.array([2.2e5, 2.8e5, 3e5, 9e5])
-    return each(
+    return in_turn(
         records=lambda: (RUBBING, SLIDING.damping, ConstantFriction(), ConstantFriction(0.0)),
         force=lambda: {
             name: [marked(each) for each in law.force(x, v, p, 1.4, "mark")]
@@ -171,7 +171,7 @@ def asked_of_limb():
     limb = Muscle(model=muscle_model("best", 0.26), end_fitting=0.07, supply_pressure=3.3e5, least_pressure=1.9e5)
     lengths = [0.29, 0.277, 0.3]
     bare, unknown = Muscle(model=LAWS["sheet"], end_fitting=0.0), Muscle(model=LAWS["sheet"], end_fitting=None)
-    return each(
+    return in_turn(
         limb=lambda: limb,
         bare=lambda: (
             bare.supply,
@@ -203,7 +203,7 @@ def asked_of_air():
     unit = ValveUnit(fill=valve, vent=choke, restrictor=Valve(2.2e-9, 0.2))
     high = [6e5, 6e5, 6e5, 6e5, 1e5, 5.9999e5, 0.0, 5e5]
     two = replace(unit, layout="fill and vent", restrictor=None)
-    return each(
+    return in_turn(
         flow=lambda: 1e3 * valve.flow(high, [1e5, 1.86e5, 1.9e5, 5.97e5, 5e5, 6e5, 0.0, 4.9951e5]),
         close=lambda: 1e5 * valve.flow(6e5, 6e5 * np.array([0.9988, 0.99899, 0.99901, 0.9995])),
         default=lambda: Valve(1e-9).critical_ratio,
@@ -238,7 +238,7 @@ def asked_of_air():
 
 ASKED = {
     "laws": lambda: {name: asked_of_law(law) for name, law in LAWS.items()},
-    "refused": lambda: each(REFUSED_LAWS),
+    "refused": lambda: in_turn(REFUSED_LAWS),
     "ranges": asked_of_ranges,
     "friction": asked_of_friction,
     "limb": asked_of_limb,

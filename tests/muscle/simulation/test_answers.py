@@ -2,7 +2,7 @@
 
 import numpy as np
 from answers import answer, changes, each_of
-from asked_together import each
+from asked_in_turn import in_turn
 from some_muscles import CONSTANT, RUBBING
 
 from exo_pin.muscle import (
@@ -24,7 +24,7 @@ def asked_of_pressures():
     step, jump = PressureStep(1e5, 3e5, 0.2, 0.15), PressureStep(1e5, 3e5, 0.2)
     trace = PressureTrace([0.1, 0.2, 0.25, 0.5], [1e5, 3e5, 2.2e5, 2.5e5])
     times = [0.0, 0.1, 0.2, 0.21, 0.4, 0.7]
-    return each(
+    return in_turn(
         {
             name: lambda one=one: (
                 [(one(t), one.before(t)) for t in times],
@@ -58,12 +58,12 @@ def spring(friction=2.5, damping=(0.0, 0.0), stiffness=800.0, pull=60.0):
 
 def response(model, mass, step, seconds, **options):
     run = simulate(model, mass, step, np.linspace(0.0, seconds, 21), **{"outside": "mark"} | options)
-    return run, each(settled=lambda: [str(round(run.settling_time(band), 8)) for band in (0.02, 0.2)])
+    return run, in_turn(settled=lambda: [str(round(run.settling_time(band), 8)) for band in (0.02, 0.2)])
 
 
 def asked_of_motion():
     tang, even, constant = dynamic_model("tang-3-31"), PressureStep(3e5, 3e5), dynamic_model("tang-constant-friction")
-    return each(
+    return in_turn(
         lifted=lambda: response(tang, 1.3, PressureStep(2.2e5, 3.4e5, 0.05, 0.04), 0.6, outside="raise"),
         jump=lambda: response(tang, 1.3, PressureStep(2.2e5, 3.4e5, 0.05), 0.2)[0].contraction,
         dropped=lambda: response(constant, 1.0, PressureStep(3e5, 0.0, 0.1), 0.5, contraction=0.05),
@@ -89,7 +89,7 @@ def asked_of_starts():
         run = simulate(law, mass, step, times, outside="mark", **options)
         return 1e3 * run.contraction, run.mode, run.at_rest, run.inside
 
-    return each(
+    return in_turn(
         rest=lambda: [start(mass) for mass in (1.1, 3.3, 9.0)],
         jump=lambda: start(1.3, PressureStep(2.5e5, 3e5)),
         light=lambda: start(0.01, law=CONSTANT),

@@ -89,10 +89,9 @@ def asked_of_files():
 
 
 def written_text(name):
-    content = with_files(
+    return with_files(
         lambda: written(save_parameters, replace(LAWS[name], nominal_length=None, notes=("one",), source="two"))
     )
-    return content
 
 
 BRAID = """name = "by angle"

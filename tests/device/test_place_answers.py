@@ -262,6 +262,13 @@ def gives_way():
             "too many": lambda: asked(chain, 40, 30, **locked),
             "rigid": lambda: asked(serial, 60, 30, split="elastic"),
             "guide and spring": lambda: asked(ep.ShoulderExo.from_device(guided), 20, split="elastic"),
+            "two drives": lambda: asked(
+                bare.replace(drives=bare.device.drives[:2], arm=ep.Arm(3.1, [0.0, 0.0, -0.2]), **on_cuff),
+                [0.0, 50.0, 0.0],
+                [0.0, 30.0, 40.0],
+                split="elastic",
+                limits="none",
+            ),
             "little is left": lambda: asked(bent, 30, 30),
             "begins to move": lambda: asked(
                 serial, 60, 30, motion=ep.Motion([0, 0, 0], [1.0, -2.0, 0.5]), limits="none"

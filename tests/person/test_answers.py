@@ -219,6 +219,8 @@ def refused_contact():
         zeros, side_forces=2), least=lambda: one(np.zeros(6), wrench, zeros, zeros, least="force"),
         poses=lambda: MAN.joint_contact(POSES[:2], device=ACTION),
         weak=lambda: replace(MAN, strength=0.0).joint_contact(POSES, device=ACTION),
+        outside=lambda: MAN.joint_contact(ep.shoulder_rotation([-110, 150, 40], [44, -62, 30], [73, 106, 10], "left",
+        degrees=True), outside="mark").status,
         share=lambda: ep.load("prototype").joint_contact(POSES, MAN, 1.1), gravity=lambda: MAN.joint_contact(POSES,
         gravity=9.81),
     )  # fmt: skip

@@ -123,6 +123,7 @@ def refusals():
         lambda: workspace(exo.device, True),
         lambda: ep.Criteria(least_margin=-0.1),
         lambda: ep.Criteria(least_twin_angle=0.0),
+        lambda: ep.Criteria(socket=3.0),
         lambda: ep.Criteria(largest_pull_out=-1.0),
         lambda: ep.Criteria(stroke_rule="some"),
         lambda: ep.Criteria(wearers=("a man",)),

@@ -198,7 +198,7 @@ class JointContact(Result, ReadOnly):
         Shape (..., 2), N m: the same for elbow flexion and pronation; of a wearer of strength 0 also in poses that the
         device holds, whose elbow something else has to hold.
     residual : ndarray
-        Shape (...): what the moment balance of the arm misses, relative to the sum of its terms (at least 1e-6 N m).
+        Shape (...): what the moment balance of the arm misses, relative to the sum of its terms.
     kkt, gap : ndarray
         Shape (...): violation of the optimality conditions and duality gap of the scaled program.
     body_weight : float

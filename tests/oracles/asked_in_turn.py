@@ -72,7 +72,7 @@ def with_files(question, **contents):
 def _answered(question):
     try:
         return question()
-    except (ep.ExoPinError, NotImplementedError, TypeError, ValueError) as error:
+    except (ep.ExoPinError, NotImplementedError) as error:
         return f"{type(error).__name__}: {error}"
 
 

@@ -15,7 +15,7 @@ def some_contact(size, *, status=None, **changes):
     vector = np.stack([0.0 * size, size, 0.0 * size], axis=-1)
     fields = {
         "force": vector,
-        "activations": np.where(nothing[..., None], np.nan, np.full((*shape, len(MUSCLES)), 0.125)),
+        "activations": np.where(nothing[..., None], np.nan, np.full((*shape, len(MUSCLES)), 0.13)),
         "muscle_forces": np.where(nothing[..., None], np.nan, np.full((*shape, len(MUSCLES)), 20.0)),
         "device_forces": np.zeros((*shape, 0)),
         "constraint_forces": np.zeros((*shape, 0)),

@@ -138,7 +138,7 @@ def bodies_of(source: Source, times: FloatArray, side: str, sensors: Mapping[str
         if name is not None:
             chosen[role] = found[name]
         elif given is not None and Path(given).is_file():
-            chosen[role] = _of_file(given, times)
+            chosen[role] = _of_file(given, times, source.period)
         elif given is not None:
             raise _unknown(source, found, f"no {role} {given!r}.")
     missing = [role for role in ("arm", "trunk") if role not in chosen]
@@ -179,17 +179,20 @@ def _guessed(source: Source, found: Mapping[str, FloatArray], role: str, side: s
     return own[0] if len(own) == 1 else None
 
 
-def _of_file(path: str, times: FloatArray) -> FloatArray:
-    """The one sensor of another file at given times, shape (N, 4); NaN outside its record."""
+def _of_file(path: str, times: FloatArray, period: float) -> FloatArray:
+    """The one sensor of another file at given times, shape (N, 4), by clocks that begin again after ``period``, s.
+
+    NaN outside its record.
+    """
     other = open_source(path)
     found = other.bodies()
     if len(found) != 1:
         raise FileFormatError(f"expected one sensor, got {len(found)}", path)
     values = next(iter(found.values()))
     clock = other.times(None, None)
-    if np.isfinite(other.period) and np.isfinite(clock).any() and np.isfinite(times).any():
+    if other.period == period < np.inf and np.isfinite(clock).any() and np.isfinite(times).any():
         # Of two files one may begin just after the clock has begun again.
-        clock = clock + other.period * np.round((np.nanmean(times) - np.nanmean(clock)) / other.period)
+        clock = clock + period * np.round((np.nanmean(times) - np.nanmean(clock)) / period)
     there = np.isfinite(values).all(axis=1) & np.isfinite(clock)
     rotations = np.full((len(times), 4), np.nan)
     if there.sum() > 1:

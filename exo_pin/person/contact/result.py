@@ -198,7 +198,8 @@ class JointContact(Result, ReadOnly):
         Shape (..., 2), N m: the same for elbow flexion and pronation; of a wearer of strength 0 also in poses that the
         device holds, whose elbow something else has to hold.
     residual : ndarray
-        Shape (...): what the moment balance of the arm misses, relative to the sum of its terms.
+        Shape (...): what the moment balance of the arm misses, relative to the sum of its terms, or to a
+        millionth of a newton metre where these are less.
     kkt, gap : ndarray
         Shape (...): violation of the optimality conditions and duality gap of the scaled program.
     body_weight : float

@@ -85,7 +85,7 @@ def _pose_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
             if not name.startswith("wearer about ")
         ]
     strongest = np.nan_to_num(np.max([r.activations for r in results], axis=0))
-    order = [k for k in np.argsort(-strongest)[:_LISTED] if strongest[k] >= _LEAST]
+    order = [k for k in np.argsort(-strongest, kind="stable")[:_LISTED] if strongest[k] >= _LEAST]
     for k in order:
         cells = [f"{_number(100.0 * float(r.activations[k]))} %" for r in results]
         rows.append([f"activation {results[0].muscles[k]}", *cells])

@@ -26,9 +26,7 @@ from ...wrist.forces.wrench_feasibility import moment_margin
 from ..answer import QUERY_STATUS
 from ..constraints.actuator_limits import PullLaws
 
-_INFEASIBLE, _OUT_OF_STROKE, _BEYOND = (
-    QUERY_STATUS.index(name) for name in ("infeasible", "out_of_stroke", "beyond_limits")
-)
+OUT_OF_STROKE, BEYOND = (QUERY_STATUS.index(name) for name in ("out_of_stroke", "beyond_limits"))
 #: Share of the largest tension by which a limit may be passed: rounding.
 _ROUNDING = 1e-9
 
@@ -69,6 +67,30 @@ def _greatest_pull(laws: PullLaws, i: int, contraction: float) -> float:
     return min(max(pull, 0.0), laws.ceiling[i])
 
 
+_NONE, _NO = np.empty(0), np.empty(0, dtype=np.bool_)
+#: No limits.
+UNLIMITED = CompiledLimits(
+    _NONE, _NONE, _NO, _NO, _NONE, _NONE, _NO, PullLaws(np.empty((0, 0)), _NONE, _NONE, _NONE, _NONE)
+)
+
+
+# What a limb can do stands here and below: handing all limits to a function for each limb would take longer.
+@kernel(inline=True)
+def limits_of_pose(limits: CompiledLimits, length: Any, low: Any, high: Any) -> bool:
+    """Fill the limits of the tensions at the lengths of a pose; whether all limbs can have these lengths."""
+    possible = True
+    for i in range(length.shape[0]):
+        upper, open_above = limits.upper[i], limits.open_above[i]
+        contraction = limits.laws.uncontracted[i] - length[i]
+        if limits.laws.least[i] <= contraction <= limits.laws.most[i]:
+            upper, open_above = _greatest_pull(limits.laws, i, contraction), False
+        if limits.lower[i] > upper and not open_above:
+            possible = False
+        possible = possible and not (length[i] < limits.shortest[i] or length[i] > limits.longest[i])
+        low[i], high[i] = min(limits.lower[i], upper), upper
+    return possible
+
+
 @kernel(stack=True)
 def check_limits(q: Any, base: Any, platform: Any, limits: CompiledLimits, f: Any, status: Any, unknown: Any) -> None:
     """Mark poses whose lengths or forces are beyond their limits in ``status``, and what is not known.
@@ -84,15 +106,14 @@ def check_limits(q: Any, base: Any, platform: Any, limits: CompiledLimits, f: An
     f : ndarray
         Tensions, shape (N, n), N.
     status, unknown : ndarray
-        Shape (N,), changed and written. "infeasible" rows have no forces; they stay so if their lengths are met.
+        Shape (N,), changed and written.
     """
     for k in range(q.shape[0]):
         unknown[k] = False
-        none = status[k] == _INFEASIBLE
-        if status[k] >= SINGULAR and not none:
+        if status[k] >= SINGULAR:
             continue
         largest = 0.0
-        for i in range(0 if none else base.shape[0]):
+        for i in range(base.shape[0]):
             largest = max(largest, abs(f[k, i]))
         slack, R = _ROUNDING * largest, rotation_matrix(q[k, 0], q[k, 1], q[k, 2], q[k, 3])
         long, long_for_sure, strong, open_ = False, False, False, False
@@ -113,17 +134,15 @@ def check_limits(q: Any, base: Any, platform: Any, limits: CompiledLimits, f: An
                 # A comparison with NaN is false.
                 open_ = True
             force = f[k, i]
-            if none:
-                continue
             if force < min(limits.lower[i], upper) - slack or force > upper + slack:
                 strong = True
             elif (limits.open_below[i] and force < -slack) or (open_above and force > slack):
                 open_ = True
-        sure = none or strong or (long and long_for_sure)
+        sure = strong or (long and long_for_sure)
         if long:
-            status[k] = _OUT_OF_STROKE
+            status[k] = OUT_OF_STROKE
         elif strong:
-            status[k] = _BEYOND
+            status[k] = BEYOND
         unknown[k] = not sure and (open_ or long)
 
 

@@ -46,7 +46,7 @@ from ...numerics.vectors import (
 from ...wrist.forces.force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 from ..answer import QUERY_STATUS
-from .limit_kernels import NOT_HELD, many_tensions_within, tensions_within
+from .limit_kernels import MET, NOT_HELD, CompiledLimits, limits_of_pose, many_tensions_within, tensions_within
 
 #: Poses of a block: few enough for their numbers to fit into the first cache.
 LANES = 64
@@ -221,8 +221,8 @@ GIVEN, BY_ACTUATOR = 0, 1
 
 @kernel(stack=True)
 def map_any(
-    q: Any, device: LimbPoints, terms: Terms, split: int, bounds: int, lower: Any, upper: Any, low_f: Any, high_f: Any,
-    out: Outputs,
+    q: Any, device: LimbPoints, terms: Terms, split: int, bounds: int, lower: Any, upper: Any,
+    limits: CompiledLimits, out: Outputs,
 ) -> None:  # fmt: skip
     """Any split of any number of limbs.
 
@@ -236,9 +236,10 @@ def map_any(
         One of the codes above.
     lower, upper : ndarray
         Bounds on g of "minimal", shape (N, n) or (1, n), N.
-    low_f, high_f : ndarray
-        Limits of f of "spherical", shape (N, n) or (1, n), N, or (0, n) for none. Poses in which no tensions meet them
-        get the code :data:`INFEASIBLE`; those in which rounding decides keep the tensions of least norm.
+    limits : CompiledLimits
+        Limits of f, of more than three limbs for "spherical" only. Poses in which no tensions meet them get the code
+        :data:`INFEASIBLE`; those in which rounding decides, or a limb cannot have its length, keep the tensions of
+        least norm.
     """
     base, upu = device.base, device.upu
     n, u = base.shape[0], upu.shape[0]
@@ -252,7 +253,7 @@ def map_any(
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
     work, w, limb_work = scratch(m), np.empty(ROWS * LANES), scratch(n)
     own_G, arms, moment, relief = np.empty((3, own)), np.empty(each), np.empty((2, 3)), np.empty((2, n))
-    limited = low_f.shape[0] > 0 and own > 0 and split == SPHERICAL
+    limited, low_f, high_f = limits.lower.shape[0] > 0 and own > 0 and split == SPHERICAL, np.empty(n), np.empty(n)
     radius = largest_radius(device.platform)
     for i in range(q.shape[0]):
         lane = np.uint64(i % LANES)
@@ -266,13 +267,15 @@ def map_any(
             spherical_forces(s, X, reach, F, M, f, shoulder, Q, U)
             g[:] = 0.0
             if limited:
-                row = min(i, low_f.shape[0] - 1)
-                if own <= FEW:
+                found = MET
+                if not limits_of_pose(limits, length, low_f, high_f):
+                    pass
+                elif own <= FEW:
                     room = (N, own_G, c, z, arms, moment, relief)
-                    found = tensions_within(s, X, reach, M, radius, Q, low_f[row], high_f[row], *room, f, shoulder)
+                    found = tensions_within(s, X, reach, M, radius, Q, low_f, high_f, *room, f, shoulder)
                 else:
                     some = (c, arms, moment, relief, limb_work)
-                    found = many_tensions_within(s, X, reach, M, radius, low_f[row], high_f[row], *some, f, shoulder)
+                    found = many_tensions_within(s, X, reach, M, radius, low_f, high_f, *some, f, shoulder)
                 if found == NOT_HELD:
                     status = INFEASIBLE
             elif split == STANDALONE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +26,15 @@ from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..columns import force_columns, peak_of
 from ..constraints.actuator_limits import limits_motion
-from ..constraints.given_limits import SideForceBounds, are_actuators
+from ..constraints.given_limits import SideForceBounds
 from ..holding.verdict import UNSOLVED
 from ..result import Reaction
 from ..solve_case import solve
 from ..splits.split import Minimal, Spherical, Standalone
 from . import map_kernels
-from .map_kernels import BY_ACTUATOR, GIVEN, LimbPoints, Outputs, PoseBlocks, TermBlocks, map_three
-from .map_limits import MapLimits
-
-if TYPE_CHECKING:
-    pass
+from .limit_kernels import BEYOND, UNLIMITED, check_limits
+from .map_kernels import BY_ACTUATOR, GIVEN, LimbPoints, Outputs, PoseBlocks, TermBlocks, Terms, map_three
+from .map_limits import compiled_limits, have_one_form
 
 #: The kernels' codes of the splits, whose children they do not know.
 _LAWS = {Spherical: map_kernels.SPHERICAL, Standalone: map_kernels.STANDALONE, Minimal: map_kernels.MINIMAL}
@@ -227,11 +225,12 @@ def reaction_map(
     law.check(mechanism)
     poses = PoseBlocks(case.poses)
     terms = TermBlocks(mechanism, case.motion, case.load, poses.shape)
-    allowed = MapLimits(assumptions.limits, mechanism, poses.shape, law)
-    bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
+    limits = compiled_limits(assumptions.limits, mechanism)
+    limited, one_signed = limits is not UNLIMITED, bool((limits.lower >= 0.0).all() or (limits.upper <= 0.0).all())
+    bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, one_signed)
     geometry = mechanism.geometry
     # Writable arrays, so that the kernels are compiled for one kind of array only.
-    device = LimbPoints(
+    points = LimbPoints(
         *(np.array(array, order="C") for array in (geometry.base_points, geometry.platform_points, upu))
     )
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
@@ -241,29 +240,36 @@ def reaction_map(
 
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
-        rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        low, high = allowed.forces
-        if allowed.bind:
+        q, own, out = poses.block(start, stop), terms.block(start, stop), Outputs(*(a[start:stop] for a in outputs))
+        if limited:
             # Limits need all of them, also those that nobody keeps.
             others = _outputs(stop - start, n, set(_KEEP) - selected)
-            out = Outputs(*(own if len(own) else other for own, other in zip(out, others, strict=True)))
-        if allowed.choose:
-            limits = allowed.at(start, rows)
-            # Out of its stroke a pose keeps the forces of plain equilibrium.
-            reach = limits.reachable[:, None]
-            low, high = np.where(reach, limits.lower, -np.inf), np.where(reach, limits.upper, np.inf)
-        if n == 3 and code in (map_kernels.SPHERICAL, map_kernels.STANDALONE):
-            map_three(rows, device, terms.block(start, stop), code == map_kernels.STANDALONE, out)
+            out = Outputs(*(kept if len(kept) else other for kept, other in zip(out, others, strict=True)))
+        if n == 3 and code != map_kernels.MINIMAL:
+            map_three(q, points, own, code == map_kernels.STANDALONE, out)
         else:
-            lower, upper = bounds.block(start, stop)
-            map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, low, high, out)
-        if allowed.bind:
-            own = terms.block(start, stop)
-            if allowed.choose:
-                open_ = allowed.enforce(law, bounds, limits, start, rows, own, device, out)
-            else:
-                open_ = allowed.check(law, rows, own, device, out)
-            unknown[start:stop] = open_ if len(unknown) else unknown
+            map_kernels.map_any(q, points, own, code, kind, *bounds.block(start, stop), limits, out)
+        if not limited:
+            return
+        open_ = np.empty(len(q), dtype=bool)
+        check_limits(q, points.base, points.platform, limits, out.f, out.status, open_)
+        beyond = np.flatnonzero(out.status > _INFEASIBLE)
+        if n == 3 and law.chooses_sides:
+            # Equilibrium determines these tensions: they stay, without side forces.
+            plain, part = _outputs(beyond.size, n, set(_KEEP)), Terms(*own[:-5], *_rows(own[-5:], beyond))
+            map_three(np.ascontiguousarray(q[beyond]), points, part, False, plain)
+            for name in ("shoulder", "f", "g", "magnitude"):
+                getattr(out, name)[beyond] = getattr(plain, name)
+        left = beyond if law.chooses_sides else beyond[out.status[beyond] == BEYOND]
+        if n > 3 and left.size:
+            # What these kernels do not choose.
+            asked = Case(Rotation.from_quat(q[left]), *case._of_rows(start + left))
+            found = _map_of(solve(device, asked, assumptions), set(_KEEP))
+            for name, array in zip(_KEEP, out, strict=True):
+                array[left] = getattr(found, "status_codes" if name == "status" else name)
+            open_[left] = found.unknown
+        if len(unknown):
+            unknown[start:stop] = open_
 
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {law.name}", progress, total=len(starts)):
@@ -275,7 +281,7 @@ def reaction_map(
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     unknown |= outputs.status == _NOT_SOLVED
-    if not allowed.bind:
+    if not limited:
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
     more = {"split": law.name, "trivial": bool(trivial), "drive_units": mechanism.drive_units}
@@ -285,10 +291,13 @@ def reaction_map(
 
 def _has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions) -> bool:
     """Whether the kernels answer a question: massless limbs about the shoulder's own centre, no socket, no weights."""
+    n = mechanism.limb_count
     if any(limb.mass > 0.0 for limb in mechanism.limbs) or (case.motion is not None and limits_motion(mechanism)):
         return False
-    if assumptions.constraint_bounds == "actuator" and are_actuators(assumptions.limits):
-        # Whether these limits have one sign depends on the lengths.
+    if not have_one_form(assumptions.limits, n):
+        return False
+    if isinstance(assumptions.constraint_bounds, str) and n > 3:
+        # Chosen together with the tensions, if at all.
         return False
     plain = case.centre_offset is None and assumptions.cone is None and assumptions.weights is None
     return plain and type(assumptions.law) in _LAWS
@@ -330,6 +339,11 @@ def _selected(keep: Iterable[str] | None) -> set[str]:
     if not isinstance(keep, Iterable):
         raise InvalidInput(f"expected keep to be names of quantities, got {echo(keep)}")
     return {as_choice("quantity to keep", name, _KEEP) for name in ([keep] if isinstance(keep, str) else keep)}
+
+
+def _rows(vectors: Iterable[FloatArray], rows: NDArray[np.intp]) -> Iterator[FloatArray]:
+    """Rows of what has one a pose."""
+    return (each if len(each) == 1 else np.ascontiguousarray(each[rows]) for each in vectors)
 
 
 def _outputs(count: int, limb_count: int, selected: set[str]) -> Outputs:

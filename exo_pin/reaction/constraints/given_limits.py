@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence, Set
-from copy import copy
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors import ExoPinError, InfeasibleBounds, InvalidInput, MissingData, NonConvexBound, UnknownName
 from ...core.errors.base import echo
@@ -116,15 +115,6 @@ class SideForceBounds:
             return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
         infinite = np.full((1, self._limb_count), np.inf)
         return -infinite, infinite
-
-    def of_rows(self, rows: NDArray[np.intp]) -> SideForceBounds:
-        """The same for some poses of the stack, a flat stack of their own."""
-        part = copy(self)
-        if self._pair is not None:
-            lower, upper = (ends.rows(rows) for ends in self._pair)
-            shape = (len(rows),)
-            part._pair = Rows("lower", lower, shape, self._limb_count), Rows("upper", upper, shape, self._limb_count)
-        return part
 
 
 #: No bounds, for single poses.

@@ -114,11 +114,11 @@ def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False, s
     """
     from .turns.turn_stack import followed_turns  # here: a wrist needs none of it
 
-    found = followed_turns(model, closed_at_rest(model), matrices, progress)
+    q, share, why = followed_turns(model, closed_at_rest(model), matrices, progress)
     if settle and _undriven(model):
-        for k in track(np.flatnonzero(found.why == REACHED), "joints that hang", progress):
-            found.q[k] = settled(model, found.q[k])
-    return Postures(found.q, found.why == REACHED, found.share, found.why)
+        for k in track(np.flatnonzero(why == REACHED), "joints that hang", progress):
+            q[k] = settled(model, q[k])
+    return Postures(q, why == REACHED, share, why)
 
 
 def reached_postures(

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,25 +140,9 @@ def follow_turns(q: Any, device: Any, idle: bool, turns: Any, checked: bool, sha
             clearance[k] = left
 
 
-class Turns(NamedTuple):
-    """Ends of N turns.
-
-    Attributes
-    ----------
-    q : ndarray
-        Configurations, shape (N, nq).
-    share : ndarray
-        Shape (N,), of each turn that was followed.
-    why : ndarray of int8
-        Shape (N,): :data:`REACHED`, :data:`UNREACHED` or :data:`SINGULAR_BEFORE`.
-    """
-
-    q: FloatArray
-    share: FloatArray
-    why: NDArray[np.int8]
-
-
-def followed_turns(model: DeviceModel, start: FloatArray, matrices: FloatArray, progress: bool = False) -> Turns:
+def followed_turns(
+    model: DeviceModel, start: FloatArray, matrices: FloatArray, progress: bool = False
+) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
     """Follow a device from rest to poses.
 
     Parameters
@@ -171,40 +155,44 @@ def followed_turns(model: DeviceModel, start: FloatArray, matrices: FloatArray, 
         Shape (N, 3, 3).
     progress : bool
         Whether to show a bar.
+
+    Returns
+    -------
+    q : ndarray
+        Configurations at the ends of the turns, shape (N, nq).
+    share : ndarray
+        Shape (N,), of each turn that was followed.
+    why : ndarray of int8
+        Shape (N,): :data:`REACHED`, :data:`UNREACHED` or :data:`SINGULAR_BEFORE`.
     """
     count = len(matrices)
-    poses = Rotation.from_matrix(matrices) if count else None
-    stack = _Stack(model, start, np.zeros((0, 3)) if poses is None else poses.as_rotvec(), progress)
-    if poses is not None:
-        stack.follow(poses)
     why = np.full(count, REACHED, dtype=np.int8)
+    if not count:
+        return np.tile(start, (0, 1)), np.zeros(0), why
+    poses = Rotation.from_matrix(matrices)
+    stack = _Stack(model, start, poses, progress)
+    left = np.arange(count)
+    for edge in () if stack.idle else _CELLS:
+        left = stack.in_cells(left, edge) if left.size else left
+    stack.straight(left, np.zeros(0))
     _end(model, stack, why)
-    if poses is not None:
-        there = stack.share == 1.0
-        stack.q[np.ix_(there, np.arange(model.arm_q.start, model.arm_q.stop))] = poses.as_quat()[there]
-    return Turns(stack.q, stack.share, why)
+    there = stack.share == 1.0
+    stack.q[np.ix_(there, np.arange(model.arm_q.start, model.arm_q.stop))] = poses.as_quat()[there]
+    return stack.q, stack.share, why
 
 
 class _Stack:
     """Poses of one device, some of them followed."""
 
-    def __init__(self, model: DeviceModel, start: FloatArray, turns: FloatArray, progress: bool) -> None:
-        self.model, self.start, self.turns, self.progress = model, start, turns, progress
-        self.arrays: Any
+    def __init__(self, model: DeviceModel, start: FloatArray, poses: Rotation, progress: bool) -> None:
+        self.poses, self.turns, self.progress = poses, poses.as_rotvec(), progress
         if "turns" not in model.kept:
             model.kept["turns"] = turn_arrays(model, start)
         self.arrays, idle = model.kept["turns"]
         self.idle = idle > 0
-        self.q, self.share = np.tile(start, (len(turns), 1)), np.zeros(len(turns))
+        self.start, self.q, self.share = start, np.tile(start, (len(self.turns), 1)), np.zeros(len(self.turns))
 
-    def follow(self, poses: Rotation) -> None:
-        """Follow all."""
-        left = np.arange(len(self.turns))
-        for edge in () if self.idle else _CELLS:
-            left = self._in_cells(poses, left, edge)
-        self._straight(left, np.zeros(0))
-
-    def _in_cells(self, poses: Rotation, rows: NDArray[np.intp], edge: float) -> NDArray[np.intp]:
+    def in_cells(self, rows: NDArray[np.intp], edge: float) -> NDArray[np.intp]:
         """Follow the poses of cells with more than one, and return those that are left."""
         places = self.turns[rows] / edge
         cells = np.floor(places)
@@ -212,29 +200,27 @@ class _Stack:
         own = own.ravel()
         off = np.linalg.norm(places - cells - 0.5, axis=1)
         order = np.lexsort((*places.T, off, own))
-        firsts = order[np.concatenate([[True], np.diff(own[order]) > 0])] if rows.size else order
+        firsts = order[np.concatenate([[True], np.diff(own[order]) > 0])]
         centre = firsts[own]  # of each row's cell
-        shared = size[own] > 1
-        anchors = firsts[size > 1] if rows.size else firsts
+        anchors = firsts[size > 1]
         clearance = np.zeros(len(rows))
-        clearance[anchors] = self._straight(rows[anchors], np.zeros(len(anchors)))
-        member = shared & (centre != np.arange(len(rows)))
+        clearance[anchors] = self.straight(rows[anchors], np.zeros(len(anchors)))
+        member = (size[own] > 1) & (centre != np.arange(len(rows)))
         away = np.linalg.norm(self.turns[rows] - self.turns[rows[centre]], axis=1)
         near = np.flatnonzero(member & (self.share[rows[centre]] == 1.0) & (away < clearance[centre]))
-        self._from_neighbours(poses, rows[near], rows[centre[near]])
+        if near.size:
+            # Poses within the clearance of others.
+            some, others = rows[near], rows[centre[near]]
+            turns = (self.poses[others].inv() * self.poses[some]).as_rotvec()
+            self._run(some, self.q[others], turns, False, np.zeros(0))
         done = self.share[rows] == 1.0
         done[anchors] = True
         return rows[~done]
 
-    def _straight(self, rows: NDArray[np.intp], clearance: FloatArray) -> FloatArray:
+    def straight(self, rows: NDArray[np.intp], clearance: FloatArray) -> FloatArray:
         """Follow straight turns from rest, verified."""
         self._run(rows, np.tile(self.start, (len(rows), 1)), self.turns[rows], True, clearance)
         return clearance
-
-    def _from_neighbours(self, poses: Rotation, rows: NDArray[np.intp], near: NDArray[np.intp]) -> None:
-        """Follow poses within the clearance of others."""
-        if rows.size:
-            self._run(rows, self.q[near], (poses[near].inv() * poses[rows]).as_rotvec(), False, np.zeros(0))
 
     def _run(
         self, rows: NDArray[np.intp], q: FloatArray, turns: FloatArray, checked: bool, clearance: FloatArray

@@ -72,16 +72,17 @@ def drives_of(chain: ClosedChain) -> tuple[Drive, ...]:
     slides = dict.fromkeys(limb.slide for limb in chain.roles.limbs)
     joints = {**dict.fromkeys(chain.roles.actuated), **slides}
     own = tuple(_drive_of(chain.model, joint, joint in slides) for joint in joints)
-    routed = (cable for cable in chain.description.cables if cable.tension is not None)
-    return (*own, *(_drive_along(cable) for cable in routed))
-
-
-def _drive_along(cable: Cable) -> Drive:
-    """The drive of a cable, whose tension is limited where its actuator's is known."""
-    assert cable.tension is not None
-    least, greatest = cable.tension
-    upper = None if np.isinf(greatest) else greatest
-    return Drive(cable.name, route=Route.over(*cable.points), lower=least, upper=upper)
+    routed = (
+        Drive(
+            cable.name,
+            route=Route.over(*cable.points),
+            lower=cable.tension[0],
+            upper=None if np.isinf(cable.tension[1]) else cable.tension[1],
+        )
+        for cable in chain.description.cables
+        if cable.tension is not None
+    )
+    return (*own, *routed)
 
 
 def springs_of(chain: ClosedChain) -> tuple[Spring, ...]:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.conventions import other_side, refuse_other_side
 from ..core.errors import UnknownName
-from ..core.validation import FloatArray, as_finite
+from ..core.validation import as_finite
 
 if TYPE_CHECKING:
-    from ..chain import ClosedChain
     from .chain_device import ChainDevice
 
 __all__: list[str] = []
@@ -50,7 +49,11 @@ def changed(self: ChainDevice, **changes: Any) -> ChainDevice:
     refuse_other_side(changes, self.side)
     gravity = changes.pop("gravity", None)
     if gravity is not None:
-        changes["chain"] = _with_gravity(changes.get("chain", self.chain), as_finite("gravity", gravity, (3,)))
+        chain = changes.get("chain", self.chain)
+        model, described = chain.model.copy(), chain.description
+        model.gravity.linear = as_finite("gravity", gravity, (3,))
+        root = replace(described.root, gravity=tuple(model.gravity.linear.tolist()))
+        changes["chain"] = type(chain)(model, replace(described, root=root))
     return replace(self, **changes)
 
 
@@ -119,11 +122,3 @@ def stiffened(self: ChainDevice, parts: str, more: float) -> ChainDevice | None:
         return None
     limbs = (replace(limb, guide=limb.guide and limb.guide.times(more)) for limb in self.guided_slides)
     return self.replace(guided_slides=tuple(limbs))
-
-
-def _with_gravity(chain: ClosedChain, gravity: FloatArray) -> ClosedChain:
-    """The chain in another field of gravity, shape (3,), m/s²."""
-    model, described = chain.model.copy(), chain.description
-    model.gravity.linear = gravity
-    root = replace(described.root, gravity=tuple(gravity.tolist()))
-    return type(chain)(model, replace(described, root=root))

@@ -72,25 +72,18 @@ class Postures(NamedTuple):
 
 
 def closed_at_rest(model: DeviceModel) -> FloatArray:
-    """The closed configuration at rest, computed once, shape (nq,)."""
-    if model.closed_at_rest is None:
-        model.closed_at_rest = _rest_configuration(model)
-    return model.closed_at_rest
-
-
-def _rest_configuration(model: DeviceModel) -> FloatArray:
-    """The closed configuration with the arm hanging, nearest to where the file draws the links.
+    """The closed configuration with the arm hanging, nearest to where the file draws the links, shape (nq,).
 
     Raises
     ------
     LoopNotClosed
         If the loops do not close there.
     """
-    state = model.held
-    drawn = model.device.chain.reference_configuration()
-    q = state.neutral()
-    q[model.q_from] = drawn[model.q_from]
-    return np.asarray(close(state, q, hold=[str(state.model.names[model.arm])]))
+    if model.closed_at_rest is None:
+        state, q = model.held, model.held.neutral()
+        q[model.q_from] = model.device.chain.reference_configuration()[model.q_from]
+        model.closed_at_rest = np.asarray(close(state, q, hold=[str(state.model.names[model.arm])]))
+    return model.closed_at_rest
 
 
 def postures(model: DeviceModel, matrices: FloatArray, progress: bool = False, settle: bool = True) -> Postures:

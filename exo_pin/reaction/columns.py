@@ -371,6 +371,10 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
     def counted(status: str) -> list[str]:
         return [str(int((reaction.equilibrium_status == status).sum())) for reaction in reactions]
 
+    def crossings(reaction: Reaction) -> str:
+        # A dash where the sides of the singular surface have no sign.
+        return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
+
     def median(values: np.ndarray) -> str:
         return _number(float(np.median(values))) if values.size else "-"
 
@@ -384,13 +388,8 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["held: median |F_s|, N", *(median(r.magnitude[r.held]) for r in reactions)],
         ["held: peak |f_i|, N", *(_number(peak_of(np.abs(r.actuator_forces[r.held]))) for r in reactions)],
         ["held: peak |g_i|, N", *(_number(peak_of(np.abs(r.constraint_forces[r.held]))) for r in reactions)],
-        ["crossings of det X = 0", *(_crossings(r) for r in reactions)],
+        ["crossings of det X = 0", *map(crossings, reactions)],
     ]
-
-
-def _crossings(reaction: Reaction) -> str:
-    """Number of crossings of the singular surface; a dash where its sides have no sign."""
-    return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
 
 
 def _notes(reactions: Sequence[Reaction]) -> list[tuple[str, str]]:

@@ -331,8 +331,11 @@ class ElasticPoses(Record):
                 self.status[row] = QUERY_STATUS.index("not_solved")
         if rows.size:
             self._move()
-        self._mark_overloaded()
-        own = (self.device.movement, self.unmoved.tensions.shoulder, self.reached, self.guide_load, infeasible)
+        load, rows = self._guide_load(), answered(self.status)
+        with np.errstate(invalid="ignore"):
+            over = (load > 1.0).any(axis=1)
+        self.status[rows[np.asarray(over)[rows]]] = QUERY_STATUS.index("guide_overloaded")
+        own = (self.device.movement, self.unmoved.tensions.shoulder, self.reached, load, infeasible)
         return _moved(poses, self.device)._replace(moved=Moved(*own))
 
     def _to_limit(self, poses: PoseStack) -> NDArray[np.intp]:
@@ -389,15 +392,7 @@ class ElasticPoses(Record):
         on_arm = (closure - state.limb_share).sum(axis=0)
         return self.equations.led_to(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])
 
-    def _mark_overloaded(self) -> None:
-        """Mark poses in which a guide is loaded beyond its strength."""
-        with np.errstate(invalid="ignore"):
-            over = (self.guide_load > 1.0).any(axis=1)
-        rows = answered(self.status)
-        self.status[rows[np.asarray(over)[rows]]] = QUERY_STATUS.index("guide_overloaded")
-
-    @property
-    def guide_load(self) -> FloatArray:
+    def _guide_load(self) -> FloatArray:
         """The larger of bending moment and torque of each guide over its limit, shape (N, n); NaN if none is known."""
         side = self.device.displaced.side
         g = np.abs(side.stiffness * side.deflection)

@@ -135,13 +135,6 @@ def noise_caution(movement: Movement, force: FloatArray, noise: FloatArray) -> s
     )
 
 
-def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
-    """Warn with :class:`NoisyMovement` of :func:`noise_caution`."""
-    text = noise_caution(movement, force, noise)
-    if text:
-        warn(text, NoisyMovement)
-
-
 def is_stacked(*pairs: Any) -> bool:
     """Whether an end of one of the pairs (lower, upper) has a value for every sample; others than pairs have none."""
     ends = (end for pair in pairs if isinstance(pair, list | tuple | np.ndarray) for end in pair)
@@ -412,5 +405,6 @@ def movement_reaction(
 
     stacked = case.is_stacked or is_stacked(assumptions.limits, assumptions.constraint_bounds)
     noise = force_noise(movement, answer.shoulder_force, forces_at, case.motion is None, stacked)
-    warn_of_noise(movement, answer.shoulder_force, noise)
+    if text := noise_caution(movement, answer.shoulder_force, noise):
+        warn(text, NoisyMovement)
     return MovementReaction(movement, answer, noise)

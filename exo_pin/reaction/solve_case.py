@@ -91,7 +91,12 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
     elastic = limbs = None
     lengths: Callable[[], FloatArray] = partial(limb_lengths, mechanism, query.matrices, offset)
     if isinstance(law, Elastic):
-        elastic = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, case))
+
+        def loads_at(rows: NDArray[np.intp], matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            # A row may occur more than once.
+            return arm_loads(model.arm, mechanism.gravity, case.turned(rows, matrices))
+
+        elastic = ElasticPoses(law, mechanism, query, offset, loads_at)
         lengths = elastic.lengths
     elif offset is None:
         limbs = classify(mechanism, query.matrices)
@@ -129,10 +134,3 @@ def _aligned(model: EquilibriumModel, query: Query, limbs: Limbs, progress: bool
     state = model.states(query, limbs, answered(limbs.status), progress)
     nothing = np.zeros_like(limbs.length)
     return state, BalancedTensions.of(state), nothing, nothing, *limbs[:3]
-
-
-def _loads_at(
-    model: EquilibriumModel, case: Case, rows: NDArray[np.intp], matrices: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Loads of the arm in rows of the stack at other orientations; a row may occur more than once."""
-    return arm_loads(model.arm, model.mechanism.gravity, case.turned(rows, matrices))

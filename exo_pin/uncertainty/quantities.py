@@ -135,6 +135,19 @@ def _known(device: Device, case: Case, elastic: bool) -> _Known:
     def leant(step: FloatArray) -> tuple[Device, Case]:
         return device.replace(gravity=Rotation.from_rotvec(step, degrees=True).as_matrix() @ device.gravity), case
 
+    def heavier(step: FloatArray) -> tuple[Device, Case]:
+        def own(part: Arm) -> Arm:
+            inertia = None if part.inertia is None else _factor(step) * part.inertia
+            return replace(part, mass=_factor(step) * part.mass, inertia=inertia)
+
+        return device.replace(arm=_of_parts(arm, own)), case
+
+    def moved(step: FloatArray) -> tuple[Device, Case]:
+        def own(part: Arm) -> Arm:
+            return replace(part, centre_of_mass=part.centre_of_mass + 1e-3 * step)
+
+        return device.replace(arm=_of_parts(arm, own)), case
+
     def placed(name: str, point: FloatArray, step: FloatArray) -> tuple[Device, Case]:
         return device.with_place(name, point + 1e-3 * step), case
 
@@ -143,8 +156,8 @@ def _known(device: Device, case: Case, elastic: bool) -> _Known:
     yield "lean_deg", (3, leant)
     for name, point in device.places().items():
         yield f"{name}_mm", (3, partial(placed, name, point))
-    yield "mass_percent", (1, lambda step: (device.replace(arm=_heavier(arm, _factor(step))), case))
-    yield "centre_of_mass_mm", (3, lambda step: (device.replace(arm=_moved(arm, 1e-3 * step)), case))
+    yield "mass_percent", (1, heavier)
+    yield "centre_of_mass_mm", (3, moved)
     if load is not None:
 
         def loaded(step: FloatArray) -> tuple[Device, Case]:
@@ -201,20 +214,6 @@ def _of_dimension(device: Device, case: Case, name: str, known: Mapping[str, Any
         return device.with_values({named: value + named.size * float(step[0])}), case
 
     return changed
-
-
-def _heavier(arm: Arm, more: float) -> Arm:
-    """All parts with so many times their mass and inertia."""
-
-    def own(part: Arm) -> Arm:
-        return replace(part, mass=more * part.mass, inertia=None if part.inertia is None else more * part.inertia)
-
-    return _of_parts(arm, own)
-
-
-def _moved(arm: Arm, shift: FloatArray) -> Arm:
-    """All parts elsewhere, shape (3,), m."""
-    return _of_parts(arm, lambda part: replace(part, centre_of_mass=part.centre_of_mass + shift))
 
 
 def _of_parts(arm: Arm, changed: Callable[[Arm], Arm]) -> Arm:

@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
+from ...numerics.analytic_vectors import cross_matrix
 from ...numerics.rank_factors import fill_least_in_order, solve_and_span
 from ..device_model import DeviceModel
 from .device_loads import DeviceLoads
@@ -293,7 +294,7 @@ class _Attachments:
             of_free = self._of(free)
             effects, present = self._wanted(of_free, points), self._wanted(at_arm, points, self.on_cuff)
             choice = least_in_order(effects, present, self.model.none)
-            at_arm, multipliers = at_arm + _times(of_free, choice), multipliers + free @ choice
+            at_arm, multipliers = at_arm + of_free @ choice[:, None], multipliers + free @ choice
             # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
             open_ = -across @ free
             U, s, _ = np.linalg.svd(open_, full_matrices=False)
@@ -305,7 +306,7 @@ class _Attachments:
             k = min(target.shape[2], efforts - twists)
             own = slice(twists, twists + k)
             state.shoulder_of_g[..., own] = (open_ @ side)[..., :k]
-            state.attached_of_g[..., own] = _times(of_free, side)[..., :k]
+            state.attached_of_g[..., own] = (of_free @ side[:, None])[..., :k]
             state.standing_of_g[:, 0, :, own] = (self.to_torso @ (free @ side))[..., :k]
         # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
         found = shoulder - across @ multipliers, at_arm, (standing + self.to_torso @ multipliers)[:, None]
@@ -362,33 +363,20 @@ class _Attachments:
         """
         count, _, _, width = wrenches.shape
         firm = wrenches[:, : points.shape[1]]
-        couples = firm[:, :, 3:] - _cross_matrix(points) @ firm[:, :, :3]
+        couples = firm[:, :, 3:] - cross_matrix(points) @ firm[:, :, :3]
         each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]
         if self.model.cuff is None:
             return each
         total = wrenches.sum(axis=1)
         if welded is not None:
             total[:, :, 0] += welded
-        return [total[:, 3:] - _cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
+        return [total[:, 3:] - cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
 
     def _about(self, wrenches: FloatArray) -> FloatArray:
         """Wrenches about the world's origin, shape (..., 6), about O."""
         out = np.array(wrenches)
-        out[..., 3:] += wrenches[..., :3] @ _cross_matrix(self.model.centre)
+        out[..., 3:] += wrenches[..., :3] @ cross_matrix(self.model.centre)
         return out
-
-
-def _times(wrenches: FloatArray, choice: FloatArray) -> FloatArray:
-    """Wrenches, shape (N, c, 6, s), of multiples of their columns, shape (N, s, k)."""
-    return np.asarray(wrenches @ choice[:, None])
-
-
-def _cross_matrix(a: FloatArray) -> FloatArray:
-    """Matrix of a × of vectors, shape (..., 3)."""
-    out = np.zeros((*a.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[..., j, k], out[..., k, j] = -a[..., i], a[..., i]
-    return out
 
 
 def least_in_order(effects: list[FloatArray], present: list[FloatArray], none: float) -> FloatArray:

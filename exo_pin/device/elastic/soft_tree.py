@@ -76,7 +76,7 @@ class SoftTree:
             self.carrier[0] = last, centre.inverse()
         cuff = pin.JointModelTranslation() if device.interfaces.cuff is None else pin.JointModelFreeFlyer()
         # Depth first: what stands on the torso before the arm, wherever they are in the given tree.
-        for joint in sorted(range(1, old.njoints), key=self._is_on_arm):
+        for joint in sorted(range(1, old.njoints), key=lambda joint: self.arm in list(old.supports[joint])):
             self._grow(joint, cuff)
         for frame in list(old.frames)[1:]:
             self.model.addFrame(self._moved(frame), False)
@@ -87,10 +87,6 @@ class SoftTree:
         self.model.lowerPositionLimit[own], self.model.upperPositionLimit[own] = -np.inf, np.inf
         self.model.addFrame(pin.Frame(name, added, 0, pin.SE3.Identity(), pin.FrameType.BODY), False)
         return added
-
-    def _is_on_arm(self, joint: int) -> bool:
-        """Whether a joint of the given tree is the arm's, or what hangs on the arm."""
-        return self.arm in list(self.given.model.supports[joint])
 
     def _grow(self, joint: int, cuff: pin.JointModel) -> None:
         """Add a joint of the given tree, and one under it where its body gives way."""

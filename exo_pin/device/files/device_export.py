@@ -357,12 +357,8 @@ def _differences(one: ChainDevice, other: ChainDevice) -> list[str]:
     if not is_same_arm(one.arm, other.arm):
         found.append("the arm")
     roles = one.chain.roles, other.chain.roles
-    found += [f"the role {key}" for key in roles[0].__dataclass_fields__ if not _agree(roles, key)]
+    found += [f"the role {key}" for key, value in vars(roles[0]).items() if value != getattr(roles[1], key)]
     return sorted(found) + _different_joints(one.chain, other.chain)
-
-
-def _agree(pair: tuple[Any, Any], key: str) -> bool:
-    return bool(getattr(pair[0], key) == getattr(pair[1], key))
 
 
 def _different_joints(one: ClosedChain, other: ClosedChain) -> list[str]:

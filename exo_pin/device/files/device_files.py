@@ -233,7 +233,9 @@ def read_device(path: str | PathLike[str], chain: ClosedChain, side: str | None)
         is_complete, sources = table.flag("drives_are_complete"), table.mapping("sources")
         table.finish()
         if roles is not None and chain.roles.arm is None:
-            chain = _with_roles(chain, roles)
+            of_device = read_roles(roles)
+            of_device = replace(of_device, actuated=of_device.actuated or chain.roles.actuated)
+            chain = type(chain)(chain.model, replace(chain.description, roles=of_device))
         device = ChainDevice.from_chain(chain, side or own or "left")
         if arm is None:
             arm = device.arm
@@ -264,13 +266,6 @@ def _completed(drive: Drive, own: Drive) -> Drive:
         return drive
     missing = {key: getattr(own, key) for key in LIMITS if getattr(drive, key) is None}
     return replace(drive, **missing)
-
-
-def _with_roles(chain: ClosedChain, table: TomlTable) -> ClosedChain:
-    """The robot with the roles of a device file."""
-    roles = read_roles(table)
-    roles = replace(roles, actuated=roles.actuated or chain.roles.actuated)
-    return type(chain)(chain.model, replace(chain.description, roles=roles))
 
 
 def _either(table: TomlTable, kinds: tuple[str, str], key: str, shape: Any = (), required: bool = False) -> Any:

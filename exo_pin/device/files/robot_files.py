@@ -30,7 +30,7 @@ words for them; what they say is in the device's own names::
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -162,7 +162,7 @@ def robot_tables(chain: ClosedChain, restated: Restated, ending: str, rest: dict
         content["left_out"] = list(own.left_out)
         content["closures"] = [_plain(closure_values(item)) for item in own.closures]
         content["joints"] = [_plain(joint_values(item)) for item in own.joints]
-        content["roles"] = _roles(own.roles)
+        content["roles"] = _plain(asdict(own.roles) | {"limbs": tuple(map(asdict, own.roles.limbs)) or None})
     content["rest"] = [{"name": name, "coordinates": q.tolist()} for name, q in rest.items()]
     if ending != ".urdf" or not restated.is_empty:
         in_file: dict[str, Any] = {key: list(getattr(restated, key)) for key in ("helpers", "closing")}
@@ -181,18 +181,6 @@ def _plain(values: dict[str, Any]) -> dict[str, Any]:
     return {key: list(item) if isinstance(item, tuple) else item for key, item in values.items() if item is not None}
 
 
-def _roles(roles: Roles) -> dict[str, Any]:
-    found: dict[str, Any] = {"actuated": list(roles.actuated)}
-    for key in ("shoulder", "arm", "reference_point", "cuff"):
-        if getattr(roles, key) is not None:
-            found[key] = getattr(roles, key)
-    limbs = [
-        {key: getattr(limb, key) for key in ("name", "kind", "slide", "platform_joint", "closure")}
-        for limb in roles.limbs
-    ]
-    return found | ({"limbs": limbs} if limbs else {})
-
-
 def _restated(table: TomlTable) -> Restated:
     joints = {}
     for item in table.tables("joints"):
@@ -203,7 +191,6 @@ def _restated(table: TomlTable) -> Restated:
         item.finish()
         body = None if inertia is None else tuple(inertia.tolist())
         joints[name] = JointRestated(called, zero, body, data)
-    table.skip("leave_out")  # of files that were written before tendons were read
     found = Restated(joints, table.mapping("frames"), table.texts("helpers"), table.texts("closing"))
     table.finish()
     return found

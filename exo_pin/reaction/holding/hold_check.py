@@ -140,13 +140,9 @@ def hold_check(
         estimated=_estimates(mechanism) if limits.asked else (),
         asked=limits.asked,
         drives=() if mechanism.has_limbs else mechanism.drive_units,
-        pulls=() if mechanism.has_limbs else _are_tensions(mechanism),
+        pulls=() if mechanism.has_limbs else tuple(own.joint is None or own.pulls for own in mechanism.limbs),  # type: ignore[attr-defined]
         passive=passive,
     )
-
-
-def _are_tensions(device: Any) -> tuple[bool, ...]:
-    return tuple(drive.joint is None or drive.pulls for drive in device.limbs)
 
 
 def _estimates(mechanism: Mechanism) -> tuple[str, ...]:

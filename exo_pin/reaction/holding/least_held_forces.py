@@ -137,7 +137,8 @@ def nearest_tensions(
         Limits of f, shape (n,), N; they may be infinite.
     """
     f = least_forces(-moment[None], arms[None], lower[None], upper[None]).variables[0]
-    axes = np.ascontiguousarray(_unmoving(arms))
+    _, values, directions = np.linalg.svd(arms)
+    axes = np.ascontiguousarray(directions[int((values > _RANK * values[0]).sum()) :].T)
     if 0 < axes.shape[1] <= _MOST_SUMS:
         pull, sums = np.ascontiguousarray(pulls), np.empty(axes.shape[1])
         if least_sum_force(pull @ f - force, pull @ axes, f, axes, lower, upper, sums):
@@ -151,10 +152,3 @@ def missing_moments(moments: FloatArray, arms: FloatArray, lower: FloatArray, up
     ``moments`` has the shape (N, 3), ``arms`` (N, 3, n), the limits (N, n).
     """
     return np.asarray(np.linalg.norm(least_forces(-moments, arms, lower, upper).forces, axis=-1))
-
-
-def _unmoving(arms: FloatArray) -> FloatArray:
-    """Orthonormal sums of tensions without moment, shape (n, k)."""
-    _, values, axes = np.linalg.svd(arms)
-    rank = int((values > _RANK * values[0]).sum())
-    return np.asarray(axes[rank:].T)

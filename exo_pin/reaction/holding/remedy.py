@@ -69,15 +69,12 @@ class NearestPose(NamedTuple):
         Single.
     distance : float
         Angle by which the arm must turn, rad; 0 if the given pose can be held.
-    check : HoldCheck
-        Of that pose.
     has_twin : bool
         Whether another pose looks the same to the drives (:mod:`exo_pin.device.accuracy`).
     """
 
     pose: Rotation
     distance: float
-    check: HoldCheck
     has_twin: bool = False
 
     def sentence(self, side: str) -> str:
@@ -142,101 +139,54 @@ def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = F
         raise InvalidInput("expected a posture as values of joints by name: a configuration is that of its own pose")
     if case.motion is not None:
         raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
-    pose = as_single_rotation("poses", case.poses)
+    pose, device = as_single_rotation("poses", case.poses), as_device(device)
     answer = solve(device, case, assumptions)
-    own = as_device(getattr(device, "device", device))
-
-    def check(poses: Rotation) -> HoldCheck:
-        return solve(device, case.at(poses), assumptions).limits
 
     def fits(poses: Rotation) -> NDArray[np.bool_]:
         found = solve(device, case.at(poses), assumptions)
-        beyond = beyond_motion(poses.as_matrix().reshape(-1, 3, 3), own.side).reshape(poses.shape)
+        beyond = beyond_motion(poses.as_matrix().reshape(-1, 3, 3), device.side).reshape(poses.shape)
         return _meets_limits(found.limits) & ~(found.clearance < 0.0) & ~beyond
 
-    nearest = nearest_held_pose(check, pose, _REACH, progress, _Printed(fits, own))
-    return Remedy(nearest, answer.infeasibility, own.side)
+    itself = NearestPose(pose, 0.0) if _meets_limits(answer.limits) else None
+    return Remedy(itself or _nearest_held(fits, pose, device, progress), answer.infeasibility, device.side)
 
 
-class _Printed(NamedTuple):
-    """What a pose has to meet that is printed in whole degrees.
-
-    Attributes
-    ----------
-    fits : callable
-        Whether each of a stack of poses is held, clear and within the range of motion.
-    device : Device
-        For the side and for twins.
-    """
-
-    fits: Callable[[Rotation], NDArray[np.bool_]]
-    device: Device
-
-    def near(self, best: Rotation, asked: Rotation) -> tuple[Rotation, bool] | None:
-        """The pose of whole degrees around ``best`` that fits and is nearest to the asked one, and if it has a twin."""
-        centre = np.round(shoulder_angles(best, self.device.side, degrees=True))
-        for reach in _WHOLE:
-            steps = np.arange(-reach, reach + 1.0)
-            angles = centre + np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
-            # Where the outer axes are one, the three angles do not say what they are.
-            angles = angles[angles[:, 1] % 180.0 != 90.0]
-            flexion, abduction, internal = angles.T
-            poses = shoulder_rotation(flexion, abduction, internal, self.device.side, degrees=True)
-            poses = poses[(poses * asked.inv()).magnitude().argsort()]
-            poses = poses[self.fits(poses)][:_ASKED]
-            if len(poses):
-                twin = pose_accuracy(self.device, poses).has_twin
-                return poses[int(twin.argmin())], bool(twin.all())
-        return None
-
-
-def nearest_held_pose(
-    check: Callable[[Rotation], HoldCheck],
-    poses: Rotation,
-    reach: float = _REACH,
-    progress: bool = False,
-    printed: _Printed | None = None,
+def _nearest_held(
+    fits: Callable[[Rotation], NDArray[np.bool_]], asked: Rotation, device: Device, progress: bool
 ) -> NearestPose | None:
-    """The nearest pose in which no limit is violated.
-
-    Parameters
-    ----------
-    check : callable
-        Returns the :class:`HoldCheck` of a stack of poses.
-    poses : Rotation
-        Single.
-    reach : float
-        Largest turn, rad.
-    progress : bool
-        Whether to show a bar on standard error.
-    printed : _Printed, optional
-        What a pose has to meet besides, in whole degrees; any that is held will do if left out.
-
-    Returns
-    -------
-    NearestPose or None
-        The given pose itself, at distance 0, if it can be held; None if the search found no such pose.
-    """
+    """The nearest pose of a search that fits: held, clear and within the range of motion; None if it found none."""
 
     def held(turns: FloatArray) -> NDArray[np.bool_]:
-        there = Rotation.from_rotvec(turns) * poses
-        return _meets_limits(check(there)) if printed is None else printed.fits(there)
+        return fits(Rotation.from_rotvec(turns) * asked)
 
-    own = check(poses)
-    if _meets_limits(own):
-        return NearestPose(poses, 0.0, own)
-    angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
+    angles = np.arange(_STEP, _REACH + 0.5 * _STEP, _STEP)
     for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
         turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])
         turns = turns[held(turns)]
         if len(turns):
-            best = _shortest(held, _spread(turns))
-            pose, twin = Rotation.from_rotvec(best) * poses, False
-            if printed is None:
-                return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
-            if (found := printed.near(pose, poses)) is not None:
-                pose, twin = found
-                return NearestPose(pose, float((pose * poses.inv()).magnitude()), check(pose), twin)
+            best = Rotation.from_rotvec(_shortest(held, _spread(turns))) * asked
+            if (found := _in_whole_degrees(fits, best, asked, device)) is not None:
+                return found
+    return None
+
+
+def _in_whole_degrees(
+    fits: Callable[[Rotation], NDArray[np.bool_]], best: Rotation, asked: Rotation, device: Device
+) -> NearestPose | None:
+    """The pose of whole degrees around ``best`` that fits and is nearest to the asked one, and if it has a twin."""
+    centre = np.round(shoulder_angles(best, device.side, degrees=True))
+    for reach in _WHOLE:
+        steps = np.arange(-reach, reach + 1.0)
+        angles = centre + np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+        # Where the outer axes are one, the three angles do not say what they are.
+        flexion, abduction, internal = angles[angles[:, 1] % 180.0 != 90.0].T
+        poses = shoulder_rotation(flexion, abduction, internal, device.side, degrees=True)
+        poses = poses[(poses * asked.inv()).magnitude().argsort()]
+        poses = poses[fits(poses)][:_ASKED]
+        if len(poses):
+            twin = pose_accuracy(device, poses).has_twin
+            pose = poses[int(twin.argmin())]
+            return NearestPose(pose, float((pose * asked.inv()).magnitude()), bool(twin.all()))
     return None
 
 

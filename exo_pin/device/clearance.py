@@ -26,7 +26,7 @@ from ..core.validation import FloatArray
 from ..numerics.vectors import vector
 from ..wrist.clearance.clearance import LIMB_RADII, BodyShape, beyond, displaced_end, fitting_radius, segment_distance
 from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
-from .device_model import DeviceModel, device_model
+from .device_model import DeviceModel, device_model, models_at
 from .parts.routes import PlacedRoute
 from .postures import placements, reached_postures
 
@@ -115,16 +115,12 @@ class LinkGaps(Gaps):
         if self.unknown or self._body is None:
             return np.full((count, len(self.parts), 3), np.nan)
         base, cuff = (np.zeros((1, 3)),) * 2 if self._offset is None else self._offset
-        both = np.broadcast_to(np.concatenate([base, cuff], axis=1), (count, 6))
         # The tree of a device that gives way has an offset among its coordinates.
         soft = self._placed is not None and getattr(self._placed, "moved", None) is not None
-        kinds, which = np.unique(np.zeros_like(both) if soft else both, axis=0, return_inverse=True)
         out = np.full((count, len(self.parts), 3), np.inf)
-        for k, shift in enumerate(kinds.tolist()):
-            rows = np.flatnonzero(which.ravel() == k)
-            model = device_model(self._device, tuple(shift[:3]), tuple(shift[3:]))
+        for rows, model in models_at(self._device, None if soft else self._offset, count):
             q, reached = self._configurations(model, rows)
-            shifts = both[rows, :3] - both[rows, 3:]
+            shifts = np.broadcast_to(base - cuff, (count, 3))[rows]
             out[rows] = _of_model(self._device, model, q, self._matrices[rows], shifts, self._body, self._names)
             out[rows[~reached]] = np.nan
         return out

@@ -12,8 +12,6 @@ from ..core.validation import as_finite
 if TYPE_CHECKING:
     from .chain_device import ChainDevice
 
-__all__: list[str] = []
-
 
 def changed(self: ChainDevice, **changes: Any) -> ChainDevice:
     """A new device with some fields changed.

@@ -9,6 +9,7 @@ device (the torso side of an offset) and what is on the arm moves with the cuff.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -339,3 +340,19 @@ def device_model(
 ) -> DeviceModel:
     """Made once for devices that are asked again; they are compared by identity."""
     return DeviceModel(device, base, cuff)
+
+
+def models_at(
+    device: ChainDevice, offset: tuple[FloatArray, FloatArray] | None, count: int
+) -> Iterator[tuple[NDArray[np.intp], DeviceModel]]:
+    """Rows of N poses and the trees of a device there, whose centre has an offset: of base and cuff, (N, 3) or (1, 3).
+
+    Rows of one offset go together.
+    """
+    if offset is None:
+        yield np.arange(count), device_model(device)
+        return
+    both = np.concatenate([np.broadcast_to(part, (count, 3)) for part in offset], axis=1)
+    kinds, which = np.unique(both, axis=0, return_inverse=True)
+    for k, shift in enumerate(kinds.tolist()):
+        yield np.flatnonzero(which.ravel() == k), device_model(device, tuple(shift[:3]), tuple(shift[3:]))

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from .chain_device import ChainDevice
     from .parts.drives import Spring
 
-__all__: list[str] = []
 
 _XYZ = ("x", "y", "z")
 #: Units of a dimension by the unit that its own name ends in, and their SI values.

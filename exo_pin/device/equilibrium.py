@@ -32,7 +32,7 @@ from .balance.balanced_forces import Freedoms, fill_forces
 from .balance.device_loads import device_loads
 from .balance.device_state import NONE, DeviceState, moments_of
 from .chain_device import ChainDevice
-from .device_model import DeviceModel, device_model
+from .device_model import DeviceModel, device_model, models_at
 from .device_structure import Structure
 from .postures import reached_postures
 from .turns.given_postures import GivenPosture, posed
@@ -172,8 +172,7 @@ def nothing_lacking(count: int) -> NDArray[np.object_]:
 def device_equilibrium(
     device: ChainDevice,
     query: Query,
-    base: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    cuff: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    offset: tuple[FloatArray, FloatArray] | None = None,
     progress: bool = False,
     posture: GivenPosture | None = None,
 ) -> DeviceEquilibrium:
@@ -185,30 +184,34 @@ def device_equilibrium(
         The device; an arm without inertia must be at rest.
     query : Query
         Poses, motion and load.
-    base, cuff : tuple of float
-        Shifts of torso side and arm side of the device, m, in base and arm frame.
+    offset : tuple of ndarray, optional
+        Shifts of torso side and arm side of the device, shape (N, 3) or (1, 3) each, m, in base and arm frame.
     progress : bool
         Whether to show a bar.
     posture : GivenPosture, optional
         Values of idle joints.
     """
-    model, count, p = device_model(device, base, cuff), len(query.matrices), device.limb_count
-    structure, own = device.structure, len(device.efforts)
+    model, count, p = device_model(device), len(query.matrices), device.limb_count
+    structure, own, arm = device.structure, len(device.efforts), device.arm
     state = DeviceState.zeros(count, p, model.attachments.entries, structure.held)
-    given = None if posture is None else partial(posed, given=posture)
-    found = reached_postures(model, query.matrices, progress, given)
     out = DeviceEquilibrium(
-        state, found.q, np.full((count, p), np.nan), np.full(count, _NOT_SOLVED, dtype=np.int8), found.reached,
-        found.share, np.full(count, np.nan), np.full((count, 3), np.nan),
+        state, np.empty((count, model.held.nq)), np.full((count, p), np.nan),
+        np.full(count, _NOT_SOLVED, dtype=np.int8), np.empty(count, dtype=bool), np.empty(count),
+        np.full(count, np.nan), np.full((count, 3), np.nan),
         np.zeros((count, model.free.model.njoints)), np.zeros((count, p)), np.full(count, np.nan),
-        np.zeros(count, dtype=np.int64), found.why, nothing_lacking(count), np.full(count, np.nan),
-        rule="" if posture is None else posture.words,
+        np.zeros(count, dtype=np.int64), np.empty(count, dtype=np.int8), nothing_lacking(count),
+        np.full(count, np.nan), rule="" if posture is None else posture.words,
     )  # fmt: skip
-    arm, rows = device.arm, np.flatnonzero(found.reached)
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
-    blocks: Iterable[int] = range(0, len(rows), _BLOCK)
-    for first in track(blocks, "reaction", True) if progress else blocks:
-        _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
+    for own_rows, model in models_at(device, offset, count):
+        given = None if posture is None else partial(posed, given=posture.at(own_rows))
+        found = reached_postures(model, query.matrices[own_rows], progress, given)
+        for whole, part in zip((out.q, out.reached, out.share, out.why), found, strict=True):
+            whole[own_rows] = part
+        rows = own_rows[found.reached]
+        blocks: Iterable[int] = range(0, len(rows), _BLOCK)
+        for first in track(blocks, "reaction", True) if progress else blocks:
+            _fill(out, model, structure, query, rows[first : first + _BLOCK], on_cuff, own)
     return out
 
 

@@ -28,16 +28,7 @@ from .turns.idle_joints import idle_motions, settled, undriven_motions
 if TYPE_CHECKING:
     from .chain_device import ChainDevice
 
-__all__ = [
-    "assembly_modes",
-    "closed_at_rest",
-    "configurations_of",
-    "following",
-    "placements",
-    "posture_rule",
-    "postures",
-    "reached_postures",
-]
+__all__: list[str] = []
 
 #: Singular value of the loops' rows, relative to the largest, below which a motion is free.
 _FREE = 1e-9

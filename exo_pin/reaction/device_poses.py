@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from ..device.device_model import SINGULAR_BEFORE, device_model
 from ..device.elastic.soft_equilibrium import determined_device, soft_equilibrium
 from ..device.elastic.soft_tree import twisting_device
 from ..device.equilibrium import DeviceEquilibrium, device_equilibrium
-from ..device.turns.given_postures import GivenPosture, given_posture
+from ..device.turns.given_postures import given_posture
 from ..load_case.case import Case
 from ..load_case.pose_stacks import Query, arm_loads
 from ..wrist.forces.affine_state import BalancedTensions
@@ -85,7 +85,7 @@ def device_poses(
     else:
         if offset is not None and device.guided_slides:
             device = twisting_device(device)
-        found = _equilibrium(device, query, offset, progress, posture)
+        found = device_equilibrium(device, query, offset, progress, posture)
     # What the limits ask of a mechanism a device has, too.
     own, rank, sharing = cast("Mechanism", device), device.structure.rank, sharing_of(device)
     # The way from a device to its answer needs none of the other forms of limits.
@@ -131,33 +131,6 @@ def device_poses(
 def _turned(case: Case, k: int, matrix: FloatArray) -> Query:
     """The question of one pose with the arm in another orientation, shape (3, 3)."""
     return case.turned(np.array([k]), matrix[None])
-
-
-def _equilibrium(
-    device: ChainDevice,
-    query: Query,
-    offset: tuple[FloatArray, FloatArray] | None,
-    progress: bool,
-    posture: GivenPosture | None,
-) -> DeviceEquilibrium:
-    """Equilibrium of all poses; those of one offset are asked together."""
-    if offset is None:
-        return device_equilibrium(device, query, progress=progress, posture=posture)
-    both = np.concatenate([np.broadcast_to(part, (len(query.matrices), 3)) for part in offset], axis=1)
-    kinds, which = np.unique(both, axis=0, return_inverse=True)
-    rows_of = [np.flatnonzero(which.ravel() == k) for k in range(len(kinds))]
-    parts = []
-    for rows, shift in zip(rows_of, kinds.tolist(), strict=True):
-        given = None if posture is None else posture.at(rows)
-        own = query.rows(rows)
-        parts.append(device_equilibrium(device, own, tuple(shift[:3]), tuple(shift[3:]), progress, given))
-    back = np.argsort(np.concatenate(rows_of))
-
-    def joined(pieces: Iterable[Iterable[Any]]) -> Iterator[Any]:
-        return (np.concatenate(list(piece))[back] for piece in zip(*pieces, strict=True))
-
-    state = DeviceState(*joined(found.state for found in parts))
-    return DeviceEquilibrium(state, *joined(found[1:-2] for found in parts))._replace(rule=parts[0].rule)
 
 
 def balanced_efforts(state: DeviceState, rank: int, sharing: EffortSharing) -> BalancedTensions:

@@ -264,11 +264,6 @@ class _Attachments:
 
     def __init__(self, model: DeviceModel, loads: DeviceLoads, R: FloatArray, on_cuff: FloatArray) -> None:
         self.model, self.loads, self.R, self.on_cuff = model, loads, R, on_cuff
-        unit, places = self._about(loads.equations.unit).mT, model.attachments
-        #: What each multiplier adds to the wrenches on the arm and the torso, shapes (N, 6 c, rows) and (N, 6, rows).
-        self.of_rows = np.zeros((len(R), places.entries, *unit.shape[1:]))
-        self.of_rows[:, : places.firm] = places.on_arm[:, None] * unit[:, None]
-        self.to_torso = places.on_torso * unit
 
     def fill(
         self, state: DeviceState, shoulder: FloatArray, across: FloatArray, multipliers: FloatArray, free: FloatArray
@@ -287,47 +282,40 @@ class _Attachments:
         multipliers, free : ndarray
             Of the columns, shape (N, rows, 1 + p + t), and those that load no coordinate, shape (N, rows, s).
         """
-        efforts, twists = state.shoulder_of_f.shape[2], len(self.model.twists)
-        at_arm, standing, points = self._own(multipliers.shape[2])
-        at_arm = at_arm + self._of(multipliers)
+        efforts, twists, count = state.forces_of_f.shape[2], len(self.model.twists), len(self.R)
+        none, places, unit = self.model.none, self.model.attachments, self._about(self.loads.equations.unit).mT
+        of_rows = np.zeros((count, places.entries + 1, *unit.shape[1:]))
+        of_rows[:, : places.firm], of_rows[:, -1] = places.on_arm[:, None] * unit[:, None], places.on_torso * unit
+        # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
+        of_multipliers = np.concatenate([-across, of_rows.reshape(count, 6 * of_rows.shape[1], unit.shape[2])], axis=1)
+        own, points = self._own(multipliers.shape[2])
+        found = np.concatenate([shoulder, own.reshape(count, -1, own.shape[3])], axis=1) + of_multipliers @ multipliers
         if free.shape[2]:
-            of_free = self._of(free)
-            effects, present = self._wanted(of_free, points), self._wanted(at_arm, points, self.on_cuff)
-            choice = least_in_order(effects, present, self.model.none)
-            at_arm, multipliers = at_arm + of_free @ choice[:, None], multipliers + free @ choice
+            of_free = of_multipliers @ free
+            effects, present = self._wanted(of_free, points), self._wanted(found, points, self.on_cuff)
+            found += of_free @ least_in_order(effects, present, none)
             # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
-            open_ = -across @ free
+            open_ = of_free[:, :3]
             U, s, _ = np.linalg.svd(open_, full_matrices=False)
-            counts = s > self.model.none * np.maximum(1.0, s[:, :1])
+            counts = s > none * np.maximum(1.0, s[:, :1])
             target = U * counts[:, None]
             target[counts.sum(axis=1) == 3] = np.eye(3)[:, : target.shape[2]]
             nothing = [np.zeros((*part.shape[:2], target.shape[2])) for part in effects]
-            side = least_in_order([open_, *effects], [-target, *nothing], self.model.none)
+            side = least_in_order([open_, *effects], [-target, *nothing], none)
             k = min(target.shape[2], efforts - twists)
-            own = slice(twists, twists + k)
-            state.shoulder_of_g[..., own] = (open_ @ side)[..., :k]
-            state.attached_of_g[..., own] = (of_free @ side[:, None])[..., :k]
-            state.standing_of_g[:, 0, :, own] = (self.to_torso @ (free @ side))[..., :k]
-        # Loads of the columns are the left side: tau, and what of B f stands on the right with the other sign.
-        found = shoulder - across @ multipliers, at_arm, (standing + self.to_torso @ multipliers)[:, None]
-        for name, whole in zip(("shoulder", "attached", "standing"), found, strict=True):
-            getattr(state, name)[:] = whole[..., 0]
-            getattr(state, f"{name}_of_f")[:] = whole[..., 1 : 1 + efforts]
-            getattr(state, f"{name}_of_g")[..., :twists] = whole[..., 1 + efforts :]
+            state.forces_of_g[..., twists : twists + k] = (of_free @ side)[..., :k]
+        state.forces[:], state.forces_of_f[:] = found[..., 0], found[..., 1 : 1 + efforts]
+        state.forces_of_g[..., :twists] = found[..., 1 + efforts :]
 
-    def _of(self, multipliers: FloatArray) -> FloatArray:
-        """Part of the wrenches on the arm that multipliers make, shape (N, c, 6, k)."""
-        count, places, _, rows = self.of_rows.shape
-        return (self.of_rows.reshape(count, 6 * places, rows) @ multipliers).reshape(count, places, 6, -1)
+    def _own(self, width: int) -> tuple[FloatArray, FloatArray]:
+        """Wrenches but for the multipliers: at c places on the arm, then on the torso, (N, c + 1, 6, width).
 
-    def _own(self, width: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Wrenches but for the multipliers: on the arm, (N, c, 6, width), and on the torso, (N, 6, width).
-
-        The third are the points of the attachments that may put couples on the arm, from O, shape (N, firm, 3).
+        The second are the points of the attachments that may put couples on the arm, from O, shape (N, firm, 3).
         """
         model, loads, places = self.model, self.loads, self.model.attachments
         equations, count, hanging = loads.equations, len(self.R), model.hanging
-        at_arm, standing = np.zeros((count, places.entries, 6, width)), np.zeros((count, 6, width))
+        found = np.zeros((count, places.entries + 1, 6, width))
+        at_arm, standing = found[:, :-1], found[:, -1]
         # What the arm's child transmits to the arm: minus the weight and inertia of all that it carries.
         at_arm[:, : len(hanging), :, 0] = -self._about(equations.tree[:, hanging])
         standing[:, :, 0] = -self._about(equations.tree[:, model.standing].sum(axis=1))
@@ -346,22 +334,23 @@ class _Attachments:
         poses = equations.poses
         ends = [poses[:, carrier, 3] + at @ poses[:, carrier, :3] for carrier, at in places.ends]
         points = np.concatenate([poses[:, hanging, 3], *(end[:, None] for end in ends)], axis=1)
-        return at_arm, standing, points - model.centre
+        return found, points - model.centre
 
-    def _wanted(self, wrenches: FloatArray, points: FloatArray, welded: FloatArray | None = None) -> list[FloatArray]:
+    def _wanted(self, forces: FloatArray, points: FloatArray, welded: FloatArray | None = None) -> list[FloatArray]:
         """What is made least, in this order: couple and force at the cuff, then couples and forces of the attachments.
 
         Parameters
         ----------
-        wrenches : ndarray
-            Of the attachments on the arm, shape (N, c, 6, k), about O.
+        forces : ndarray
+            As :attr:`.DeviceState.forces`, shape (N, 9 + 6 c, k).
         points : ndarray
-            Theirs from O, shape (N, firm, 3).
+            Of the attachments from O, shape (N, firm, 3).
         welded : ndarray, optional
             Of the links that are welded to the arm, shape (N, 6), about O, in the first column: they and the
             attachments are what the cuff bears.
         """
-        count, _, _, width = wrenches.shape
+        count, _, width = forces.shape
+        wrenches = forces[:, 3:-6].reshape(count, -1, 6, width)
         firm = wrenches[:, : points.shape[1]]
         couples = firm[:, :, 3:] - cross_matrix(points) @ firm[:, :, :3]
         each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]

@@ -40,30 +40,19 @@ class DeviceState(NamedTuple):
         motions on which drives or brakes act (scaled, N m a unit of effort).
     moment : ndarray
         m, shape (N, 3 + d), N m.
-    shoulder : ndarray
-        s_0, shape (N, 3), N.
-    shoulder_of_f, shoulder_of_g : ndarray
-        S_f and S_g, shape (N, 3, p).
-    attached : ndarray
-        w_0, shape (N, c, 6), N and N m.
-    attached_of_f, attached_of_g : ndarray
-        Its change per unit of f and g, shape (N, c, 6, p).
-    standing, standing_of_f, standing_of_g : ndarray
-        Wrench of the device on the torso in the same way, shapes (N, 1, 6) and (N, 1, 6, p).
+    forces : ndarray
+        In a row, shape (N, 3 + 6 c + 6): s_0, N; w_0 of the c attachments on the arm, force in N and moment in N m; and
+        in the same way the wrench of the device on the torso.
+    forces_of_f, forces_of_g : ndarray
+        Their change per unit of f and g, shape (N, 9 + 6 c, p).
     """
 
     moment_of_f: FloatArray
     moment_of_g: FloatArray
     moment: FloatArray
-    shoulder: FloatArray
-    shoulder_of_f: FloatArray
-    shoulder_of_g: FloatArray
-    attached: FloatArray
-    attached_of_f: FloatArray
-    attached_of_g: FloatArray
-    standing: FloatArray
-    standing_of_f: FloatArray
-    standing_of_g: FloatArray
+    forces: FloatArray
+    forces_of_f: FloatArray
+    forces_of_g: FloatArray
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -71,25 +60,41 @@ class DeviceState(NamedTuple):
     @classmethod
     def zeros(cls, count: int, efforts: int, attachments: int, held: int = 0) -> DeviceState:
         """Of N poses, to be filled, with rows for ``held`` idle motions."""
-        each = np.zeros((count, 3 + held, efforts)), np.zeros((count, 3 + held, efforts))
-        where = [
-            np.zeros((count, places, 6, *more)) for places in (attachments, 1) for more in ((), (efforts,), (efforts,))
-        ]
-        moment, shoulder = np.zeros((count, 3 + held)), np.zeros((count, 3))
-        of_f, of_g = np.zeros((count, 3, efforts)), np.zeros((count, 3, efforts))
-        return cls(*each, moment, shoulder, of_f, of_g, *where)
+        rows, size = (count, 3 + held), (count, 9 + 6 * attachments)
+        of_f, of_g = np.zeros((*rows, efforts)), np.zeros((*rows, efforts))
+        every = np.zeros(size), np.zeros((*size, efforts)), np.zeros((*size, efforts))
+        return cls(of_f, of_g, np.zeros(rows), *every)
+
+    @property
+    def shoulder(self) -> FloatArray:
+        """s_0, shape (N, 3), N."""
+        return self.forces[..., :3]
+
+    @property
+    def shoulder_of_f(self) -> FloatArray:
+        """S_f, shape (N, 3, p)."""
+        return self.forces_of_f[..., :3, :]
+
+    @property
+    def shoulder_of_g(self) -> FloatArray:
+        """S_g, shape (N, 3, p)."""
+        return self.forces_of_g[..., :3, :]
+
+    @property
+    def attached_of_f(self) -> FloatArray:
+        """Change of the wrenches of the attachments on the arm per unit of f, shape (N, c, 6, p)."""
+        own = self.forces_of_f[..., 3:-6, :]
+        return own.reshape(*own.shape[:-2], own.shape[-2] // 6, 6, own.shape[-1])
 
     def count_sides_in_newton(self, count: int) -> None:
         """Count the first forces g, which are moments in limbs, by the forces that they put on the shoulder, 1 N."""
-        size = np.linalg.norm(self.shoulder_of_g[..., :count], axis=1)
-        size = np.where(size > 0.0, size, 1.0)
-        for part in (self.moment_of_g, self.shoulder_of_g, self.attached_of_g, self.standing_of_g):
-            part[..., :count] /= size.reshape(len(size), *[1] * (part.ndim - 2), count)
+        size = np.linalg.norm(self.shoulder_of_g[..., :count], axis=1)[:, None]
+        for part in (self.moment_of_g, self.forces_of_g):
+            part[..., :count] /= np.where(size > 0.0, size, 1.0)
 
     def forget_loads(self, k: NDArray[np.intp]) -> None:
         """Mark what the loads of some poses make as not known; what forces f and g make of it stays."""
-        for part in (self.moment, self.shoulder, self.attached, self.standing):
-            part[k] = np.nan
+        self.moment[k] = self.forces[k] = np.nan
 
     def row(self, k: int) -> DeviceState:
         """Pose k of a stack."""
@@ -101,18 +106,18 @@ class DeviceState(NamedTuple):
             self.shoulder + (self.shoulder_of_f @ f[..., None] + self.shoulder_of_g @ g[..., None])[..., 0]
         )
 
+    def all_forces(self, f: FloatArray, g: FloatArray) -> FloatArray:
+        """Those of :attr:`forces` with f and g."""
+        return np.asarray(self.forces + (self.forces_of_f @ f[..., None] + self.forces_of_g @ g[..., None])[..., 0])
+
     def wrenches(self, f: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Wrenches of the attachments on the arm, shape (N, c, 6), and of the device on the torso, shape (N, 1, 6)."""
-        of_f, of_g = (
-            np.einsum("ncip,np->nci", part, force) for part, force in ((self.standing_of_f, f), (self.standing_of_g, g))
-        )
-        return self.attached + self.on_arm_of(f, g), self.standing + of_f + of_g
+        every = self.all_forces(f, g)[:, 3:].reshape(len(f), self.forces.shape[1] // 6, 6)
+        return every[:, :-1], every[:, -1:]
 
     def on_arm_of(self, f: FloatArray, g: FloatArray) -> FloatArray:
         """Change of those on the arm with f and g."""
-        return np.asarray(
-            np.einsum("ncip,np->nci", self.attached_of_f, f) + np.einsum("ncip,np->nci", self.attached_of_g, g)
-        )
+        return self._replace(forces=np.zeros_like(self.forces)).wrenches(f, g)[0]
 
 
 def moments_of(rows: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -32,6 +32,7 @@ from ..balance.device_loads import DeviceLoads, device_loads
 from ..balance.device_state import least_efforts
 from ..parts.lacking_data import LackingData
 from ..postures import following
+from ..turns.idle_joints import idle_motions
 from .soft_tree import SoftModel
 from .springs import CUFF, SHOULDER
 
@@ -150,7 +151,6 @@ class SoftEquations:
         self._kept: tuple[FloatArray, float, FloatArray, FloatArray] | None = None
         #: ∂r/∂x where paths begin, which no offset changes.
         self._first: FloatArray | None = None
-        self._loaded = np.isin(self.model.moving, self.model.soft)
         self.columns = self._soft_motions(self.start)
         self.size = self.columns.shape[1]
         self._unloaded = self._begin = _Start(np.zeros(1), 0.0, np.zeros(3), np.zeros(3), self.start, self.columns)
@@ -163,13 +163,13 @@ class SoftEquations:
         Parameters
         ----------
         idle : ndarray
-            See :meth:`_idle_here`.
+            Motions of all joints of the held tree while the arm rests, scaled, orthonormal columns.
         efforts : ndarray
             Generalised force of a unit of each effort, shape (nv, p).
         turns : ndarray
             Motions that turn the arm, shape (nv, 3).
         """
-        _, s, Vt = np.linalg.svd(idle[self._loaded])
+        _, s, Vt = np.linalg.svd(idle[self.model.soft])
         of_free = self._of_free(idle @ Vt[int((s > self.model.none).sum()) :].T)
         if not of_free.shape[1]:
             return of_free, of_free
@@ -179,38 +179,14 @@ class SoftEquations:
         return of_free @ U[:, :count], of_free @ U[:, count:]
 
     def _of_free(self, motions: FloatArray) -> FloatArray:
-        """Motions of the free tree, shape (nv, k), from scaled ones of the moving coordinates of the held tree."""
-        model = self.model
-        own, out = np.zeros((model.held.nv, motions.shape[1])), np.zeros((model.free.nv, motions.shape[1]))
-        own[model.moving] = motions * model.held.topology.column[model.moving, None]
-        out[model.v_of] = own[model.v_from]
-        return out
-
-    def _idle(self, q: FloatArray) -> FloatArray:
-        """Motions of the moving coordinates while the arm rests, scaled, orthonormal columns."""
-        self.model.held.buffers.linearise(q)
-        return self._idle_here()
-
-    def _idle_here(self) -> FloatArray:
-        """The same where the held tree was linearised last."""
-        _, s, Vt = np.linalg.svd(self._jacobian())
-        return np.asarray(Vt[int((s > self.model.none * s.max(initial=0.0)).sum()) :].T)
-
-    def _jacobian(self) -> FloatArray:
-        """Rows of the loops over the moving coordinates where the held tree was linearised last, scaled."""
-        model, top = self.model, self.model.held.topology
-        return np.asarray(
-            model.held.buffers.jacobian[:, model.moving] * top.row_scale[:, None] * top.column[model.moving]
-        )
+        """Motions of the free tree, shape (nv, k), from scaled ones of the held tree that leave the arm at rest."""
+        return self.model.free_motion((motions * self.model.held.topology.column[:, None]).T).T
 
     def _soft_motions(self, q: FloatArray) -> FloatArray:
         """N at a closed configuration, scaled, shape (nv of the held tree, k): orthonormal."""
-        model = self.model
-        idle = self._idle(q)
-        _, s, Vt = np.linalg.svd(idle[self._loaded], full_matrices=False)
-        out = np.zeros((model.held.nv, int((s > self.model.none).sum())))
-        out[model.moving] = idle @ Vt[: out.shape[1]].T
-        return out
+        idle = idle_motions(self.model, q, self.model.none)
+        _, s, Vt = np.linalg.svd(idle[self.model.soft], full_matrices=False)
+        return np.asarray(idle @ Vt[: int((s > self.model.none).sum())].T)
 
     def _offsets(self, share: float) -> tuple[FloatArray, FloatArray]:
         """Offsets of base and cuff at a share of the path."""
@@ -253,7 +229,7 @@ class SoftEquations:
                 tau[spring.own] = -R @ tau[model.linear]
             tau[spring.own] -= spring.load(q, base, cuff)
         turns = model.free_motion(following(model, q, R.T).T).T
-        B, own, idle = loads.driven.B[0], len(model.drives), self._idle_here()
+        B, own, idle = loads.driven.B[0], len(model.drives), idle_motions(model, q, model.none)
         held, free = self._held_rows(idle, B, turns)
         loose = float(np.abs(free.T @ tau).max(initial=0.0))
         motions = np.column_stack([turns, held])
@@ -266,7 +242,7 @@ class SoftEquations:
         more[:3] = np.eye(3)[:, : more.shape[1]]
         moment_of_f = np.concatenate([moment_of_f, more], axis=1)
         # N here: what of it is idle.
-        motions = self._of_free(idle @ (idle.T @ self.columns[model.moving]))
+        motions = self._of_free(idle @ (idle.T @ self.columns))
         effect = motions.T @ B
         residual = motions.T @ tau - effect @ f[: B.shape[1]]
         effect = np.concatenate([effect, np.zeros((len(effect), len(f) - B.shape[1]))], axis=1)

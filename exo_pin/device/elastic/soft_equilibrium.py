@@ -35,6 +35,7 @@ from ..chain_device import ChainDevice
 from ..device_structure import best_structure, general_configurations
 from ..equilibrium import DeviceEquilibrium, PartsMoved, device_equilibrium, margins, nothing_lacking
 from ..turns.given_postures import GivenPosture
+from ..turns.idle_joints import idle_motions
 from .soft_equations import NotEvaluated, OutOfReach, SoftEquations, SoftPose
 from .soft_tree import SoftModel
 from .springs import CUFF, HARNESS, OF_LINK, SHOULDER
@@ -81,14 +82,9 @@ class LockedEquations(SoftEquations):
 
     def _held_motions(self, efforts: FloatArray) -> FloatArray:
         """Motions of the held tree at the start that load a spring or move a drive, scaled, orthonormal, (nv, m)."""
-        model, idle = self.model, self._idle(self.start)
-        out = np.zeros((model.held.nv, idle.shape[1]))
-        out[model.moving] = idle
-        of_free = np.zeros((model.free.nv, idle.shape[1]))
-        of_free[model.v_of] = (out * model.held.topology.column[:, None])[model.v_from]
-        felt = np.concatenate([idle[np.isin(model.moving, model.soft)], efforts.T @ of_free])
-        _, s, Vt = np.linalg.svd(felt)
-        return out @ Vt[: int((s > model.none * s.max(initial=0.0)).sum())].T
+        model, idle = self.model, idle_motions(self.model, self.start, self.model.none)
+        _, s, Vt = np.linalg.svd(np.concatenate([idle[model.soft], efforts.T @ self._of_free(idle)]))
+        return idle @ Vt[: int((s > model.none * s.max(initial=0.0)).sum())].T
 
     def at(self, x: FloatArray, share: float) -> SoftPose:
         """The device at v, x and f."""
@@ -207,9 +203,9 @@ def soft_equilibrium(
             pose, x, moved.share[k] = equations.solved()
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
                 raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
-            one, here = _forces(equations, pose, state)
+            one, here = _forces(equations, pose)
             load = of_arm[k] if turned is None else arm_loads(arm, device.gravity, equations.query)[0][0]
-            _check_balance(here, one.attached.shape[1], load)
+            _check_balance(here, load)
             _fill(state, k, equations, pose, x, one, here)
         except NotEvaluated as error:
             moved.share[k], status[k], lacking[k] = error.residual, _NOT_SOLVED, error.lacking
@@ -249,18 +245,16 @@ def _put(moved: PartsMoved, k: int, displaced: dict[str, FloatArray], device: Ch
         moved.links[k, row] = displaced[soft.link + OF_LINK]
 
 
-def _forces(equations: SoftEquations, pose: SoftPose, like: DeviceState) -> tuple[DeviceState, FloatArray]:
+def _forces(equations: SoftEquations, pose: SoftPose) -> tuple[DeviceState, FloatArray]:
     """Forces of one pose, as a stack of one, and at its efforts those on shoulder, arm and torso in a row."""
-    one = DeviceState.zeros(1, len(pose.f), like.attached.shape[1])
+    one = DeviceState.zeros(1, len(pose.f), equations.model.attachments.entries)
     fill_forces(equations.model, pose.loads, equations.matrix[None], equations.on_cuff[None], one)
-    f, none = pose.f[None], np.zeros((1, len(pose.f)))
-    parts = (one.shoulder_force(f, none), *one.wrenches(f, none))
-    return one, np.concatenate([part.ravel() for part in parts])
+    return one, one.all_forces(pose.f[None], np.zeros((1, len(pose.f))))[0]
 
 
-def _check_balance(here: FloatArray, attachments: int, of_arm: FloatArray) -> None:
+def _check_balance(here: FloatArray, of_arm: FloatArray) -> None:
     """Raise where shoulder, attachments and the arm's own load do not balance: no number then goes out."""
-    shoulder, on_arm = here[:3], here[3 : 3 + 6 * attachments].reshape(attachments, 6)[:, :3]
+    shoulder, on_arm = here[:3], here[3:-6].reshape(-1, 6)[:, :3]
     missing = shoulder + on_arm.sum(axis=0) + of_arm
     if not np.abs(missing).max() <= _BALANCED * max(1e-9, *np.abs(here[:3]), *np.abs(of_arm), np.abs(on_arm).max()):
         raise SolverFailed("forces on the arm", 0.0, "the device's own loops")
@@ -278,28 +272,9 @@ def _fill(
     """Write the forces of one pose, as they change with efforts that balance the arm and move the springs."""
     rows = min(len(pose.moment), state.moment.shape[1])
     state.moment_of_f[k, :rows], state.moment[k, :rows] = pose.moment_of_f[:rows], pose.moment[:rows]
-    state.shoulder_of_g[k], state.attached_of_g[k] = one.shoulder_of_g[0], one.attached_of_g[0]
-    state.standing_of_g[k] = one.standing_of_g[0]
+    state.forces_of_g[k] = one.forces_of_g[0]
     stress = pose.stress
     ends = equations.response(pose, x, stress) if stress.shape[1] else []
-    slopes = [
-        (_forces(equations, more, state)[1] - _forces(equations, less, state)[1]) / (2.0 * size)
-        for more, less, size in ends
-    ]
+    slopes = [(_forces(equations, more)[1] - _forces(equations, less)[1]) / (2.0 * size) for more, less, size in ends]
     change = np.array(slopes).reshape(-1, len(here)).T @ stress.T
-    _scatter(state, k, here - change @ pose.f, change)
-
-
-def _scatter(state: DeviceState, k: int, constant: FloatArray, change: FloatArray) -> None:
-    """Write forces on shoulder, arm and torso that stand in a row, and their change with f."""
-    where = (
-        (state.shoulder, state.shoulder_of_f),
-        (state.attached, state.attached_of_f),
-        (state.standing, state.standing_of_f),
-    )
-    start = 0
-    for value, slope in where:
-        end = start + value[k].size
-        value[k] = constant[start:end].reshape(value[k].shape)
-        slope[k] = change[start:end].reshape(slope[k].shape)
-        start = end
+    state.forces[k], state.forces_of_f[k] = here - change @ pose.f, change

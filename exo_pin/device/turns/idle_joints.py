@@ -37,14 +37,14 @@ _STEPS, _LARGEST, _PROBE, _LAST = 80, 0.2, 1e-4, 1e-10
 _LEVEL, _FLAT = 1e-12, 1e-5
 
 
-def idle_motions(model: DeviceModel, q: FloatArray) -> FloatArray:
+def idle_motions(model: DeviceModel, q: FloatArray, none: float = _FREE) -> FloatArray:
     """Motions of all joints that leave the arm at rest, shape (nv, k), orthonormal, characteristic lengths and rad."""
     state, moving = model.held, model.moving
     work, top = state.buffers, state.topology
     work.linearise(q)
     J = work.jacobian[:, moving] * top.row_scale[:, None] * top.column[moving]
     _, s, Vt = np.linalg.svd(J)
-    free = Vt[int((s > _FREE * s.max(initial=0.0)).sum()) :]
+    free = Vt[int((s > none * s.max(initial=0.0)).sum()) :]
     out = np.zeros((state.nv, len(free)))
     out[moving] = free.T
     return out

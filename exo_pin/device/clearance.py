@@ -42,19 +42,12 @@ _CABLE = LIMB_RADII["cable"]
 _COST = 50
 
 
-def gaps(
-    device: Any,
-    matrices: FloatArray,
-    offset: tuple[FloatArray, FloatArray] | None = None,
-    placed: Any = None,
-    body: BodyShape | None = None,
-    radius: float | None = None,
-) -> Gaps:
-    """Gaps of any device in N poses; computed when they are asked for.
+class LinkGaps(Gaps):
+    """Gaps of a closed chain; computed when they are asked for.
 
     Parameters
     ----------
-    device : Device
+    device : ChainDevice
         The device.
     matrices : ndarray
         Orientations of the arm, shape (N, 3, 3).
@@ -65,23 +58,7 @@ def gaps(
         Its configurations in these poses, where they are known already.
     body : BodyShape, optional
         What to keep clear of; the body of who wears it if left out.
-    radius : float, optional
-        Of all limbs of a wrist, m; that of each one's family if left out.
-
-    Returns
-    -------
-    Gaps
     """
-    return device.gaps(matrices, offset, placed, body, radius)
-
-
-def unknown_for_gaps(device: Any, body: BodyShape | None = None, radius: float | None = None) -> tuple[str, ...]:
-    """What :func:`gaps` needs and is not known of a device, in words; empty if it is all there."""
-    return gaps(device, np.empty((0, 3, 3)), body=body, radius=radius).unknown
-
-
-class LinkGaps(Gaps):
-    """Gaps of a closed chain; see :func:`gaps` for the parameters."""
 
     plural, another = "parts of the device", "another limb or cable"
 
@@ -121,8 +98,44 @@ class LinkGaps(Gaps):
         for rows, model in models_at(self._device, None if soft else self._offset, count):
             q, reached = self._configurations(model, rows)
             shifts = np.broadcast_to(base - cuff, (count, 3))[rows]
-            out[rows] = _of_model(self._device, model, q, self._matrices[rows], shifts, self._body, self._names)
+            out[rows] = self._of_model(model, q, self._matrices[rows], shifts)
             out[rows[~reached]] = np.nan
+        return out
+
+    def _of_model(self, model: DeviceModel, q: FloatArray, matrices: FloatArray, shifts: FloatArray) -> FloatArray:
+        """Gaps of each part in each configuration, shape (N, P, 3), m; the torso is displaced by ``shifts``, (N, 3)."""
+        assert self._body is not None
+        capsules, pieces = self._capsules, _pieces(self._device, model)
+        radii = np.array([*capsules.radii, *(piece.radius for piece in pieces)])
+        names = [*capsules.names, *(piece.name for piece in pieces)]
+        owner, shapes = np.array([self._names.index(name) for name in names]), len(capsules.names)
+        joints, ends = capsules.ends[:, 6].astype(np.intp), capsules.ends
+        first, second = np.empty((len(q), len(radii), 3)), np.empty((len(q), len(radii), 3))
+        for k in range(len(q)):
+            # The torso's frame stands first.
+            every = np.concatenate([_TORSO, placements(model.held, q[k])])
+            poses = every[joints]
+            for at, local in ((first, ends[:, :3]), (second, ends[:, 3:6])):
+                at[k, :shapes] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
+            for i, (_, route, piece, _) in enumerate(pieces, start=shapes):
+                points = route.points(every) - model.centre
+                first[k, i], second[k, i] = points[piece], points[piece + 1]
+        out = np.full((len(q), len(self._names), 3), np.inf)
+        linked, (pairs, cuts) = _link_pairs(self._device), _cable_pairs(pieces, shapes)
+        pairs, cuts = np.concatenate([linked.pairs, pairs]), np.concatenate([linked.cuts, cuts])
+        _fill_gaps(
+            first,
+            second,
+            radii,
+            owner,
+            np.array(matrices),
+            np.array(shifts),
+            np.array(self._body.torso),
+            np.array(self._body.arm),
+            out,
+        )
+        if len(pairs):
+            _fill_beside(first, second, radii, owner, pairs, cuts, out[:, :, 2])
         return out
 
     def _configurations(self, model: DeviceModel, rows: NDArray[np.intp]) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -303,42 +316,6 @@ def _limb_piece(device: ChainDevice, model: DeviceModel, limb: LimbRole, drive: 
     route = PlacedRoute.between(state, (int(place.parentJoint), int(chain.parents[joint])), ends)
     assert drive.actuator is not None
     return _Piece(drive.name, route.shifted(model.arm, model._cuff), 0, LIMB_RADII[drive.actuator.family])
-
-
-def _of_model(
-    device: ChainDevice,
-    model: DeviceModel,
-    q: FloatArray,
-    matrices: FloatArray,
-    shifts: FloatArray,
-    body: BodyShape,
-    parts: tuple[str, ...],
-) -> FloatArray:
-    """Gaps of each part in each configuration, shape (N, P, 3), m; the torso is displaced by ``shifts``, (N, 3)."""
-    capsules, pieces = link_capsules(device), _pieces(device, model)
-    radii = np.array([*capsules.radii, *(piece.radius for piece in pieces)])
-    names = [*capsules.names, *(piece.name for piece in pieces)]
-    owner, shapes = np.array([parts.index(name) for name in names]), len(capsules.names)
-    joints, ends = capsules.ends[:, 6].astype(np.intp), capsules.ends
-    first, second = np.empty((len(q), len(radii), 3)), np.empty((len(q), len(radii), 3))
-    for k in range(len(q)):
-        # The torso's frame stands first.
-        every = np.concatenate([_TORSO, placements(model.held, q[k])])
-        poses = every[joints]
-        for at, local in ((first, ends[:, :3]), (second, ends[:, 3:6])):
-            at[k, :shapes] = np.einsum("sij,si->sj", poses[:, :3], local) + poses[:, 3] - model.centre
-        for i, (_, route, piece, _) in enumerate(pieces, start=shapes):
-            points = route.points(every) - model.centre
-            first[k, i], second[k, i] = points[piece], points[piece + 1]
-    out = np.full((len(q), len(parts), 3), np.inf)
-    linked, (pairs, cuts) = _link_pairs(device), _cable_pairs(pieces, shapes)
-    pairs, cuts = np.concatenate([linked.pairs, pairs]), np.concatenate([linked.cuts, cuts])
-    _fill_gaps(
-        first, second, radii, owner, np.array(matrices), np.array(shifts), np.array(body.torso), np.array(body.arm), out
-    )
-    if len(pairs):
-        _fill_beside(first, second, radii, owner, pairs, cuts, out[:, :, 2])
-    return out
 
 
 def _fill_beside(

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import as_finite, as_mapping, as_positive, as_real, as_single_rotation, require_method
-from ..device.clearance import gaps
 from ..load_case import Case, CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.case import Posture
 from ..load_case.pose_stacks import pose_matrices
@@ -173,7 +172,7 @@ def joint_contact(
         shown, offset, placed = own.mechanism, own.offset, own.placed
     elif (moved := case.offset) is not None:
         offset = as_offset(moved, poses.shape)
-    touching = gaps(shown, pose_matrices(poses)[1], offset, placed, own_body(worn.device.arm, worn.side)).words
+    touching = shown.gaps(pose_matrices(poses)[1], offset, placed, own_body(worn.device.arm, worn.side)).words
     if touching:
         found = replace(found, caution=f"{found.caution} {touching}".lstrip())
     return replace(found, record_cautions=case.cautions) if case.cautions else found

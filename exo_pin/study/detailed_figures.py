@@ -14,7 +14,6 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Interface
 from ..device.accuracy.hand_stiffness import cuff_distance
-from ..device.clearance import unknown_for_gaps
 from ..person import Person
 from ..reaction import Reaction
 from ..reaction.assumptions import Question
@@ -143,7 +142,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
 
 def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
     """1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes."""
-    if unknown_for_gaps(exo.device):
+    if exo.device.gaps(np.empty((0, 3, 3))).unknown:
         return np.full(poses.shape, np.nan)
     return np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
 

@@ -19,7 +19,6 @@ from ..core.errors.checked import checked
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import sleeve_size
-from ..device.clearance import unknown_for_gaps
 from ..device.wrist_device import as_device
 from ..reaction.constraints.actuator_limits import AT_END, length_limits
 from ..reaction.holding.hold_check import missing_limits
@@ -70,7 +69,8 @@ def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
 
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the wearer's body and of the shapes of the device's parts."""
-    return list(unknown_for_gaps(as_device(mechanism), criteria.body_of(mechanism), criteria.limb_radius))
+    body, none = criteria.body_of(mechanism), np.empty((0, 3, 3))
+    return list(as_device(mechanism).gaps(none, body=body, radius=criteria.limb_radius).unknown)
 
 
 def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:

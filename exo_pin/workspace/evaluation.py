@@ -23,7 +23,7 @@ from ..core.conventions import along_arm
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
-from ..device import as_device, clearance
+from ..device import as_device
 from ..device.accuracy.pose_accuracy import limb_readings, tolerances, weakest_rates
 from ..device.accuracy.twins import SPACING, find_twins
 from ..load_case import CentreOffset, CentrePath, Load
@@ -338,7 +338,7 @@ class PoseValues(Record):
             return np.full((len(self.matrices), 3), np.nan)
         shape, offset = self.criteria.body_of(self.mechanism), (self.offsets.base, self.offsets.cuff)
         radius = self.criteria.limb_radius
-        return clearance.gaps(as_device(self.mechanism), self.matrices, offset, self._placed, shape, radius).least
+        return as_device(self.mechanism).gaps(self.matrices, offset, self._placed, shape, radius).least
 
 
 def _worst(moment: FloatArray, tensions: FloatArray, shoulder: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -42,47 +42,29 @@ _PASSIVE = "a joint without drive would be beyond its range"
 _ROUNDING = 1e-6
 
 
-def verdict(
+def _of_pose(
     check: HoldCheck,
-    status: NDArray[np.str_],
+    status: str,
     weak_axis: FloatArray | None = None,
     unheld: str = "",
     along: FloatArray | None = None,
-    lacking: str = "",
 ) -> str:
-    """One sentence on a pose, or on a stack.
+    """One sentence on a pose.
 
     Parameters
     ----------
     check : HoldCheck
         Limits beside the pose's lengths and forces.
-    status : ndarray of str
-        Shape (...).
+    status : str
+        Of the pose.
     weak_axis : ndarray, optional
-        Of a single singular pose: the axis about which the limbs resist no moment, shape (3,), base frame; NaN where
-        loops keep the arm from turning.
+        Of a singular pose: the axis about which the limbs resist no moment, shape (3,), base frame; NaN where loops
+        keep the arm from turning.
     unheld : str
         Joints of a device that would move because nothing holds them, in words; empty where there are none.
     along : ndarray, optional
-        Of a single pose: the arm's own axis, shape (3,), base frame.
-    lacking : str
-        Why poses are not evaluated, as a clause.
-
-    Returns
-    -------
-    str
-        "The device can hold this pose.", "The device cannot hold this pose: ...", "The device probably cannot hold
-        this pose: ..." (a limit that is an estimate is not met), or "It is not known whether ...".
+        The arm's own axis, shape (3,), base frame.
     """
-    if status.ndim:
-        return _of_stack(check, status, unheld, lacking)
-    if status in UNSOLVED:
-        why = lacking if status == "not_evaluated" else "its equilibrium could not be solved"
-        return f"It is not known whether the device can hold this pose: {why}."
-    return _of_pose(check, str(status), weak_axis, unheld, along)
-
-
-def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld: str, along: FloatArray | None) -> str:
     if status in _WITHOUT_ANSWER:
         if weak_axis is not None and np.isnan(weak_axis).any():
             return f"The device cannot hold this pose: {_LOCKED}."
@@ -109,7 +91,8 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None, unheld
 
 def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, lacking: str) -> str:
     total, held = status.size, int(check.can_hold.sum())
-    unsolved = _unsolved(status, lacking)
+    counts = [int((status == name).sum()) for name in UNSOLVED]
+    unsolved = [(n, why) for n, why in zip(counts, ("the equilibrium could not be solved", lacking), strict=True) if n]
     if not check.asked and not check.violated.any():
         text = f'It is not known which of {total} poses the device can hold: limits were left out (limits="none")'
         return "; ".join([text, *(f"{count} have no result, because {why}" for count, why in unsolved)]) + "."
@@ -117,44 +100,23 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, lacking: 
     depends = (
         "if the estimates are right" if check.estimated and not check.missing else "if the unknown limits allow it"
     )
+    reasons = _stack_reasons(check, status, unheld)
     if unsolved:
-        return _counted(check, status, (held, likely), depends, unsolved, unheld)
+        # Poses of each outcome.
+        lost = total - held - likely - sum(counts)
+        cases = ((held, "can hold"), (likely, f"can hold {depends}"), (lost, "cannot hold"))
+        parts = [*cases, *((count, f"not known, because {why}") for count, why in unsolved)]
+        (count, first), *others = [(count, words) for count, words in parts if count]
+        text = "; ".join([f"{count} of {total} poses: {first}", *(f"{count}: {words}" for count, words in others)])
+        return f"{text}." + (f" Where it cannot: {', '.join(reasons)}." if reasons else "")
     if held or not likely:
         text = f"The device can hold {held or 'none'} of {total} poses"
         text += f", and {likely} more {depends}" if likely else ""
     else:
         text = f"The device can hold {likely} of {total} poses {depends}"
-    reasons = _stack_reasons(check, status, unheld)
     if not reasons:
         return f"{text}."
     return f"{text}{'; in the others' if held or likely else ':'} {', '.join(reasons)}."
-
-
-def _unsolved(status: NDArray[np.str_], lacking: str) -> list[tuple[int, str]]:
-    """How many poses have no result, and why."""
-    words = ("the equilibrium could not be solved", lacking)
-    counts = [(int((status == name).sum()), why) for name, why in zip(UNSOLVED, words, strict=True)]
-    return [(count, why) for count, why in counts if count]
-
-
-def _counted(
-    check: HoldCheck,
-    status: NDArray[np.str_],
-    known: tuple[int, int],
-    depends: str,
-    unsolved: list[tuple[int, str]],
-    unheld: str,
-) -> str:
-    """Poses of each outcome, where some have no result."""
-    lost = status.size - sum(known) - sum(count for count, _ in unsolved)
-    cases = zip((*known, lost), ("can hold", f"can hold {depends}", "cannot hold"), strict=True)
-    parts = [f"{count}: {words}" for count, words in cases if count]
-    parts += [f"{count}: not known, because {why}" for count, why in unsolved]
-    first, *others = parts
-    count, _, words = first.partition(":")
-    text = "; ".join([f"{count} of {status.size} poses:{words}", *others])
-    reasons = _stack_reasons(check, status, unheld)
-    return f"{text}." + (f" Where it cannot: {', '.join(reasons)}." if reasons else "")
 
 
 def _reasons(check: HoldCheck, along: FloatArray | None) -> list[str]:
@@ -308,11 +270,15 @@ def angle_words(poses: Rotation, side: str) -> str:
 
 def verdict_of(answer: Reaction) -> str:
     """See :attr:`exo_pin.Reaction.verdict`."""
-    axis, poses = None, answer.source.poses
-    if answer.equilibrium_status.ndim == 0 and answer.equilibrium_status == "singular":
-        axis = poses.weak_axis(0)
-    along = None if answer.status.ndim else poses.matrices[0] @ _ALONG
-    words = verdict(answer.limits, answer.status, axis, _unheld(answer), along, _lacking(answer))
+    poses, check, status, unheld = answer.source.poses, answer.limits, answer.status, _unheld(answer)
+    if status.ndim:
+        words = _of_stack(check, status, unheld, _lacking(answer))
+    elif status in UNSOLVED:
+        why = _lacking(answer) if status == "not_evaluated" else "its equilibrium could not be solved"
+        words = f"It is not known whether the device can hold this pose: {why}."
+    else:
+        axis = poses.weak_axis(0) if answer.equilibrium_status == "singular" else None
+        words = _of_pose(check, str(status), axis, unheld, poses.matrices[0] @ _ALONG)
     texts = (words, poses.gaps.words, _end_of_way(answer))
     return " ".join(text for text in texts if text)
 
@@ -326,7 +292,7 @@ def row_verdicts(answer: Reaction) -> tuple[NDArray[np.object_], NDArray[np.obje
     arrays = {name: value for name, value in vars(check).items() if isinstance(value, np.ndarray)}
     for row in map(tuple, np.argwhere(~check.can_hold & ~no_result)):
         own = replace(check, **{name: value[row] for name, value in arrays.items()})
-        said = _of_pose(own, str(status[row]), None, "", None)
+        said = _of_pose(own, str(status[row]))
         why[row] = said.partition(": ")[2].rstrip(".") or said.partition(" (")[2].rstrip(").")
     why[status == "not_solved"] = "its equilibrium could not be solved"
     return words, why

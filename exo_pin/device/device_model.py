@@ -9,7 +9,8 @@ device (the torso side of an offset) and what is on the arm moves with the cuff.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,7 +23,6 @@ from ..chain.structure.chain_state import ChainState
 from ..chain.structure.closures import Closure
 from ..chain.structure.frames import Placement
 from ..chain.structure.motion_axes import carried_joints, has_ends, limits_of, q_slice, v_slice
-from ..chain.structure.topology import Topology
 from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .balance.device_state import NONE
@@ -58,49 +58,6 @@ class Attachments(NamedTuple):
     ends: tuple[tuple[int, FloatArray], ...]
     springs: dict[int, int]
     drives: dict[int, int]
-
-
-def attachments(
-    top: Topology, arm: int, parents: NDArray[np.intp], drives: list[Any], springs: list[Any]
-) -> Attachments:
-    """Of a tree.
-
-    Parameters
-    ----------
-    top : Topology
-        Its loops.
-    arm : int
-        The arm's joint.
-    parents : ndarray of int
-        Of all joints.
-    drives, springs : list
-        Pairs of a part and its :class:`.PlacedRoute` or joint.
-    """
-    closure_of_row = np.repeat(np.arange(len(top.kinds)), np.diff(top.rows))
-    on, base = top.joints == arm, top.joints == 0
-    # A coupling joins no bodies: both of its ends are the torso, and cancel.
-    sign, standing_sign = (ends[:, 0].astype(float) - ends[:, 1] for ends in (on, base))
-    touching = np.flatnonzero(on.any(axis=1))
-    hanging, standing = np.flatnonzero(parents == arm), standing_joints(parents, arm)
-    on_arm = np.concatenate([top.carried[hanging], np.diag(sign)[touching]])
-    to_torso = top.carried[standing].sum(axis=0) + standing_sign
-    ends = tuple((int(top.joints[c, 1]), np.array(top.frame(int(c), 1).translation)) for c in touching)
-    routed = [
-        [i for i, (_, place) in enumerate(parts) if isinstance(place, PlacedRoute) and (place.joints == arm).any()]
-        for parts in (springs, drives)
-    ]
-    numbers = iter(range(len(on_arm), len(on_arm) + sum(map(len, routed))))
-    of_springs, of_drives = ({i: next(numbers) for i in group} for group in routed)
-    count = max(1, len(on_arm) + len(of_springs) + len(of_drives))
-    return Attachments(
-        count, len(on_arm), on_arm[:, closure_of_row], to_torso[closure_of_row], ends, of_springs, of_drives
-    )
-
-
-def standing_joints(parents: NDArray[np.intp], arm: int) -> NDArray[np.intp]:
-    """Joints that carry links of the device on the torso."""
-    roots = np.flatnonzero(parents == 0)
-    return roots[(roots != 0) & (roots != arm)]
 
 
 #: Why a turn ends: at its pose, where the loops cannot close, at a singular configuration.
@@ -178,10 +135,10 @@ class DeviceModel:
     def _index(self) -> None:
         held, free, arm = self.held.model, self.free.model, self.arm
         others = [k for k in range(1, held.njoints) if k != arm]
-        self.q_of = _concatenated([_indices(q_slice(free, k)) for k in others])
-        self.v_of = _concatenated([_indices(v_slice(free, k)) for k in others])
-        self.q_from = _concatenated([_indices(q_slice(held, k)) for k in others])
-        self.v_from = _concatenated([_indices(v_slice(held, k)) for k in others])
+        self.q_of = _places(q_slice(free, k) for k in others)
+        self.v_of = _places(v_slice(free, k) for k in others)
+        self.q_from = _places(q_slice(held, k) for k in others)
+        self.v_from = _places(v_slice(held, k) for k in others)
         self.arm_q, self.arm_v = q_slice(held, arm), v_slice(held, arm)
         first = v_slice(free, arm).start
         #: Coordinates of the free tree: forces on the arm, moments on it, and all but the forces.
@@ -304,20 +261,45 @@ class DeviceModel:
     @cached_property
     def standing(self) -> NDArray[np.intp]:
         """Joints that carry links of the device on the torso."""
-        return standing_joints(self.parents, self.arm)
+        roots = np.flatnonzero(self.parents == 0)
+        return roots[(roots != 0) & (roots != self.arm)]
 
     @cached_property
     def attachments(self) -> Attachments:
         """Where the device is attached to arm and torso."""
-        return attachments(self.free.topology, self.arm, self.parents, self.drives, self.springs)
+        top, arm = self.free.topology, self.arm
+        closure_of_row = np.repeat(np.arange(len(top.kinds)), np.diff(top.rows))
+        on, base = top.joints == arm, top.joints == 0
+        # A coupling joins no bodies: both of its ends are the torso, and cancel.
+        sign, standing_sign = (ends[:, 0].astype(float) - ends[:, 1] for ends in (on, base))
+        touching = np.flatnonzero(on.any(axis=1))
+        on_arm = np.concatenate([top.carried[self.hanging], np.diag(sign)[touching]])
+        to_torso = top.carried[self.standing].sum(axis=0) + standing_sign
+        ends = tuple((int(top.joints[c, 1]), np.array(top.frame(int(c), 1).translation)) for c in touching)
+        numbers = itertools.count(len(on_arm))
+        of_springs, of_drives = (
+            {
+                i: next(numbers)
+                for i, (_, place) in enumerate(parts)
+                if isinstance(place, PlacedRoute) and (place.joints == arm).any()
+            }
+            for parts in (self.springs, self.drives)
+        )
+        count = max(1, len(on_arm) + len(of_springs) + len(of_drives))
+        return Attachments(
+            count, len(on_arm), on_arm[:, closure_of_row], to_torso[closure_of_row], ends, of_springs, of_drives
+        )
+
+    def scaled_rows(self, q: FloatArray) -> FloatArray:
+        """Rows of the loops of the held tree, which is linearised here, over its coordinates; both scaled."""
+        state, top = self.held, self.held.topology
+        state.buffers.linearise(q)
+        return np.asarray(state.buffers.jacobian * top.row_scale[:, None] * top.column)
 
 
-def _indices(own: slice) -> NDArray[np.intp]:
-    return np.arange(own.start, own.stop)
-
-
-def _concatenated(parts: list[NDArray[np.intp]]) -> NDArray[np.intp]:
-    return np.concatenate([np.zeros(0, dtype=np.intp), *parts])
+def _places(slices: Iterable[slice]) -> NDArray[np.intp]:
+    """What slices hold, one after the other."""
+    return np.concatenate([np.zeros(0, dtype=np.intp), *(np.arange(own.start, own.stop) for own in slices)])
 
 
 def _shifted(state: ChainState, closure: Closure, arm: int, shift: FloatArray) -> Closure:

@@ -206,8 +206,8 @@ def device_equilibrium(
     for own_rows, model in models_at(device, offset, count):
         given = None if posture is None else partial(posed, given=posture.at(own_rows))
         found = reached_postures(model, query.matrices[own_rows], progress, given)
-        for whole, part in zip((out.q, out.reached, out.share, out.why), found, strict=True):
-            whole[own_rows] = part
+        out.q[own_rows], out.reached[own_rows] = found.q, found.reached
+        out.share[own_rows], out.why[own_rows] = found.share, found.why
         rows = own_rows[found.reached]
         blocks: Iterable[int] = range(0, len(rows), _BLOCK)
         for first in track(blocks, "reaction", True) if progress else blocks:

@@ -177,12 +177,10 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
     opening : ndarray, optional
         Shape (rows,), what an acceleration must close besides: J̇ v.
     """
-    state, passive, soft = model.held, model.passive, model.soft
-    work, top = state.buffers, state.topology
-    out = np.zeros((state.nv, *arm.shape[1:]))
+    top, passive, soft = model.held.topology, model.passive, model.soft
+    out = np.zeros((model.held.nv, *arm.shape[1:]))
     out[model.arm_v] = arm
-    work.linearise(q)
-    J = work.jacobian * top.row_scale[:, None] * top.column
+    J = model.scaled_rows(q)
     if J.size:
         # Angles have no scale.
         driven = J[:, model.arm_v] @ arm

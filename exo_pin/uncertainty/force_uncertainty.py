@@ -19,7 +19,6 @@ from ..core.errors import ExoPinError, MissingData, SolverFailed
 from ..core.records import Record
 from ..core.results import Known, Result, drawn, taken_as_known
 from ..core.validation import FloatArray, ReadOnly, as_mapping
-from ..device.protocol import described
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
 from ..reaction import Assumptions, Reaction, solve
@@ -128,9 +127,7 @@ class ForceUncertainty(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions."""
-        design = described(as_device(self.answer.source.poses.mechanism))
-        own = {"design": design, "case": self.answer.case, "assumptions": self.answer.assumptions}
-        return super().provenance | own
+        return self.answer.provenance | super().provenance
 
     @property
     def verdict(self) -> str:

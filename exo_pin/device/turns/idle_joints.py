@@ -39,14 +39,10 @@ _LEVEL, _FLAT = 1e-12, 1e-5
 
 def idle_motions(model: DeviceModel, q: FloatArray, none: float = _FREE) -> FloatArray:
     """Motions of all joints that leave the arm at rest, shape (nv, k), orthonormal, characteristic lengths and rad."""
-    state, moving = model.held, model.moving
-    work, top = state.buffers, state.topology
-    work.linearise(q)
-    J = work.jacobian[:, moving] * top.row_scale[:, None] * top.column[moving]
-    _, s, Vt = np.linalg.svd(J)
+    _, s, Vt = np.linalg.svd(model.scaled_rows(q)[:, model.moving])
     free = Vt[int((s > none * s.max(initial=0.0)).sum()) :]
-    out = np.zeros((state.nv, len(free)))
-    out[moving] = free.T
+    out = np.zeros((model.held.nv, len(free)))
+    out[model.moving] = free.T
     return out
 
 

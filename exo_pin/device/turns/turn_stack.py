@@ -45,12 +45,10 @@ def turn_arrays(model: DeviceModel, start: FloatArray) -> tuple[Any, int]:
     Where the arm is given, limbs that have no joint in common are blocks of their own. Ranks are those at ``start``.
     """
     state = model.held
-    top, work = state.topology, state.buffers
+    top, scaled = state.topology, model.scaled_rows(start)
     signs = np.zeros_like(top.signs)
     signs[:, model.moving] = top.signs[:, model.moving]
     rows, cols, row_starts, col_starts = blocks_of(signs, top.rows)
-    work.linearise(start)
-    scaled = work.jacobian * top.row_scale[:, None] * top.column
     ranks = []
     for b in range(len(row_starts) - 1):
         own = scaled[np.ix_(rows[row_starts[b] : row_starts[b + 1]], cols[col_starts[b] : col_starts[b + 1]])]

@@ -101,6 +101,8 @@ class ChainDevice(Record):
 
     #: No limit of a drive is an estimate.
     estimated = ()
+    #: Links have the masses of the chain.
+    limbs_are_massless = False
     #: Joints in which limbs turn that resist it with side forces; see ``twisting_device``.
     twists = ()
 
@@ -340,11 +342,6 @@ class ChainDevice(Record):
         """Shape (3,), m/s², base frame."""
         return frozen(np.array(self.chain.model.gravity.linear))
 
-    @property
-    def limbs_are_massless(self) -> bool:
-        """False: links have the masses of the chain."""
-        return False
-
     @cached_property
     def radius(self) -> float:
         """Length by which moments are divided, m: the chain's characteristic one."""
@@ -362,7 +359,7 @@ class ChainDevice(Record):
         }
         return hashlib.sha256(json.dumps(own).encode()).hexdigest()
 
-    def unit_of(self, drive: Drive) -> str:
+    def unit_of(self, drive: Drive | Spring) -> str:
         """Unit of a drive's effort: "N m" in a hinge, else "N".
 
         Parameters

@@ -32,7 +32,6 @@ from .parts.routes import Route
 if TYPE_CHECKING:
     from ..chain import ClosedChain
     from .chain_device import ChainDevice
-    from .parts.drives import Spring
 
 
 _XYZ = ("x", "y", "z")
@@ -217,14 +216,9 @@ def _all(device: ChainDevice) -> Iterator[tuple[str, float]]:
     for spring in device.springs:
         for each in fields(spring.law):  # type: ignore[arg-type]
             if each.name in _LAW_UNITS:
-                unit = _LAW_UNITS[each.name][_turns(device, spring)]
+                unit = _LAW_UNITS[each.name][device.unit_of(spring) == "N m"]
                 name = f"law[{spring.name}].{each.name}"
                 yield f"{name}_{unit}" if unit else name, float(getattr(spring.law, each.name))
-
-
-def _turns(device: ChainDevice, spring: Spring) -> bool:
-    """Whether a spring's law is that of a hinge."""
-    return spring.joint is not None and not device.chain.metres[device.chain.velocity_slice(spring.joint)][0]
 
 
 def _point(name: str, values: Any) -> Iterator[tuple[str, float]]:

@@ -94,7 +94,7 @@ def device_poses(
     else:
         limits = as_limb_limits(assumptions.limits, own, query.shape, lambda: found.coordinates)
     if limits.asked:
-        limits = limits.with_passive_error(_passive_error(device, found.q))
+        limits = replace(limits, passive_error=_passive_error(device, found.q))
         if law.moves and law.chooses_tensions and limits.bound_forces and len(device.efforts) > rank:
             _within_limits(settled, found, limits, rank, sharing)
     if case.motion is not None and limits.asked and limits_motion(own) and not are_actuators(assumptions.limits):

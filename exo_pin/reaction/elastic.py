@@ -60,21 +60,6 @@ from .splits.pose_stack import Moved, PoseStack
 from .splits.split import Chosen, Spherical, Split
 
 
-def require_what_gives_way(mechanism: Mechanism) -> None:
-    """Raise if no part of a wrist has a stiffness.
-
-    What has none is rigid: shoulder, harness, cuff. A limb without a guide carries no side force.
-
-    Raises
-    ------
-    MissingData
-        If nothing gives way.
-    """
-    guides = bool((guide_flexibility(mechanism)[1] & mechanism.is_upu).any())
-    if mechanism.shoulder.stiffness is None and mechanism.interfaces.are_rigid and not guides:
-        raise nothing_gives_way(mechanism.name)
-
-
 @checked
 class Elastic(Split):
     """By stiffness of the limbs' guides, their joints, the shoulder, harness and cuff, at the displaced geometry.
@@ -106,8 +91,9 @@ class Elastic(Split):
 
     def check(self, mechanism: Mechanism) -> None:
         """Raise if nothing gives way, or locked limbs are more than the freedoms of what does."""
-        require_what_gives_way(mechanism)
         rigid = mechanism.shoulder.stiffness is None and mechanism.interfaces.are_rigid
+        if rigid and not (guide_flexibility(mechanism)[1] & mechanism.is_upu).any():
+            raise nothing_gives_way(mechanism.name)
         most, words = (3, "three") if rigid else (6, "six")
         if self.locked and mechanism.limb_count > most:
             raise InvalidInput(
@@ -135,13 +121,13 @@ class Elastic(Split):
         if not self.locked:
             part = BalancedTensions(*(array[rows] for array in poses.tensions))
             stiffness = poses.mechanism.shoulder.stiffness
-            g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
+            g, _ = part.elastic(poses.state.shoulder_of_g[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
             return part.f + (part.f_of_g @ g[..., None])[..., 0], g
         assert poses.moved is not None
         parts = poses.moved.parts
         assert parts.forces is not None
         delta = parts.displacement[rows]
-        stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
+        stretch = (np.swapaxes(poses.state.shoulder_of_g[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
         return parts.forces[rows], poses.stiffness[rows] * stretch
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:

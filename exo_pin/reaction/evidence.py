@@ -138,7 +138,8 @@ def certificate_of(source: AnswerSource) -> Certificate:
     n, stresses = poses.tensions.self_stress.shape[1:]
     moved = None if poses.placed is None else poses.placed.moved
     if moved is None:
-        determined = np.concatenate([is_determined(effect) for effect in poses.open_effects], axis=1)
+        effects = np.concatenate(poses.open_effects, axis=1)
+        determined = np.abs(effects).max(axis=-1, initial=0.0) <= _NO_EFFECT
         undetermined, sides = (
             np.full(len(good), stresses + poses.upu.size),
             np.tile(poses.mechanism.is_upu, (len(good), 1)),
@@ -165,11 +166,6 @@ def certificate_of(source: AnswerSource) -> Certificate:
         source,
         poses.mechanism.force_words,
     )
-
-
-def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
-    """Whether each row of ``effect`` (..., quantities, self-stresses) is zero, to rounding."""
-    return np.asarray(np.abs(effect).max(axis=-1, initial=0.0) <= _NO_EFFECT)
 
 
 @dataclass(frozen=True, eq=False)

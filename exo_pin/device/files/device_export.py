@@ -129,7 +129,8 @@ def files_of_device(device: ChainDevice, chain: ClosedChain, target: Path, endin
         If the format has no joint for one of the device's, which the message names, or a spring has a law of its own
         kind.
     """
-    _require_reached(device, configurations_of(device, Rotation.identity()))
+    if not np.isfinite(configurations_of(device, Rotation.identity())).all():
+        raise InvalidInput(f"expected {device.name!r} to close with the arm hanging, which its files are written with")
     # Joints that settle are followed from here, and not from where they hang.
     q = closed_at_rest(device_model(device))
     cables = cables_of(device.drives, device.springs) if ending == ".xml" else ()
@@ -292,11 +293,6 @@ def _is_saved(target: Path) -> bool:
 
 def _headed(name: str, text: str) -> str:
     return f"# What the robot's file leaves out of {' '.join(name.split())}. {_MARK}.\n{text}"
-
-
-def _require_reached(device: ChainDevice, q: FloatArray) -> None:
-    if not np.isfinite(q).all():
-        raise InvalidInput(f"expected {device.name!r} to close with the arm hanging, which its files are written with")
 
 
 def _rest(chain: ClosedChain, q: FloatArray) -> dict[str, FloatArray]:

@@ -115,12 +115,8 @@ def _brake_table(device: ChainDevice, brake: Brake) -> dict[str, Any]:
     return {"name": brake.name, "joint": brake.joint, **own}
 
 
-def _turns(device: ChainDevice, part: Drive | Spring) -> bool:
-    return part.joint is not None and not device.chain.metres[device.chain.velocity_slice(part.joint)][0]
-
-
 def _law_table(device: ChainDevice, spring: Spring) -> dict[str, Any]:
-    law, turns = spring.law, _turns(device, spring)
+    law, turns = spring.law, device.unit_of(spring) == "N m"
     at = "rad" if turns else "m"
     # A law is the pull; the file of a spring on a joint holds the effort on it.
     key, sign = ("force_N", 1.0) if spring.joint is None else ("effort_N_m" if turns else "effort_N", -1.0)
@@ -143,7 +139,7 @@ def _drive_table(device: ChainDevice, drive: Drive) -> dict[str, Any]:
     own = {key: record_table(part) for key in ("actuator", "stroke") if (part := getattr(drive, key)) is not None}
     if drive.actuator is not None and drive.actuator.pulls_only:
         del own["actuator"]["push_limit_N"]  # zero, as its family says
-    turns = _turns(device, drive)
+    turns = device.unit_of(drive) == "N m"
     effort, at, rate = ("N_m", "rad", "_rad_s") if turns else ("N", "m", "_m_s")
     named = {
         f"lower_{effort}": drive.lower, f"upper_{effort}": drive.upper, f"least_{at}": drive.least,

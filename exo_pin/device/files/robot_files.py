@@ -33,7 +33,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -85,30 +85,9 @@ def read_robot(
         return _read(robot, table, leave_out, ending)
 
 
-class RobotContent(NamedTuple):
-    """What a device file says of its robot's file.
-
-    Attributes
-    ----------
-    own : Closures
-        Closures, springs and armatures of joints, tolerance and what was left out.
-    roles : Roles or None
-        None where the file has none.
-    restated : Restated or None
-        What the robot's file says otherwise; None where the table is not there.
-    rest : mapping of str to tuple of float
-        Coordinates of joints where the arm hangs.
-    """
-
-    own: Closures
-    roles: Roles | None
-    restated: Restated | None
-    rest: dict[str, tuple[float, ...] | None]
-
-
-def robot_content(table: TomlTable) -> RobotContent:
-    """The tables of :func:`robot_tables`, which are taken out of that of the device file."""
-    roles, in_file = table.table("roles"), table.table("in_file")
+def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str], ending: str) -> ClosedChain:
+    # The tables of :func:`robot_tables`.
+    given, in_file = table.table("roles"), table.table("in_file")
     own = Closures(
         "device",
         closures=tuple(read_closure(item) for item in table.tables("closures")),
@@ -118,11 +97,7 @@ def robot_content(table: TomlTable) -> RobotContent:
     )
     rest = {str(item.text("name")): _numbers(item, "coordinates") for item in table.tables("rest")}
     restated = None if in_file is None else _restated(in_file)
-    return RobotContent(own, None if roles is None else read_roles(roles), restated, rest)
-
-
-def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str], ending: str) -> ClosedChain:
-    own, roles, restated, rest = robot_content(table)
+    roles = None if given is None else read_roles(given)
     if ending == ".xml":
         model, read = read_mjcf(robot, leave_out)
     elif ending == ".sdf":

@@ -84,6 +84,10 @@ class Drive:
     zero_length: float = 0.0
     play: float | None = None
     resolution: float | None = None
+    #: It is a drive, and no limb.
+    kind = "drive"
+    #: What a device's structure gives way is not a property of its drives.
+    guide = None
 
     def __post_init__(self) -> None:
         _require_place(self)
@@ -190,11 +194,6 @@ class Drive:
         law = self.actuator is not None and self.actuator.force_law is not None
         return lacking + [name for name, end in names if np.isnan(end) and not (law and name.startswith("great"))]
 
-    @property
-    def kind(self) -> str:
-        """It is a drive, and no limb."""
-        return "drive"
-
     def idle(self) -> Drive:
         """The same drive when it gives no effort.
 
@@ -226,11 +225,6 @@ class Drive:
         [-0.1, -0.04]
         """
         return self if self.route is None else replace(self, route=self.route.mirrored())
-
-    @property
-    def guide(self) -> None:
-        """None: what a device's structure gives way is not a property of its drives."""
-        return
 
 
 @checked

@@ -64,11 +64,14 @@ def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tupl
     for i, limb in enumerate(mechanism.limbs):
         if limb.actuator is not None and limb.actuator.force_law is not None and limb.stroke is not None:
             alike.setdefault((limb.actuator, limb.stroke), []).append(i)
-    muscles = tuple((_muscle(*parts), limbs) for parts, limbs in alike.items())
-    for muscle, limbs in muscles:
+    muscles = list[tuple[Muscle, list[int]]]()
+    for (actuator, stroke), limbs in alike.items():
+        model = muscle_model(actuator.force_law, stroke.nominal_length)  # type: ignore[arg-type]
+        muscle = Muscle(model=model, end_fitting=stroke.end_fitting, supply_pressure=actuator.supply_pressure)
+        muscles.append((muscle, limbs))
         line = float(muscle.model.validity.capability_line(np.array(muscle.supply)))
         ceiling[limbs] = np.minimum(ceiling[limbs], line)
-    return (frozen(lower), frozen(upper), frozen(ceiling)), muscles
+    return (frozen(lower), frozen(upper), frozen(ceiling)), tuple(muscles)
 
 
 class PullLaws(NamedTuple):
@@ -213,10 +216,6 @@ class LimbLimits:
         lower, upper = np.where(below, -np.inf, own.lower), np.where(above, own.ceiling, own.upper)
         return cls(np.minimum(lower, upper), upper, below, above, error)
 
-    def with_passive_error(self, error: FloatArray) -> LimbLimits:
-        """The same where joints without drive are so far beyond their limits, shape (N,), m or rad."""
-        return replace(self, passive_error=error)
-
     def narrowed(self, lower: FloatArray, upper: FloatArray) -> LimbLimits:
         """The same within further limits of f, N, shape (N, n); where these are finite the limit is known."""
         low, high = np.maximum(self.lower, lower), np.minimum(self.upper, upper)
@@ -300,12 +299,6 @@ class LimbLimits:
         slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
         inside = (tensions >= self.lower[rows] - slack) & (tensions <= self.upper[rows] + slack)
         return np.asarray(inside.all(axis=1))
-
-
-def _muscle(actuator: Actuator, stroke: Stroke) -> Muscle:
-    assert actuator.force_law is not None
-    model = muscle_model(actuator.force_law, stroke.nominal_length)
-    return Muscle(model=model, end_fitting=stroke.end_fitting, supply_pressure=actuator.supply_pressure)
 
 
 def _greatest_pull(muscle: Muscle, length: FloatArray) -> FloatArray:

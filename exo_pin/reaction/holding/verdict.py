@@ -300,9 +300,10 @@ def row_verdicts(answer: Reaction) -> tuple[NDArray[np.object_], NDArray[np.obje
 
 def _unheld(answer: Reaction) -> str:
     """Joints that would move because neither drive nor brake holds them, with what is missing in a single pose."""
-    missing = answer.source.poses.unheld
-    if not missing.any():
+    placed = answer.source.poses.placed
+    if placed is None or not placed.unheld.any():
         return ""
+    missing = placed.unheld
     device: Any = answer.source.poses.mechanism
     chain, nobody = device.chain, "neither drive nor brake holds" if device.brakes else "no drive holds"
     names = list(chain.model.names)
@@ -331,14 +332,15 @@ def _end_of_way(answer: Reaction) -> str:
     poses = answer.source.poses
     if not answer.status.ndim and answer.load_share is not None and answer.load_share < 1.0:
         return _end_of_load(float(answer.load_share), str(answer.status))
-    if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular"):
+    if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular") or poses.placed is None:
         return ""
-    if poses.followed[0] == 0.0:
+    followed = poses.placed.share[0]
+    if followed == 0.0:
         if answer.status == "beyond_singular":
             return "It is singular at rest, so that it has no assembly mode to follow."
         return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
-    last = Rotation.from_rotvec(poses.followed[0] * turn)
+    last = Rotation.from_rotvec(followed * turn)
     return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
 
 

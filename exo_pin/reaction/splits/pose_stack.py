@@ -193,16 +193,6 @@ class PoseStack(NamedTuple):
         return found
 
     @property
-    def unheld(self) -> FloatArray:
-        """Effort missing at joints of the chain that nothing holds, shape (N, njoints); limbs hold all theirs."""
-        return np.zeros((len(self.matrices), 0)) if self.placed is None else self.placed.unheld
-
-    @property
-    def followed(self) -> FloatArray:
-        """Part of the turn from rest that the device follows, shape (N,); limbs follow all of it."""
-        return np.ones(len(self.matrices)) if self.placed is None else self.placed.share
-
-    @property
     def posture(self) -> str:
         """By what rule joints stand that leave the arm where it is; empty where there are none."""
         if self.placed is None or self.placed.rule:
@@ -241,11 +231,6 @@ class PoseStack(NamedTuple):
         return None if self.sharing is None else self.sharing.scales
 
     @property
-    def sides(self) -> FloatArray:
-        """Side wrenches S_g of the state, shape (N, 3, n)."""
-        return self.state.shoulder_of_g
-
-    @property
     def open_effects(self) -> tuple[FloatArray, FloatArray]:
         """f and F_s per N of tensions that balance themselves and of side forces, shapes (N, n, m) and (N, 3, m)."""
         own, upu = self.tensions, self.upu
@@ -282,7 +267,7 @@ class PoseStack(NamedTuple):
     def _elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
         """K_s + K_X and N; see :meth:`BalancedTensions.elastic_system`."""
         own = BalancedTensions(*(part[rows] for part in self.tensions))
-        return own.elastic_system(self.sides[rows], stiffness, self.stiffness[rows], self.misfit[rows])
+        return own.elastic_system(self.state.shoulder_of_g[rows], stiffness, self.stiffness[rows], self.misfit[rows])
 
     def forces(self, row: int, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f and g, shape (n,), for values z of what :meth:`effect` multiplies."""

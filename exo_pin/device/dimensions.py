@@ -325,13 +325,14 @@ def _with_dimensions(device: ChainDevice, values: Mapping[DesignParameter, float
         elif head == "law":
             k = next(k for k, each in enumerate(springs) if each.name == part)
             law = springs[k].law
-            given = {each.name: own[key] for each in fields(law) for key in own if _is_of(key, each.name)}  # type: ignore[arg-type]
+            given = {
+                each.name: own[key]
+                for each in fields(law)  # type: ignore[arg-type]
+                for key in own
+                if key == each.name or key.removeprefix(f"{each.name}_") in _LAW_UNITS.get(each.name, ())
+            }
             springs[k] = replace(springs[k], law=replace(law, **given))  # type: ignore[type-var]
     return device.replace(springs=tuple(springs), drives=tuple(drives), **changed)
-
-
-def _is_of(key: str, name: str) -> bool:
-    return key == name or key.removeprefix(f"{name}_") in _LAW_UNITS.get(name, ())
 
 
 def _route_point(parts: list[Any], name: str, number: int, own: Mapping[str, float]) -> None:

@@ -173,19 +173,6 @@ class SoftTree:
         return point if there is None else RoutePoint(there[0], tuple(there[1].act(np.array(point.point)).tolist()))
 
 
-def soft_device(device: ChainDevice) -> Any:
-    """The device on its springs, of the same kind as the one given.
-
-    Raises
-    ------
-    MissingData
-        If nothing gives way.
-    """
-    if not gives_way(device):
-        raise nothing_gives_way(device.name)
-    return _on_tree(device, SoftTree(device))
-
-
 @lru_cache(maxsize=32)
 def twisting_device(device: ChainDevice) -> Any:
     """The device whose guided limbs let their two halves turn against each other, and that gives way nowhere else.
@@ -249,7 +236,9 @@ class SoftModel:
 
     def __init__(self, device: ChainDevice) -> None:
         self.device, self.rigid = device, device_model(device)
-        self.soft = soft_device(device)
+        if not gives_way(device):
+            raise nothing_gives_way(device.name)
+        self.soft = _on_tree(device, SoftTree(device))
         rigid = (SHOULDER,) * (device.shoulder.stiffness is None) + (CUFF,) * (device.interfaces.cuff is None)
         limbs = guided_limbs(device)
         free = [limb.joint for limb in limbs.values() if not limb.part.resists]

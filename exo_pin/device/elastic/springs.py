@@ -186,13 +186,6 @@ class PlacedGuide(NamedTuple):
         return own[:3] + R @ self.far - self.near, R
 
 
-def placed_guide(held: pin.Model, free: pin.Model, limb: GuidedLimb) -> PlacedGuide:
-    """The guide of a limb in the trees of a device."""
-    slices = q_slice(held, held.getJointId(limb.joint)), v_slice(free, free.getJointId(limb.joint))
-    assert limb.part.guide is not None
-    return PlacedGuide(limb.joint, *slices, limb.part.guide, limb.near, limb.far, limb.along)
-
-
 def _energy(guide: LimbGuide, length: float, s: FloatArray, t: FloatArray, x: FloatArray) -> FloatArray:
     """U of ends t and of vectors x across them, shape (k, 2, 3): shape (k,), N m."""
     shear, couple = 2.0 / (guide.joint_stiffness * length**2), 1.0 / guide.joint_twist_stiffness
@@ -302,9 +295,13 @@ def placed_springs(device: ChainDevice, model: DeviceModel) -> list[PlacedSpring
     known = {name: (np.array(part.stiffness), np.array(part.at)) for name, part in parts.items() if part is not None}
     if device.shoulder.stiffness is not None:
         known = {SHOULDER: (np.array(device.shoulder.stiffness), np.zeros(3))} | known
-    guides = [placed_guide(held, free, limb) for limb in guided_limbs(device).values() if limb.part.resists]
-    springs = [
-        PlacedSpring(name, q_slice(held, held.getJointId(name)), v_slice(free, free.getJointId(name)), *own)
-        for name, own in known.items()
+
+    def slices(name: str) -> tuple[slice, slice]:
+        return q_slice(held, held.getJointId(name)), v_slice(free, free.getJointId(name))
+
+    guides = [
+        PlacedGuide(limb.joint, *slices(limb.joint), limb.part.guide, limb.near, limb.far, limb.along)
+        for limb in guided_limbs(device).values()
+        if limb.part.guide is not None and limb.part.resists
     ]
-    return [*springs, *guides]
+    return [*(PlacedSpring(name, *slices(name), *own) for name, own in known.items()), *guides]

@@ -360,9 +360,8 @@ def _differences(one: ChainDevice, other: ChainDevice) -> list[str]:
 def _different_joints(one: ClosedChain, other: ClosedChain) -> list[str]:
     """Joints that are gone, or have other data."""
     data = [
-        {str(name): item for name, item in zip(chain.model.names, items, strict=True)}
+        dict(zip(map(str, chain.model.names), joint_data(chain.model, chain.description.joints), strict=True))
         for chain in (one, other)
-        for items in [joint_data(chain.model, chain.description.joints)]
     ]
     found = [f"joint {name!r}" for name in sorted(data[0].keys() ^ data[1].keys())]
     for name in sorted(data[0].keys() & data[1].keys()):

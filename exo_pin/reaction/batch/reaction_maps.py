@@ -348,12 +348,10 @@ def _rows(vectors: Iterable[FloatArray], rows: NDArray[np.intp]) -> Iterator[Flo
 
 def _outputs(count: int, limb_count: int, selected: set[str]) -> Outputs:
     """Arrays for the quantities of ``keep``, and arrays without rows for the others."""
-    rows = [count if name in selected else 0 for name in _KEEP]
+    widths = ((3,), (limb_count,), (limb_count,), (), (), ())
     return Outputs(
-        np.empty((rows[0], 3)),
-        np.empty((rows[1], limb_count)),
-        np.empty((rows[2], limb_count)),
-        np.empty(rows[3], dtype=np.int8),
-        np.empty(rows[4]),
-        np.empty(rows[5]),
+        *(
+            np.empty((count if name in selected else 0, *width), dtype=np.int8 if name == "status" else np.float64)
+            for name, width in zip(_KEEP, widths, strict=True)
+        )
     )

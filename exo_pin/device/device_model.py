@@ -27,7 +27,7 @@ from ..chain.variants import with_joint
 from ..core.validation import FloatArray
 from .balance.device_state import NONE
 from .parts.drives import Drive, Spring
-from .parts.lacking_data import LackingData, SpringForces
+from .parts.lacking_data import LackingData
 from .parts.laws import covered_force
 from .parts.routes import PlacedRoute
 
@@ -175,7 +175,9 @@ class DeviceModel:
         """Each spring in the same way."""
         return [(spring, self._place(spring)) for spring in self.device.springs]
 
-    def spring_forces(self, q: FloatArray, poses: FloatArray) -> SpringForces:
+    def spring_forces(
+        self, q: FloatArray, poses: FloatArray
+    ) -> tuple[FloatArray, dict[int, tuple[LackingData, ...]], FloatArray]:
         """Forces of all springs as far as their laws cover the poses; nothing else of a device asks these laws.
 
         Parameters
@@ -184,6 +186,16 @@ class DeviceModel:
             Of the free tree, shape (N, nq).
         poses : ndarray
             Of its joints, shape (N, njoints, 4, 3).
+
+        Returns
+        -------
+        forces : ndarray
+            Of S springs in N poses, shape (N, S), N or N m, pulling; zero of a spring whose force is not known.
+        lacking : dict of int to tuple of LackingData
+            By the pose, springs whose force is not known there.
+        margin : ndarray
+            Shape (N,), distance of the springs' coordinates to the ends of their laws, over the length of each range
+            (1 m or 1 rad of one with one end): the least; negative outside, infinite where no law has an end.
         """
         lacking, margin = dict[int, tuple[LackingData, ...]](), np.full(len(q), np.inf)
         forces = np.zeros((len(q), len(self.springs)))
@@ -201,7 +213,7 @@ class DeviceModel:
                     lacking[int(k)] = (*lacking.get(int(k), ()), LackingData("spring", spring.name))
                     force[k] = 0.0
             forces[:, i] = np.nan_to_num(force)
-        return SpringForces(forces, lacking, margin)
+        return forces, lacking, margin
 
     def _place(self, part: Drive | Spring) -> PlacedRoute | int:
         if part.route is not None:

@@ -247,7 +247,9 @@ def _fill(
     unknown = np.array(list(loads.lacking), dtype=np.intp)
     state.forget_loads(unknown)
     status[unknown], found.unheld[unknown] = _NOT_SOLVED, 0.0
-    good = loads.is_driven
+    # Where all drives have a direction.
+    good = np.ones(len(rows), dtype=bool)
+    good[list(loads.driven.lacking)] = False
     for whole, part in zip(out.state, state, strict=True):
         part[~good] = 0.0
         if not in_row:

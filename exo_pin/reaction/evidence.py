@@ -294,12 +294,6 @@ class Infeasibility(Result, ReadOnly):
         >>> print(proof.explain().split(". ")[0] + ".")
         With the best forces within the limits, 73.07 N m about (-0.15, -0.96, 0.24) is missing.
         """
-        if not self._is_infeasible(index):
-            return "This pose can be held."
-        return " ".join([self._missing(index), *self._blocking(index)])
-
-    def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
-        """Whether one pose cannot be held."""
         try:
             pose = self.infeasible[index]
         except IndexError:
@@ -308,7 +302,7 @@ class Infeasibility(Result, ReadOnly):
             raise InvalidInput(
                 f"expected the index of one pose of the stack of shape {self.infeasible.shape}, got {index}"
             )
-        return bool(pose)
+        return " ".join([self._missing(index), *self._blocking(index)]) if pose else "This pose can be held."
 
     def _missing(self, index: int | tuple[int, ...]) -> str:
         force, moment = self.missing_wrench[index][:3], self.missing_wrench[index][3:]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...chain.dynamics.equations.equation_stacks import EquationsStack, equations_of_stack
 from ...chain.kinematics.loops import constraint_drift
@@ -58,7 +57,7 @@ class DeviceLoads(NamedTuple):
     lacking : dict of int to tuple of LackingData
         By the pose, drives and springs whose data do not cover it.
     data_margin : ndarray
-        Of the springs, shape (N,), as of :class:`.SpringForces`.
+        Of the springs, shape (N,), as of :meth:`.DeviceModel.spring_forces`.
     """
 
     equations: EquationsStack
@@ -68,13 +67,6 @@ class DeviceLoads(NamedTuple):
     spring_pulls: list[FloatArray | None]
     lacking: dict[int, tuple[LackingData, ...]]
     data_margin: FloatArray
-
-    @property
-    def is_driven(self) -> NDArray[np.bool_]:
-        """Shape (N,): whether all drives have a direction."""
-        out = np.ones(len(self.tau), dtype=bool)
-        out[list(self.driven.lacking)] = False
-        return out
 
 
 def driven_by(model: DeviceModel, q: FloatArray, equations: EquationsStack) -> Driven:

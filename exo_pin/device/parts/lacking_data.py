@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.tables import enumerated
-from ...core.validation import FloatArray
 
 
 class LackingData(NamedTuple):
@@ -64,25 +63,6 @@ class LackingData(NamedTuple):
 
     def _at(self, x: float) -> str:
         return self._number(x) + ("°" if self.unit == "rad" else " m")
-
-
-class SpringForces(NamedTuple):
-    """Forces of S springs in N poses.
-
-    Attributes
-    ----------
-    forces : ndarray
-        Shape (N, S), N or N m, pulling; zero of a spring whose force is not known.
-    lacking : dict of int to tuple of LackingData
-        By the pose, springs whose force is not known there.
-    margin : ndarray
-        Shape (N,), distance of the springs' coordinates to the ends of their laws, over the length of each range (1 m
-        or 1 rad of one with one end): the least; negative outside, infinite where no law has an end.
-    """
-
-    forces: FloatArray
-    lacking: dict[int, tuple[LackingData, ...]]
-    margin: FloatArray
 
 
 def lacking_words(found: Iterable[LackingData]) -> str:

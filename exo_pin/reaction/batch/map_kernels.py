@@ -215,13 +215,11 @@ class TermBlocks:
 SPHERICAL, STANDALONE, MINIMAL = 0, 1, 2
 #: Status of a pose in which no tensions are within their limits.
 INFEASIBLE = QUERY_STATUS.index("infeasible")
-#: Where the bounds on g come from: the arrays, or the pose's own |f_i|.
-GIVEN, BY_ACTUATOR = 0, 1
 
 
 @kernel(stack=True)
 def map_any(
-    q: Any, device: LimbPoints, terms: Terms, split: int, bounds: int, lower: Any, upper: Any,
+    q: Any, device: LimbPoints, terms: Terms, split: int, by_actuator: bool, lower: Any, upper: Any,
     limits: CompiledLimits, out: Outputs,
 ) -> None:  # fmt: skip
     """Any split of any number of limbs.
@@ -232,8 +230,10 @@ def map_any(
         Unit quaternions, shape (N, 4), scalar last.
     device, terms, out : NamedTuple
         The mechanism, the query, and the arrays for the results.
-    split, bounds : int
+    split : int
         One of the codes above.
+    by_actuator : bool
+        Whether the bounds on g are the pose's own |f_i|.
     lower, upper : ndarray
         Bounds on g of "minimal", shape (N, n) or (1, n), N.
     limits : CompiledLimits
@@ -286,8 +286,8 @@ def map_any(
                 low_row, high_row = min(i, lower.shape[0] - 1), min(i, upper.shape[0] - 1)
                 for k in range(u):
                     limit = abs(f[upu[k]])
-                    low[own + k] = -limit if bounds == BY_ACTUATOR else lower[low_row, upu[k]]
-                    high[own + k] = limit if bounds == BY_ACTUATOR else upper[high_row, upu[k]]
+                    low[own + k] = -limit if by_actuator else lower[low_row, upu[k]]
+                    high[own + k] = limit if by_actuator else upper[high_row, upu[k]]
                 if least_bounded(shoulder, G, low, high, z, work) <= GAP_TOLERANCE:
                     add_open(upu, N, z, f, g)
                     for j in range(3):

@@ -33,7 +33,7 @@ from ..solve_case import solve
 from ..splits.split import Minimal, Spherical, Standalone
 from . import map_kernels
 from .limit_kernels import BEYOND, UNLIMITED, check_limits
-from .map_kernels import BY_ACTUATOR, GIVEN, LimbPoints, Outputs, PoseBlocks, TermBlocks, Terms, map_three
+from .map_kernels import LimbPoints, Outputs, PoseBlocks, TermBlocks, Terms, map_three
 from .map_limits import compiled_limits, have_one_form
 
 #: The kernels' codes of the splits, whose children they do not know.
@@ -236,7 +236,6 @@ def reaction_map(
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     outputs = _outputs(poses.count, n, selected)
     unknown = np.zeros(poses.count if "status" in selected else 0, dtype=bool)
-    kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
 
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
@@ -248,7 +247,7 @@ def reaction_map(
         if n == 3 and code != map_kernels.MINIMAL:
             map_three(q, points, own, code == map_kernels.STANDALONE, out)
         else:
-            map_kernels.map_any(q, points, own, code, kind, *bounds.block(start, stop), limits, out)
+            map_kernels.map_any(q, points, own, code, bounds.by_actuator, *bounds.block(start, stop), limits, out)
         if not limited:
             return
         open_ = np.empty(len(q), dtype=bool)

@@ -101,8 +101,6 @@ class ChainDevice(Record):
 
     #: No limit of a drive is an estimate.
     estimated = ()
-    #: Links have the masses of the chain.
-    limbs_are_massless = False
     #: Joints in which limbs turn that resist it with side forces; see ``twisting_device``.
     twists = ()
 
@@ -341,6 +339,11 @@ class ChainDevice(Record):
     def gravity(self) -> FloatArray:
         """Shape (3,), m/s², base frame."""
         return frozen(np.array(self.chain.model.gravity.linear))
+
+    @property
+    def limbs_are_massless(self) -> bool:
+        """False: links have the masses of the chain."""
+        return False
 
     @cached_property
     def radius(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,15 +44,6 @@ class WristDevice(Mechanism):
     (3, 3)
     """
 
-    #: None: a limb that is locked is a drive.
-    brakes: ClassVar[tuple[Brake, ...]] = ()
-    #: The limbs of a wrist hold the arm, away from singular poses.
-    holds_alone = True
-    #: The masses of limbs are no part of what moves with the arm, kg.
-    links_mass = 0.0
-    #: The cuff carries the joints B_i.
-    cuff_is_known = True
-
     @classmethod
     def of(cls, record: Mechanism) -> WristDevice:
         """The device of a wrist's record; of the same record the same one.
@@ -75,6 +66,11 @@ class WristDevice(Mechanism):
         return record if type(record) is cls else _made_once(record)
 
     @property
+    def brakes(self) -> tuple[Brake, ...]:
+        """None: a limb that is locked is a drive."""
+        return ()
+
+    @property
     def drives(self) -> tuple[Limb, ...]:
         """The limbs: each holds by its tension."""
         return self.limbs
@@ -83,6 +79,21 @@ class WristDevice(Mechanism):
     def efforts(self) -> tuple[Limb, ...]:
         """The limbs: their tensions hold the device."""
         return self.limbs
+
+    @property
+    def holds_alone(self) -> bool:
+        """Whether the limbs hold the arm, away from singular poses: those of a wrist do."""
+        return True
+
+    @property
+    def links_mass(self) -> float:
+        """Zero: the masses of limbs are no part of what moves with the arm."""
+        return 0.0
+
+    @property
+    def cuff_is_known(self) -> bool:
+        """Whether it is known where the cuff is: it carries the joints B_i."""
+        return True
 
     @cached_property
     def hash(self) -> str:

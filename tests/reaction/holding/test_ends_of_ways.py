@@ -9,7 +9,8 @@ from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way
 
 
 def ended(status, share=None, followed=1.0, matrices=None, shape=()):
-    poses = SimpleNamespace(followed=np.array([followed]), matrices=matrices, mechanism=SimpleNamespace(side="left"))
+    placed, mechanism = SimpleNamespace(share=np.array([followed])), SimpleNamespace(side="left")
+    poses = SimpleNamespace(placed=placed, matrices=matrices, mechanism=mechanism)
     full = None if share is None else np.full(shape, share)
     return SimpleNamespace(source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full)
 

@@ -81,27 +81,19 @@ class DriveSchedule(Record):
         return next((fault for fault in stuck if fault.acts(time + SAME)), None)
 
     def start(self, time: float) -> None:
-        """Take over the commands where a period of the pulses begins at ``time``, or pulses do not matter."""
+        """Take over the commands where a period of the pulses begins at ``time``."""
         for i, unit in self._valves():
             period = int(np.floor((time + SAME) * unit.frequency))
             stuck = self._stuck(i, time)
-            if unit.modulation == "averaged" or period != self._period[i] or stuck is not None:
+            if period != self._period[i] or stuck is not None:
                 self._shares[i] = unit.shares(float(self.commands[i]) if stuck is None else stuck.command)
             self._period[i] = period
 
     def next_switch(self, time: float) -> float:
         """The next instant after ``time`` at which a valve opens or closes or a period begins, s."""
-        following = np.inf
-        for i, unit in self._valves():
-            if unit.modulation == "averaged":
-                continue
-            begin = self._period[i] / unit.frequency
-            for place in (self._switch(i), 1.0):
-                instant = begin + place / unit.frequency
-                if instant > time + SAME:
-                    following = min(following, instant)
-                    break
-        return following
+        valves = [(self._period[i] / unit.frequency, self._switch(i), unit.frequency) for i, unit in self._valves()]
+        instants = (begin + place / rate for begin, switch, rate in valves for place in (switch, 1.0))
+        return min((instant for instant in instants if instant > time + SAME), default=np.inf)
 
     def _switch(self, i: int) -> float:
         """Share of the period at which the valve that opened at its start closes."""
@@ -158,14 +150,10 @@ class DriveSchedule(Record):
     def _open(self, i: int, unit: ValveUnit, time: float) -> tuple[float, float]:
         """How far fill and vent path are open, 0 to 1 each."""
         fill, vent = self._shares[i]
-        if unit.modulation == "averaged":
-            return float(fill), float(vent)
         place = (time + SAME) * unit.frequency - self._period[i]
         before = place < self._switch(i)
-        if unit.layout == "3/2":
-            filling = fill > 0.0 and (before or fill >= 1.0)
-            return float(filling), float(not filling)
-        return float(fill > 0.0 and before), float(vent > 0.0 and before)
+        fills = fill > 0.0 and (before or fill >= 1.0)
+        return float(fills), float(not fills if unit.layout == "3/2" else vent > 0.0 and before)
 
 
 #: A run with more instants than this is a slip in duration or rate.

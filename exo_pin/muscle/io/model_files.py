@@ -97,29 +97,27 @@ def parameter_content(model: StaticModel) -> dict[str, Any]:
     require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    if type(model) not in (PolynomialModel, ForceTable, *_CONSTANTS):
+    own: Any
+    if type(model) in _CONSTANTS:
+        form, keys = _CONSTANTS[type(model)]
+        part, own = "constants", {key: getattr(model, name) for name, key in keys.items()}
+    elif isinstance(model, PolynomialModel):
+        form, part = "polynomial", "coefficients"
+        own = [_term(powers, value) for powers, value in model.in_bar.items()]
+    elif isinstance(model, ForceTable):
+        form, part, bars = _TABLE, "table", [p / BAR for p in model.pressures]
+        own = {"strain": list(model.strains), "pressure_bar": bars, "force_N": [list(row) for row in model.forces]}
+    else:
         raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
-    content = {
+    return {
         "name": model.name,
         "source": model.source,
         "notes": list(model.notes),
         "reference_length_m": model.reference_length,
-        "form": _form(model),
+        "form": form,
         "validity": _validity_table(model.validity),
+        part: own,
     }
-    if isinstance(model, PolynomialModel):
-        return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
-    if isinstance(model, ForceTable):
-        bars = [p / BAR for p in model.pressures]
-        rows = [list(row) for row in model.forces]
-        return content | {"table": {"strain": list(model.strains), "pressure_bar": bars, "force_N": rows}}
-    return content | {"constants": {key: getattr(model, name) for name, key in _CONSTANTS[type(model)][1].items()}}
-
-
-def _form(model: StaticModel) -> str:
-    if isinstance(model, PolynomialModel):
-        return "polynomial"
-    return _TABLE if isinstance(model, ForceTable) else _CONSTANTS[type(model)][0]
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:

@@ -92,6 +92,3 @@ class ForceTable(StaticModel):
 
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         return self._cell(x, pressure)[2]
-
-    def _powers(self, pressure: float) -> FloatArray:
-        raise self._no_polynomial()

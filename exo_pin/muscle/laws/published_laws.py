@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_positive
+from ...core.validation import as_positive
 from .static import StaticModel
 
 #: Constants of the law, Pa, N and no unit, in the order of the docstring.
@@ -85,6 +85,3 @@ class FestoLaw(StaticModel):
 
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         return 1.0 / self._slopes(x, pressure)[0]
-
-    def _powers(self, pressure: float) -> FloatArray:
-        raise self._no_polynomial()

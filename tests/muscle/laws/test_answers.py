@@ -230,7 +230,6 @@ def asked_of_air():
         no_regulator=lambda: Supply(5e5, volume=0.002),
         no_air=lambda: Supply(0.0),
         layout=lambda: replace(unit, layout="4/2"),
-        modulation=lambda: replace(unit, modulation="none"),
         frequency=lambda: replace(unit, frequency=0.0),
         part=lambda: replace(unit, vent=None),
     )

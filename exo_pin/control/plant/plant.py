@@ -21,7 +21,6 @@ from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
 from .any_device.arm_actions import Payload, Wearer
 from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import started
-from .any_device.device_rest import device_rest
 from .any_device.moving_torso import Torso
 from .any_device.padding import Padding
 from .contractions import Contractions
@@ -30,6 +29,7 @@ from .faults import Fault, as_faults
 from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
+from .rest import rest_of
 from .run import Run
 from .run_summary import warn_of_stiff_drives
 from .simulation import (
@@ -42,7 +42,7 @@ from .simulation import (
     end_time,
     events_of,
 )
-from .state import FIRST_STEP, Controller, PlantState, Sensor, equations_state, settled
+from .state import FIRST_STEP, Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
     from ...design import Mechanism
@@ -259,10 +259,7 @@ class Plant(Record):
         array([13. , -5.4,  0.6])
         """
         start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        if self.equations is not None:
-            return device_rest(self, start)
-        pose = settled(self.tables, equations_state(start, self.motors), start.orientation)
-        return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
+        return rest_of(self, start)
 
     def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:
         """The state of rest in a pose, with the drives where they hold tensions.

@@ -24,6 +24,7 @@ from ...chain.kinematics.loops import constraint_drift
 from ...core.validation import FloatArray
 from ...load_case import Load, Motion
 from ...reaction.holding.least_held_forces import nearest_tensions
+from ..plant.any_device.arm_actions import load_at_shoulder
 from ..plant.any_device.device_equations import DeviceEquations
 from ..plant.plant import Plant
 from .tension_program import Tensions, missing_moments, tensions_for_motion
@@ -135,7 +136,9 @@ class DevicePlanner:
         own.coordinates(q)
         P, (springs, _) = own.columns(), own.springs(q)
         turns = own.following(q, np.eye(3))
-        moment = turns.T @ (left - springs) - R.T @ _moment(load, R)
+        moment = turns.T @ (left - springs)
+        if load is not None:
+            moment = moment - R.T @ load_at_shoulder(load, R)[1]
         arms = turns.T @ P
         # Shares of the limits; a drive without any counts by newtons or newton metres.
         size = np.maximum(np.maximum(np.abs(least), np.abs(greatest)), 1e-6)
@@ -157,16 +160,6 @@ class DevicePlanner:
     def left(self, pose: Rotation, motion: Motion, efforts: FloatArray, load: Load | None) -> FloatArray:
         """Moment of a motion that given efforts do not make, shape (3,), N m, base frame: that of others."""
         return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
-
-
-def _moment(load: Load | None, R: FloatArray) -> FloatArray:
-    """Of a load on the arm about O, base frame."""
-    if load is None:
-        return np.zeros(3)
-    force, moment = np.asarray(load.force, dtype=float), np.asarray(load.moment, dtype=float)
-    if load.frame == "arm":
-        force, moment = R @ force, R @ moment
-    return np.asarray(moment + np.cross(R @ np.asarray(load.at), force))
 
 
 def planner_of(plant: Plant) -> WristPlanner | DevicePlanner:

@@ -14,13 +14,12 @@ from ...core.validation import (
     as_choice,
     as_count,
     as_finite,
-    as_positive,
-    as_real,
     require_type,
     set_fields,
     set_positive,
 )
 from ...muscle.valve.flow import Valve
+from .any_device.arm_actions import check_span
 
 FaultKind = Literal[
     "leak", "burst", "torn", "stuck valve", "no current", "slipping brake", "jam", "encoder loss", "supply drop"
@@ -103,10 +102,7 @@ class Fault:
     def __post_init__(self) -> None:
         as_choice("kind", self.kind, FAULTS)
         set_fields(self, limb=as_count("limb", self.limb))
-        as_positive("start", self.start, zero=True)
-        end = as_real("end", self.end)
-        if end.shape != () or not end > self.start:
-            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+        check_span(self)
         if (self.kind == "leak") != isinstance(self.leak, Valve):
             raise InvalidInput('expected leak as a Valve with kind "leak", and with no other kind')
         if (self.kind == "slipping brake") != (self.brake_force is not None):

@@ -258,8 +258,7 @@ class Plant(Record):
         >>> ep.shoulder_angles(plant.rest().orientation, degrees=True).round(1)
         array([13. , -5.4,  0.6])
         """
-        start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        return rest_of(self, start)
+        return rest_of(self, self.state(near, pressures=pressures, drive_positions=drive_positions))
 
     def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:
         """The state of rest in a pose, with the drives where they hold tensions.

@@ -2,18 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....core.errors import InvalidInput
+from ....core.errors import InvalidInput, MissingData
 from ....core.errors.checked import checked
 from ....core.validation import FloatArray, as_finite, as_positive, as_real, set_fields, set_positive
+from ....load_case import Load
 
 #: Two times nearer than this, s, are one.
 _SAME = 1e-9
+
+
+def require_known(source: object, values: Mapping[str, Any], query: str) -> None:
+    """Raise MissingData for values that nobody gave, or gave without a source."""
+    missing = [name for name, value in values.items() if value is None]
+    missing += [] if isinstance(source, str) and source.strip() else ["source"]
+    if missing:
+        raise MissingData(missing, query)
+
+
+def check_span(record: Any) -> None:
+    """Check that a record starts at a time of zero or more, s, and ends later, or never."""
+    as_positive("start", record.start, zero=True)
+    end = as_real("end", record.end)
+    if end.shape != () or not end > record.start:
+        raise InvalidInput(f"expected end after start, got {record.end!r} and {record.start!r}")
+
+
+def load_at_shoulder(load: Load, R: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force of a load on the arm and its moment about O, base frame, at an orientation of the arm, shape (3, 3)."""
+    force, moment = (np.asarray(part, dtype=float) for part in (load.force, load.moment))
+    if load.frame == "arm":
+        force, moment = R @ force, R @ moment
+    return force, moment + np.cross(R @ np.asarray(load.at), force)
 
 
 class ArmState(NamedTuple):
@@ -75,9 +100,7 @@ class Payload:
     def __post_init__(self) -> None:
         set_positive(self, "mass")
         set_fields(self, at=tuple(as_finite("at", self.at, (3,)).tolist()))
-        as_positive("start", self.start, zero=True)
-        if not float(as_real("end", self.end)) > self.start:
-            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+        check_span(self)
 
     def is_held(self, time: Any, before: bool = False) -> Any:
         """Whether the arm holds it just after times in s, or just before them; at zero it is there before, too.

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.errors import ExoPinError, ExoPinWarning
 from ..core.results import Known
 from ..core.validation import FloatArray
-from .length_model import FINEST, GROUPS, UNIT, UNITS, LengthModel, labels, whitening
+from .length_model import FINEST, GROUPS, UNIT, UNITS, LengthModel, whitening
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -30,11 +30,8 @@ _POSES, _STEP = 60, 1e-5
 
 def known_quantities(found: Calibration) -> tuple[Known, ...]:
     """All quantities that are no unknowns and change the joints, largest effect on the joints first."""
-    model, nominal = found.model, found.model.base.shape
-    base, platform = (
-        points + model.group(name, found.values, nominal)
-        for name, points in (("base_points", model.base), ("platform_points", model.platform))
-    )
+    model = found.model
+    base, platform = model.points(found.values)
     mountings = found.torso_mounting, found.arm_mounting
     full = LengthModel(base, platform, found.length_offsets, *mountings, GROUPS)
     values = np.zeros(full.size)
@@ -47,7 +44,8 @@ def known_quantities(found: Calibration) -> tuple[Known, ...]:
     names = [name for name in model.unknowns if name not in model.known]
     asked = np.concatenate([np.arange(full.size)[full.places[name]] for name in names])
     stiff = np.diag(full.scales[asked] / found.information.prior[model.asked])
-    rows, slopes = _joint_rows(full), force_slopes(found)
+    # Of the joints by the scaled unknowns; turns and scales of sensors move none.
+    rows, slopes = full.joint_slopes.reshape(-1, full.size), force_slopes(found)
     scale = max(found.estimate.scale, FINEST / UNIT)
     known = []
     for name in GROUPS:
@@ -70,20 +68,8 @@ def known_quantities(found: Calibration) -> tuple[Known, ...]:
         if slopes is not None:
             effects["F_s_percent"] = 100.0 * float(np.median(np.linalg.norm(slopes @ joints, axis=1)))
         shows = bool(left > _SHOWS * scale)
-        (text,) = labels(name, 1) if not name.endswith("points") else (name.replace("_", " "),)
-        text = "length offsets" if name == "length_offsets" else text
-        known.append(Known(text, factor * size, unit, effects, shows, name in model.known))
+        known.append(Known(name.replace("_", " "), factor * size, unit, effects, shows, name in model.known))
     return tuple(sorted(known, key=lambda each: -each.effects["joints_mm"]))
-
-
-def _joint_rows(full: LengthModel) -> FloatArray:
-    """Derivatives of all joints, seen from the shoulder's centre, by the scaled unknowns of a full model, (6 n, p)."""
-    n = full.limb_count
-    rows = np.zeros((2, 3 * n, full.size))
-    for ring, points, offset in ((0, "base_points", "base_offset"), (1, "platform_points", "cuff_offset")):
-        rows[ring, :, full.places[points]] = np.eye(3 * n)
-        rows[ring, :, full.places[offset]] = np.tile(np.eye(3), (n, 1))
-    return rows.reshape(6 * n, -1)
 
 
 def force_slopes(found: Calibration) -> FloatArray | None:

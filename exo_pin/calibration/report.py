@@ -86,9 +86,10 @@ def _unknowns(found: Calibration) -> list[str]:
     for name, place in model.places.items():
         parts = labels(name, model.limb_count)
         unit, factor = UNITS[name]
-        nominal = {"base_points": model.base, "platform_points": model.platform}.get(name)
-        if nominal is not None:
-            values = nominal + model.group(name, found.values, nominal.shape)
+        nominal = None
+        if name.endswith("points"):
+            ring = int(name == "platform_points")
+            nominal, values = (model.base, model.platform)[ring], model.points(found.values)[ring]
         elif name == "length_offsets":
             values = found.length_offsets
         elif name.endswith("mounting"):

@@ -10,14 +10,15 @@ from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.errors.checked import checked
-from ...core.files.toml_tables import TomlTable, naming_file, read_toml, write_toml
+from ...core.files.toml_tables import naming_file, read_toml, write_toml
 from ...core.validation import as_mapping, require_type
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
-from ..laws.static import BAR, StaticModel
+from ..laws.static import BAR
 from .model_files import muscle_model, muscle_models, parameter_content, parse_parameters
 
 _LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
+_DAMPING = ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar")
 
 
 @checked
@@ -60,33 +61,10 @@ def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mappin
         "source": model.source,
         "notes": list(model.notes),
         "friction": friction,
-        "damping": {"D_1_N_s2_per_m2_bar": model.damping.D_1 * BAR, "D_2_N_s_per_m_bar": model.damping.D_2 * BAR},
+        "damping": dict(zip(_DAMPING, (model.damping.D_1 * BAR, model.damping.D_2 * BAR), strict=True)),
         "static": parameter_content(model.static),
     }
     write_toml(path, content | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()})
-
-
-def _friction(table: TomlTable) -> FrictionLaw:
-    form = table.text("form", choices=("constant", "load-dependent"))
-    law: FrictionLaw
-    if form == "load-dependent":
-        law = LoadDependentFriction.from_bar(*(table.coefficient(key) for key in _LOAD_DEPENDENT))
-    else:
-        law = ConstantFriction(table.coefficient("force_N"))
-    table.finish()
-    return law
-
-
-def _damping(table: TomlTable) -> Damping:
-    law = Damping.from_bar(*(table.coefficient(key) for key in ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar")))
-    table.finish()
-    return law
-
-
-def _static(top: TomlTable) -> StaticModel:
-    if top.is_text("static"):
-        return muscle_model(str(top.text("static", choices=muscle_models())))
-    return parse_parameters(top.required_table("static"))
 
 
 def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
@@ -115,11 +93,26 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
     """
     top = read_toml(path)
     with naming_file(path):
+        name = str(top.text("name"))
+        if top.is_text("static"):
+            static = muscle_model(str(top.text("static", choices=muscle_models())))
+        else:
+            static = parse_parameters(top.required_table("static"))
+        friction = top.required_table("friction")
+        law: FrictionLaw
+        if friction.text("form", choices=("constant", "load-dependent")) == "load-dependent":
+            law = LoadDependentFriction.from_bar(*(friction.coefficient(key) for key in _LOAD_DEPENDENT))
+        else:
+            law = ConstantFriction(friction.coefficient("force_N"))
+        friction.finish()
+        damping = top.required_table("damping")
+        damped = Damping.from_bar(*(damping.coefficient(key) for key in _DAMPING))
+        damping.finish()
         model = DynamicModel(
-            name=str(top.text("name")),
-            static=_static(top),
-            friction=_friction(top.required_table("friction")),
-            damping=_damping(top.required_table("damping")),
+            name=name,
+            static=static,
+            friction=law,
+            damping=damped,
             source=top.text("source", required=False) or "",
             notes=top.texts("notes"),
         )

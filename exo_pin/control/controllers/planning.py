@@ -28,10 +28,23 @@ from ..plant.any_device.arm_actions import load_at_shoulder
 from ..plant.any_device.device_equations import DeviceEquations
 from ..plant.plant import Plant
 from .tension_program import Tensions, missing_moments, tensions_for_motion
-from .wrist_lengths import LengthMotion, length_motion
 
 #: Step of the rate at which lengths change with a motion, s.
 _STEP = 1e-6
+
+
+class LengthMotion(NamedTuple):
+    """Lengths of n limbs in a motion of the arm.
+
+    Attributes
+    ----------
+    lengths, rates, accelerations : ndarray
+        Shape (n,): l in m, l' in m/s, l'' in m/s².
+    """
+
+    lengths: FloatArray
+    rates: FloatArray
+    accelerations: FloatArray
 
 
 class WristPlanner(NamedTuple):
@@ -45,7 +58,18 @@ class WristPlanner(NamedTuple):
 
     def motion(self, state: Any) -> LengthMotion:
         """See :class:`DevicePlanner`."""
-        return length_motion(self.plant.mechanism.geometry, state)
+        # With b = B_i - O in the base frame, b' = ω × b: l' = s · b', l'' = s · b'' + (|b'|² - l'²)/l.
+        geometry = self.plant.mechanism.geometry
+        b = geometry.platform_points @ state.orientation.as_matrix().T
+        w, e = np.asarray(state.angular_velocity), np.asarray(state.angular_acceleration)
+        span = b - geometry.base_points
+        lengths = np.linalg.norm(span, axis=1)
+        s = span / lengths[:, None]
+        velocity = np.cross(w, b)
+        acceleration = np.cross(e, b) + np.cross(w, velocity)
+        rates = np.einsum("ij,ij->i", s, velocity)
+        across = np.einsum("ij,ij->i", velocity, velocity) - rates**2
+        return LengthMotion(lengths, rates, np.einsum("ij,ij->i", s, acceleration) + across / lengths)
 
     def masses(self, pose: Rotation) -> FloatArray:
         """See :class:`DevicePlanner`: all of its motors have springs between."""

@@ -163,8 +163,7 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     arm = mechanism.require_arm("a pose to hold")
     moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
     lengths = plant.contractions.lengths(poses)
-    least, greatest = np.empty_like(lengths), np.empty_like(lengths)
-    for row, low, high in zip(lengths, least, greatest, strict=True):
-        low[:], high[:] = plant.force_limits(row, slack=True)
+    limits = np.array([plant.force_limits(row, slack=True) for row in lengths]).reshape(-1, 2, plant.count)
+    least, greatest = np.ascontiguousarray(limits.swapaxes(0, 1))
     arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
     return least_held_forces.missing_moments(moment, arms, least, greatest)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -35,15 +35,12 @@ _BURST = Valve(2e-8, 0.5)
 
 
 #: Faults as they are typed: kind and command.
-WORDS: dict[str, tuple[FaultKind, float]] = {
-    "torn": ("torn", -1.0),
-    "burst": ("burst", -1.0),
+WORDS: dict[str, tuple[Any, float]] = {
     "stuck-open": ("stuck valve", 1.0),
     "stuck-shut": ("stuck valve", -1.0),
-    "no-current": ("no current", -1.0),
-    "jam": ("jam", -1.0),
-    "encoder-loss": ("encoder loss", -1.0),
-    "supply-drop": ("supply drop", -1.0),
+    **{
+        kind.replace(" ", "-"): (kind, -1.0) for kind in FAULTS if kind not in ("leak", "stuck valve", "slipping brake")
+    },
 }
 
 

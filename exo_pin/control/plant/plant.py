@@ -32,16 +32,7 @@ from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .rest import rest_of
 from .run import Run
 from .run_summary import warn_of_stiff_drives
-from .simulation import (
-    SAME,
-    Clock,
-    DriveSchedule,
-    PlantSimulation,
-    RunInstant,
-    as_tolerance,
-    end_time,
-    events_of,
-)
+from .simulation import SAME, DriveSchedule, PlantSimulation, RunInstant, end_time, events_of, run_instants
 from .state import FIRST_STEP, Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
@@ -358,10 +349,12 @@ class Plant(Record):
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:
             require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
-        clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
-        every = as_faults(faults, self.motors.tolist(), clock.end)
-        instants = clock.instants([*every, *self._sudden])
-        return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
+        given = {"control_rate": control_rate, "sample_rate": control_rate if sample_rate is None else sample_rate}
+        rates = [as_positive(name, rate) for name, rate in given.items()]
+        end = end_time(start.time, as_positive("duration", duration), *rates)
+        every = as_faults(faults, self.motors.tolist(), end)
+        instants = run_instants(start.time, end, *rates, [*every, *self._sudden])
+        return PlantSimulation(self, controller, instants, start, every, sensor, rtol).run(progress)
 
     def step(
         self,
@@ -413,7 +406,7 @@ class Plant(Record):
         held = as_finite("commands", commands, (self.count,))
         events = {t for t in events_of([*every, *self._sudden]) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
-        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
+        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, rtol)
         # A sensor takes no part in a step.
         return replace(motion.stepped(), sensor=state.sensor)
 

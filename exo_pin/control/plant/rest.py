@@ -73,7 +73,10 @@ def _wrist_rest(plant: Plant, start: PlantState) -> tuple[FloatArray, FloatArray
     def moved(q: FloatArray, turn: FloatArray) -> FloatArray:
         return np.asarray((Rotation.from_rotvec(turn) * Rotation.from_quat(q)).as_quat())
 
-    return _settled(start.quaternion.copy(), pushed, moved, np.ones(3)), start.chain
+    q, stable = _settled(start.quaternion.copy(), pushed, moved, np.ones(3))
+    if not stable:
+        raise SolverFailed("rest of the plant", float(np.linalg.norm(pushed(q)[1])), "it goes on moving")
+    return q, start.chain
 
 
 def _device_rest(given: DeviceEquations, plant: Plant, start: PlantState) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +94,7 @@ def _device_rest(given: DeviceEquations, plant: Plant, start: PlantState) -> tup
         found = own.moved(q, step)
         return refined(own.state, close(own.state, found, restarts=0)) if own.state.row_count else found
 
-    q = _settled(start.chain[: own.nq].copy(), pushed, moved, own.state.topology.column)
+    q, _ = _settled(start.chain[: own.nq].copy(), pushed, moved, own.state.topology.column)
     return q[own.model.arm_q], first_chain(q, none, len(own.rubbing))
 
 
@@ -100,8 +103,8 @@ def _settled(
     pushed: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     moved: Callable[[FloatArray, FloatArray], FloatArray],
     lengths: FloatArray,
-) -> FloatArray:
-    """The configuration at rest that steps from another lead to.
+) -> tuple[FloatArray, bool]:
+    """The configuration at rest that steps from another lead to, and whether every motion from there is pushed back.
 
     Parameters
     ----------
@@ -136,7 +139,7 @@ def _settled(
             continue
         q, basis, g, longest = there, motions, force, min(_LONGEST, 2.0 * longest)
         if step < _LAST:
-            return q
+            return q, bool((values < 0.0).all())
     raise SolverFailed("rest of the plant", step, "it goes on moving")
 
 

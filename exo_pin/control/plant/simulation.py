@@ -19,7 +19,7 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import shown
 from ...core.progress import track
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ...muscle.valve.flow import ValveUnit
 from .any_device.device_motion import DeviceMotion, Piece
 from .any_device.observations import observed
@@ -174,64 +174,37 @@ def end_time(start: float, duration: float, *rates: float) -> float:
     return round(end, _DECIMALS)
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Duration in s, control and sample rate in Hz, and the time in s at which it begins."""
+def run_instants(
+    start: float, end: float, control_rate: float, sample_rate: float, sudden: Sequence[Any]
+) -> list[RunInstant]:
+    """Those that are known beforehand, from a start to an end, s, at rates in Hz.
 
-    duration: float
-    control_rate: float
-    sample_rate: float
-    start: float = 0.0
-
-    def __post_init__(self) -> None:
-        set_positive(self, "duration", "control_rate", "sample_rate")
-        for name in ("control_rate", "sample_rate"):
-            if self.duration * getattr(self, name) > _MOST_INSTANTS:
-                raise InvalidInput(
-                    f"expected {name} in Hz for at most {_MOST_INSTANTS} instants in {self.duration:g} s, got "
-                    f"{getattr(self, name):g}"
-                )
-
-    @property
-    def end(self) -> float:
-        """When it ends, s."""
-        return end_time(self.start, self.duration, self.control_rate, self.sample_rate)
-
-    def ticks(self, rate: float) -> FloatArray:
-        """Multiples of the period from start to end, s."""
-        first = int(np.ceil((self.start - SAME) * rate))
-        return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
-
-    def instants(self, sudden: Sequence[Any] = ()) -> list[RunInstant]:
-        """Those that are known beforehand: of controller, samples, and what begins and ends, such as faults."""
-        controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
-        events = [t for t in events_of(sudden) if self.start < t < self.end]
-        # Start and end are samples; the controller is not called at the end any more.
-        samples = np.concatenate([[self.start], samples, [self.end]])
-        fixed = np.unique(np.concatenate([controls, samples, events]))
-        fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
-        controlled = _among(fixed, controls) & (fixed < self.end - SAME)
-        each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
-        return [RunInstant(*one) for one in each]
+    They are those of controller and samples, and those at which something, such as a fault, begins or ends.
+    """
+    for name, rate in (("control_rate", control_rate), ("sample_rate", sample_rate)):
+        if (end - start) * rate > _MOST_INSTANTS:
+            raise InvalidInput(
+                f"expected {name} in Hz for at most {_MOST_INSTANTS} instants in {end - start:g} s, got {rate:g}"
+            )
+    # Multiples of each period.
+    controls, samples = (
+        np.arange(int(np.ceil((start - SAME) * rate)), int(np.floor((end + SAME) * rate)) + 1) / rate
+        for rate in (control_rate, sample_rate)
+    )
+    events = [t for t in events_of(sudden) if start < t < end]
+    # Start and end are samples; the controller is not called at the end any more.
+    samples = np.concatenate([[start], samples, [end]])
+    fixed = np.unique(np.concatenate([controls, samples, events]))
+    fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
+    controlled = _among(fixed, controls) & (fixed < end - SAME)
+    each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
+    return [RunInstant(*one) for one in each]
 
 
 def events_of(sudden: Sequence[Any]) -> list[float]:
     """When faults, payloads and pushes begin and end, s; a wearer's moment without these goes on smoothly."""
     ends = (getattr(each, name, np.inf) for each in sudden for name in ("start", "end"))
     return [float(time) for time in ends if np.isfinite(time)]
-
-
-def as_tolerance(rtol: float) -> float:
-    """A relative tolerance with which a run is a motion of the plant.
-
-    Raises
-    ------
-    InvalidInput
-        If it is not above zero, or too loose.
-    """
-    if as_positive("rtol", rtol) > _LOOSEST:
-        raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
-    return float(rtol)
 
 
 class RunInstant(NamedTuple):
@@ -293,11 +266,6 @@ class MinimalMotion:
         return ""
 
 
-def motion_of(plant: Plant, start: PlantState, rtol: float) -> MinimalMotion | DeviceMotion:
-    """What moves a plant on from a state."""
-    return (MinimalMotion if plant.equations is None else DeviceMotion)(plant, start, rtol)
-
-
 class PlantSimulation:
     """A plant under a controller from a start on: its motion, its drives, and their record.
 
@@ -317,7 +285,10 @@ class PlantSimulation:
         sensor: Sensor | None,
         rtol: float,
     ) -> None:
-        self.motion: MinimalMotion | DeviceMotion = motion_of(plant, start, rtol)
+        if as_positive("rtol", rtol) > _LOOSEST:
+            raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
+        kind = MinimalMotion if plant.equations is None else DeviceMotion
+        self.motion: MinimalMotion | DeviceMotion = kind(plant, start, float(rtol))
         self._plant, self._controller, self._instants, self._sensor = plant, controller, instants, sensor
         self._schedule = DriveSchedule(plant.units, faults)
         self._schedule.resume(start.commands, start.pulses)

@@ -26,12 +26,12 @@ from .io.model_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
 from .laws.force_laws import ChouHannaford as ChouHannaford
 from .laws.force_laws import PolynomialModel as PolynomialModel
-from .laws.force_table import ForceTable as ForceTable
 from .laws.friction import ConstantFriction as ConstantFriction
 from .laws.friction import Damping as Damping
 from .laws.friction import FrictionLaw as FrictionLaw
 from .laws.friction import LoadDependentFriction as LoadDependentFriction
 from .laws.published_laws import FestoLaw as FestoLaw
+from .laws.published_laws import ForceTable as ForceTable
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity
 from .laws.validity import Validity as Validity

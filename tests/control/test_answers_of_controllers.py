@@ -208,11 +208,13 @@ def loops_and_programs():
         np.array([5.0, 6.0, 0.0, 1.0]),
         SHOVE,
     )
-    return [pi.step(error, 0.1) for error in ([0.3, 0.1], [-0.9, 0.5], [0.1, -0.4])], pi.integral, lone, control.TABLE_5_5, in_turn(
+    steps = [pi.step(error, 0.1) for error in ([0.3, 0.1], [-0.9, 0.5], [0.1, -0.4])]
+    return steps, pi.integral, lone, control.TABLE_5_5, in_turn(
         gains=lambda: control.FeedbackGains(weight_share=1.1), time=lambda: control.FeedbackGains(integral_time=0.0),
         stiff=lambda: control.FeedbackGains(stiffness=-1.0), pi=lambda: control.PIGains(1.0, 0.0),
         none=lambda: control.ProportionalIntegral([]),
-        output=lambda: control.ProportionalIntegral([control.PIGains(1, 1)], (1.0, 1.0)), interval=lambda: pi.step([0, 0], 0.0),
+        output=lambda: control.ProportionalIntegral([control.PIGains(1, 1)], (1.0, 1.0)),
+        interval=lambda: pi.step([0, 0], 0.0),
         muscles=lambda: control.LengthController(muscles, PATH), plant=lambda: control.ModelController(3, PATH),
         reference=lambda: control.LengthController(cables, 3), inertia=lambda: control.AdmittanceController(cables,
         PATH, 0.0, 1.0, 1.0),

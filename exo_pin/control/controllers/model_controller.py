@@ -10,7 +10,7 @@ Why moments and not accelerations: an arm has so little inertia about its own ax
 wanted acceleration.
 
 The tensions for it are those nearest to the moment within what the drives can do at their lengths, and among these the
-ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). Cables are kept taut. Motors get the
+ones of least shoulder force (:mod:`exo_pin.control.controllers.planning`). Cables are kept taut. Motors get the
 forces of :mod:`exo_pin.control.controllers.motor_loop`. For muscles the static law turns tensions into pressures, a
 muscle that shall not pull into the pressure at which it would begin to, and :class:`ValveLoop` turns these into duties.
 A 3/2-way valve that fills for the share d of the time passes d ṁ_in - (1 - d) ṁ_out, by the flows of its two paths at
@@ -50,8 +50,7 @@ from ..plant.plant import Plant
 from ..trajectories.paths import Turn
 from ..trajectories.reference import ReferenceState
 from .motor_loop import MotorLoop, measured_drives
-from .planning import planner_of
-from .tension_program import Tensions
+from .planning import Tensions, planner_of
 
 
 class ValveLoop:

@@ -16,8 +16,7 @@ from scipy.spatial.transform import Rotation
 from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.wrist_device import as_device
 from ...reaction.holding.verdict import angle_words
-from ..controllers.planning import planner_of
-from ..controllers.tension_program import HELD
+from ..controllers.planning import HELD, planner_of
 from ..plant.plant import Plant
 
 if TYPE_CHECKING:

@@ -18,18 +18,17 @@ from ...core.validation import as_finite, as_positive, as_single_rotation, requi
 from ...device import Device, as_device
 from ...load_case import Load
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
-from .any_device.arm_actions import Payload, Wearer
+from .any_device.arm_actions import Payload, Torso, Wearer
 from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import started
-from .any_device.moving_torso import Torso
 from .any_device.padding import Padding
+from .any_device.rest import rest_of
 from .contractions import Contractions
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
 from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
-from .rest import rest_of
 from .run import Run
 from .run_summary import warn_of_stiff_drives
 from .simulation import SAME, DriveSchedule, PlantSimulation, RunInstant, end_time, events_of, run_instants
@@ -350,10 +349,10 @@ class Plant(Record):
         if sensor is not None:
             require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
         given = {"control_rate": control_rate, "sample_rate": control_rate if sample_rate is None else sample_rate}
-        rates = [as_positive(name, rate) for name, rate in given.items()]
-        end = end_time(start.time, as_positive("duration", duration), *rates)
+        control, sample = (as_positive(name, rate) for name, rate in given.items())
+        end = end_time(start.time, as_positive("duration", duration), control, sample)
         every = as_faults(faults, self.motors.tolist(), end)
-        instants = run_instants(start.time, end, *rates, [*every, *self._sudden])
+        instants = run_instants(start.time, end, control, sample, [*every, *self._sudden])
         return PlantSimulation(self, controller, instants, start, every, sensor, rtol).run(progress)
 
     def step(

@@ -21,8 +21,7 @@ from ...core.progress import track
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ...muscle.valve.flow import ValveUnit
-from .any_device.device_motion import DeviceMotion, Piece
-from .any_device.observations import observed
+from .any_device.device_motion import DeviceMotion, Piece, observed
 from .drives import DirectDrive, MotorDrive
 from .equations.drive_kernels import FLOWS
 from .equations.plant_kernels import DONE, TOO_SMALL, advance, observe, tolerances

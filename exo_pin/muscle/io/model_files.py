@@ -17,8 +17,7 @@ from ...core.validation import as_mapping, require_type
 from ...design.actuator import is_law_text
 from ..identification.static_identification import coefficient_name
 from ..laws.force_laws import ChouHannaford, PolynomialModel
-from ..laws.force_table import ForceTable
-from ..laws.published_laws import FestoLaw
+from ..laws.published_laws import FestoLaw, ForceTable
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 

@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...chain.dynamics.nonsmooth.projected_motion import response_at
-from ...chain.kinematics.closing import close
-from ...chain.kinematics.loops import refined
-from ...core.errors import SolverFailed
-from ...core.validation import FloatArray
-from .any_device.device_equations import DeviceEquations
-from .equations.drive_kernels import FLOWS
-from .equations.plant_kernels import rates
-from .state import equations_state, first_chain, still_tables
+from ....chain.dynamics.nonsmooth.projected_motion import response_at
+from ....chain.kinematics.closing import close
+from ....chain.kinematics.loops import refined
+from ....core.errors import SolverFailed
+from ....core.validation import FloatArray
+from ..equations.drive_kernels import FLOWS
+from ..equations.plant_kernels import rates
+from ..state import equations_state, first_chain, still_tables
+from .device_equations import DeviceEquations
 
 if TYPE_CHECKING:
-    from .plant import Plant
-    from .state import PlantState
+    from ..plant import Plant
+    from ..state import PlantState
 
 #: Longest step of a coordinate, rad and m; most steps; step of differences; length of a last step.
 _LONGEST, _STEPS, _DIFFERENCE, _LAST = 0.05, 500, 1e-6, 1e-9

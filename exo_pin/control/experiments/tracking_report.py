@@ -86,22 +86,6 @@ def greatest_ratios(tracking: Tracking) -> np.ndarray:
     return shortest
 
 
-def out_of_stroke(tracking: Tracking) -> list[float]:
-    """When each limb first is as short as its drive can make it, s; NaN if it never is. List of n.
-
-    Of muscles only those that are filled count.
-    """
-    limits, found, run = greatest_ratios(tracking), [], tracking.run
-    for i, drive in enumerate(run.plant.drives):
-        if drive.is_motor:
-            short = run.drive_positions[:, i] <= drive.shortest
-        else:
-            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
-        at = np.flatnonzero(short)
-        found.append(float(tracking.times[at[0]]) if at.size else float("nan"))
-    return found
-
-
 def findings(tracking: Tracking) -> tuple[str, ...]:
     """Sentences, in the order of time."""
     return tuple(text for part in _PARTS for text in part(tracking))
@@ -112,18 +96,14 @@ def _rest(tracking: Tracking) -> list[str]:
     off = np.degrees(tracking.error[0])
     if off < _OFF:
         return []
-    angles = tracking.angles(convention="thesis")[0]
-    ratio = tracking.ratios[0]
-    taut = [str(i) for i, value in enumerate(ratio, 1) if value < 0.0]
-    text = f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({', '.join(f'{a:.1f}' for a in angles)})°"
-    wanted = tracking.wanted_ratios[0]
-    short = [
+    angles = ", ".join(f"{angle:.1f}" for angle in tracking.angles(convention="thesis")[0])
+    short = " and ".join(
         f"{_name(tracking, i)} would have to be {-100.0 * value:.0f} % longer than nominal"
-        for i, value in enumerate(wanted, 1)
+        for i, value in enumerate(tracking.wanted_ratios[0], 1)
         if value < 0.0
-    ]
-    why = f": {' and '.join(short)} there" if short and taut else ""
-    return [text + why]
+    )
+    why = f": {short} there" if short and (tracking.ratios[0] < 0.0).any() else ""
+    return [f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({angles})°{why}"]
 
 
 def _stretched(tracking: Tracking) -> list[str]:
@@ -136,13 +116,11 @@ def _beyond(tracking: Tracking) -> list[str]:
     for i, (wanted, limit) in enumerate(zip(tracking.wanted_ratios.T, greatest_ratios(tracking), strict=True), 1):
         beyond = np.flatnonzero(wanted > limit)
         if beyond.size:
-            first = beyond[0]
+            first = int(beyond[0])
             angle, name = _main(tracking, first, wanted=True)
-            start = f"{tracking.times[first]:.2f} s"
-            # To the end, or only for a part of the time.
-            lasting = beyond.size == len(wanted) - first
-            share = 100.0 * beyond.size / len(wanted)
-            when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
+            when = f"for {100.0 * beyond.size / len(wanted):.0f} % of the time, first at {tracking.times[first]:.2f} s"
+            if beyond.size == len(wanted) - first:
+                when = f"from {tracking.times[first]:.2f} s on"
             texts.append(
                 f"the reference needs {_name(tracking, i)} to contract by more than the {100.0 * limit:.0f} % that it "
                 f"can {when} ({name} {angle:.0f}° wanted)"
@@ -151,12 +129,19 @@ def _beyond(tracking: Tracking) -> list[str]:
 
 
 def _ends(tracking: Tracking) -> list[str]:
-    texts = []
-    for i, time in enumerate(out_of_stroke(tracking), 1):
-        if np.isfinite(time):
-            index = int(np.searchsorted(tracking.times, time))
-            angle, name = _main(tracking, index)
-            texts.append(f"{_name(tracking, i)} runs out of stroke at {time:.2f} s, at {name} {angle:.0f}°")
+    """When limbs first are as short as their drives can make them."""
+    limits, texts, run = greatest_ratios(tracking), [], tracking.run
+    for i, drive in enumerate(run.plant.drives):
+        if drive.is_motor:
+            short = run.drive_positions[:, i] <= drive.shortest
+        else:
+            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
+        if short.any():
+            first = int(short.argmax())
+            angle, name = _main(tracking, first)
+            texts.append(
+                f"{_name(tracking, i + 1)} runs out of stroke at {tracking.times[first]:.2f} s, at {name} {angle:.0f}°"
+            )
     return texts
 
 
@@ -247,15 +232,14 @@ def _sensor(tracking: Tracking) -> list[str]:
     imu = tracking.experiment.imu
     if imu is None or not imu.lost:
         return []
-    lost = [f"{start:g} to {end:g} s" for start, end in imu.lost]
+    lost = ", ".join(f"{start:g} to {end:g} s" for start, end in imu.lost)
 
     def unread(times: FloatArray) -> FloatArray:
         # A reading that is due now was taken before the delay.
         return np.array([imu.is_lost(t - imu.delay) for t in times], dtype=bool)
 
-    if not unread(tracking.times).any():
-        return [f"the inertial sensor is lost from {', '.join(lost)}; no sample of the run is then"]
-    return [f"the inertial sensor is lost from {', '.join(lost)}; {_worst(tracking, unread)}"]
+    worst = _worst(tracking, unread) if unread(tracking.times).any() else "no sample of the run is then"
+    return [f"the inertial sensor is lost from {lost}; {worst}"]
 
 
 def _often(tracking: Tracking, happens: np.ndarray, least: float, text: str) -> list[str]:

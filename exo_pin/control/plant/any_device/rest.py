@@ -104,7 +104,7 @@ def _settled(
     moved: Callable[[FloatArray, FloatArray], FloatArray],
     lengths: FloatArray,
 ) -> tuple[FloatArray, bool]:
-    """The configuration at rest that steps from another lead to, and whether every motion from there is pushed back.
+    """The configuration at rest that steps from another lead to, and whether no motion from there is pushed on.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _settled(
             continue
         q, basis, g, longest = there, motions, force, min(_LONGEST, 2.0 * longest)
         if step < _LAST:
-            return q, bool((values < 0.0).all())
+            return q, bool((values < _NOTHING * np.abs(values).max(initial=0.0)).all())
     raise SolverFailed("rest of the plant", step, "it goes on moving")
 
 

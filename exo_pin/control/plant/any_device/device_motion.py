@@ -22,8 +22,7 @@ from ....chain.kinematics.loops import project_velocity, refined
 from ....core.errors import ExoPinError
 from ....core.validation import FloatArray
 from ....numerics.vectors import matrix
-from ..drives import MotorDrive
-from ..equations.drive_kernels import FLOWS, limb_tension, motor_energy, motor_force
+from ..equations.drive_kernels import limb_numbers
 from ..equations.plant_kernels import state_places, stop_moment, tolerances
 from ..state import equations_state, first_chain
 from .arm_actions import carried_along
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 #: Share of the largest singular value that is none.
 _RANK = 1e-9
-_INTACT, _EFFORT, _POWERED = (FLOWS.index(name) for name in ("intact", "effort", "powered"))
 
 
 def shoulder_force(of: DeviceEquations, q: FloatArray, v: FloatArray, found: Forces) -> FloatArray:
@@ -84,14 +82,8 @@ def _limb_numbers(of: DeviceEquations, found: Forces, y: FloatArray, flows: Floa
     """Length, rate, tension, contraction, force of the motor and energy stored in each drive, shape (n, 6)."""
     out, tables = np.zeros((of.count, 6)), of.tables
     out[:, 0], out[:, 1], out[:, 2], out[:, 4] = found.coordinates, found.rates, found.efforts, found.sources
-    places = state_places(of.count)
     for i in of.limbs:
-        length, rate = float(out[i, 0]), float(y[places["drive_speeds"]][i])
-        out[i, 3] = limb_tension(tables, i, y, float(out[i, 1]), length)[1]
-        if isinstance(of.drives[i], MotorDrive):
-            row = tables.motors[i]
-            out[i, 4] = flows[i, _POWERED] * motor_force(row, flows[i, _EFFORT], of.signs[i] * rate)
-            out[i, 5] = motor_energy(row, length, y[places["drives"]][i], rate, flows[i, _INTACT])
+        _, *out[i, 3:] = limb_numbers(tables, flows, i, y, float(out[i, 1]), float(out[i, 0]))
     if len(of.direct):
         own = of.direct
         out[own, 5] = of.motors.stops(out[own, 0], out[own, 1])[2] + 0.5 * of.motors.inertia * out[own, 1] ** 2

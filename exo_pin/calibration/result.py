@@ -18,9 +18,8 @@ from ..core.results import Known, taken_as_known
 from ..core.validation import FloatArray, as_positive, frozen, set_fields
 from ..load_case import CentreOffset
 from .information import Information, Undetermined
-from .known import known_quantities
 from .length_model import FINEST, UNIT, CalibrationProblem, Estimate, LengthModel, MeasurementErrors
-from .report import OUTLIER, contradiction
+from .report import OUTLIER, contradiction, known_quantities
 from .search.starts import distances
 
 if TYPE_CHECKING:

@@ -7,10 +7,6 @@ from .identification.region import Region as Region
 from .identification.region import find_region as find_region
 from .identification.static_identification import StaticIdentification as StaticIdentification
 from .identification.static_identification import identify_static as identify_static
-from .io.dynamic_files import dynamic_model as dynamic_model
-from .io.dynamic_files import dynamic_models as dynamic_models
-from .io.dynamic_files import load_dynamic as load_dynamic
-from .io.dynamic_files import save_dynamic as save_dynamic
 from .io.measured import SteadyStates as SteadyStates
 from .io.measured import Table as Table
 from .io.measured import steady_states as steady_states
@@ -19,9 +15,13 @@ from .io.measured import tables as tables
 from .io.measurement_files import Measurements as Measurements
 from .io.measurement_files import read_measurements as read_measurements
 from .io.measurement_files import read_response as read_response
+from .io.model_files import dynamic_model as dynamic_model
+from .io.model_files import dynamic_models as dynamic_models
+from .io.model_files import load_dynamic as load_dynamic
 from .io.model_files import load_parameters as load_parameters
 from .io.model_files import muscle_model as muscle_model
 from .io.model_files import muscle_models as muscle_models
+from .io.model_files import save_dynamic as save_dynamic
 from .io.model_files import save_parameters as save_parameters
 from .laws.dynamic import DynamicModel as DynamicModel
 from .laws.force_laws import ChouHannaford as ChouHannaford

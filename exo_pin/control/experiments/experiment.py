@@ -29,8 +29,8 @@ from ..plant.options import PlantOptions
 from ..plant.plant import Plant
 from ..plant.state import PlantState
 from ..trajectories.reference import Reference
-from .foresight import default_controller, foreseen
 from .tracking import Tracking
+from .tracking_report import default_controller, foreseen
 
 #: Controllers by name: PI of each limb by itself, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")

@@ -23,10 +23,9 @@ from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import started
 from .any_device.padding import Padding
 from .any_device.rest import rest_of
-from .contractions import Contractions
+from .contractions import Contractions, drive_states, force_limits
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
-from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run

@@ -153,12 +153,8 @@ class ChainPicture(OneProcess):
         """What a body joins, in the axes of its joint: next joints, closures, links fixed to it; else its far end."""
         model = self._chain.model
         found = [model.jointPlacements[k].translation for k in range(1, model.njoints) if model.parents[k] == joint]
-        frames = {frame.name: frame for frame in reversed(list(model.frames))}
-        for closure in self.loops:
-            ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
-            for name, place in ends:
-                if frames[name].parentJoint == joint:
-                    found.append((frames[name].placement * se3(place)).translation)
+        top, drawn = self._chain._state.topology, [closure in self.loops for closure in self._chain.closures]
+        found += list(top.local[:, :, 3][(top.joints == joint) & np.array(drawn, dtype=bool)[:, None]])
         found += [
             frame.placement.translation
             for frame in model.frames

@@ -359,45 +359,6 @@ def workspace_slices(found: Workspace) -> Figure:
     return figure
 
 
-def rate_slices(exo: ShoulderExo, found: Workspace) -> Figure:
-    """Weakest rate of the drives over flexion and abduction at six internal rotations; poses outside are hatched.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        The design.
-    found : Workspace
-        Its workspace on a grid of three angles.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Where the colour is dark, the drives hardly move while the arm turns about one axis
-        (:meth:`exo_pin.ShoulderExo.accuracy`).
-
-    Raises
-    ------
-    InvalidInput
-        If the poses are no grid of three dimensions.
-    """
-    require_type("found", found, Workspace)
-    require_method("exo", exo, "accuracy", "a ShoulderExo")
-    seen = exo.accuracy(found.poses, twins=False)
-    rates, inside = seen.mm_per_degree, found.inside
-    figure, panels = _panels(found)
-    known = rates[np.isfinite(rates)]
-    scale = {"cmap": "cividis", "vmin": 0.0, "vmax": float(known.max()) if known.size else None}
-    for ax, x, y, layer in panels:
-        image = ax.pcolormesh(x, y, rates[..., layer].T, **scale, shading="nearest", rasterized=True)
-        if not inside[..., layer].all():
-            hatched = ax.contourf(x, y, ~inside[..., layer].T, levels=[0.5, 1.5], colors="none", hatches=["//"])
-            hatched.set(edgecolor=_HATCH, linewidth=0.0)
-    figure.colorbar(image, ax=[ax for ax, *_ in panels], label=f"weakest rate, {seen.unit}")
-    least = f", inside at least {np.nanmin(rates[inside]):.2g} {seen.unit}" if inside.any() else ""
-    figure_title(figure, f"{found.name}: weakest rate of the drives{least}", "hatched: outside the workspace")
-    return figure
-
-
 def _grid_angles(found: Workspace) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Flexion, abduction and internal rotation along the axes of a grid, degrees."""
     quaternions = found.poses.as_quat()

@@ -129,6 +129,10 @@ def plot_motion(columns: Mapping[str, FloatArray]) -> Figure:
     for axis, name in zip(axes, drawn, strict=True):
         axis.spines[["top", "right"]].set_visible(False)
         axis.set(ylabel=_DRAWN[name], ylim=(0.0, None))
+    beyond = ~np.asarray(columns.get("inside", np.ones(len(t))), dtype=bool)
+    if beyond.any():
+        look = {"transform": axes[0].get_xaxis_transform(), "color": "0.9", "linewidth": 0, "zorder": 0}
+        axes[0].fill_between(t, 0.0, 1.0, where=beyond, **look, label="outside the model's range")
     axes[0].legend(frameon=False, loc="lower right")
     axes[-1].set(xlabel=_TIME)
     return figure

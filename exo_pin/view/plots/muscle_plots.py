@@ -176,9 +176,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         for fault in faults:
             ax.axvline(fault.start, color=BLACK, linewidth=1.0, linestyle=":", zorder=0)
         tidy(ax)
-    for ax in axes[-1]:
-        ax.set_xlabel(_TIME)
-    for ax in axes.flat:
+        ax.set_xlabel(_TIME if ax.get_subplotspec().is_last_row() else "")
         legend_below(ax, 4)
     axes[0, 0].set_xlim(t[0], t[-1])
     figure_title(figure, verdict_of(tracking))

@@ -311,12 +311,13 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
     edges = _tension_curves(bottom, places, reaction, limits)
     bottom.set_xlabel(label)
     on_arm = np.column_stack([reaction.magnitude, reaction.shoulder_force])
-    for ax, *drawn in ((top, on_arm, "|F_s|", []), (bottom, reaction.actuator_forces, "|f|", edges)):
+    for ax in (top, bottom):
         ax.axhline(0.0, color="0.6", linewidth=0.8)
         _mark_singular(ax, places, reaction)
-        _cut_peaks(ax, *drawn)
         tidy(ax)
         legend_below(ax, 3)
+    _cut_peaks(top, on_arm, "|F_s|", [])
+    _cut_peaks(bottom, reaction.actuator_forces, "|f|", edges)
     return figure
 
 

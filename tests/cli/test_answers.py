@@ -153,7 +153,8 @@ COMMANDS = {
     ],
     "drawn": [
         f"{line} --plot {k}.png" for k, line in enumerate([
-            "workspace four-cables --step 45 --draw ball", "workspace four-cables --step 45", "workspace four-cables --step 45 --criteria forces,stroke --json",
+            "workspace four-cables --step 45 --draw ball", "workspace four-cables --step 45",
+            "workspace four-cables --step 45 --criteria forces,stroke --json",
             f"reaction four-cables {POSE} --to 90,0,0 --poses 4", f"reaction prototype {POSE}",
             "reaction four-cables --trajectory quick.csv", f"singularity prototype {POSE}",
             "muscle force --contraction-mm 20 --pressure-bar 2", "muscle step --weight-N 10 --to-bar 3.6 --mark",

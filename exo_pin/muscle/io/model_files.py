@@ -35,8 +35,7 @@ _TONDU_LOPEZ = ("tondu-lopez", {"diameter": "diameter_m", "braid_angle": "braid_
 
 
 def _unit(i: int, j: int) -> str:
-    parts = ["N"] + [f"{base}^-{power}" for base, power in (("m", i), ("bar", j)) if power]
-    return " ".join(parts)
+    return " ".join(["N"] + [f"{base}^-{power}" for base, power in (("m", i), ("bar", j)) if power])
 
 
 @checked

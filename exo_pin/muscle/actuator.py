@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput, MissingData
-from ..core.validation import FloatArray, as_finite, as_positive, require_type
+from ..core.validation import FloatArray, as_finite, require_type, set_positive
 from .laws.static import StaticModel
 
 
@@ -48,10 +48,8 @@ class Muscle:
 
     def __post_init__(self) -> None:
         require_type("model", self.model, StaticModel)
-        if self.end_fitting is not None:
-            as_positive("end_fitting", self.end_fitting, zero=True)
-        if self.supply_pressure is not None:
-            as_positive("supply_pressure", self.supply_pressure)
+        set_positive(self, "end_fitting", zero=True, optional=True)
+        set_positive(self, "supply_pressure", optional=True)
 
     @property
     def supply(self) -> float:

@@ -104,11 +104,9 @@ class Fault:
             raise InvalidInput('expected leak as a Valve with kind "leak", and with no other kind')
         if (self.kind == "slipping brake") != (self.brake_force is not None):
             raise InvalidInput('expected brake_force with kind "slipping brake", and with no other kind')
-        if self.brake_force is not None:
-            set_positive(self, "brake_force", zero=True)
         if not 0.0 <= float(as_finite("share", self.share, ())) <= 1.0:
             raise InvalidInput(f"expected share from 0 to 1, got {self.share!r}")
-        set_positive(self, "reported_after", zero=True, optional=True)
+        set_positive(self, "brake_force", "reported_after", zero=True, optional=True)
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
 

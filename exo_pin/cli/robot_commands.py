@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import Parameter
 
 from ..chain import PULL, ClosedChain
 from ..chain.dynamics.reactions import ClosedForces
 from ..chain.dynamics.wrenches import JointReaction, what_is_open
-from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.errors import InvalidInput
 from ..core.schema import joined
 from ..core.tables import three_digits
@@ -21,7 +18,7 @@ from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from . import options
-from .command import deliver, writes
+from .command import Files, writes
 from .reaction_command import reaction
 
 #: Units of a joint's value, longer endings first, in SI.
@@ -36,19 +33,10 @@ def mobility(
     pose: options.Pose = options.Pose(),
     set: options.Joints = (),
     leave_out: options.LeaveOut = (),
-    frame: Annotated[str | None, options.called("NAME")] = None,
-    part: Annotated[str, Parameter(choices=tuple(PARTS_OF_POSE))] = "pose",
 ) -> None:
     """Count the degrees of freedom of a design or of any robot with closed loops.
 
     Names redundant closures, and prints the distance from a singular configuration.
-
-    Parameters
-    ----------
-    frame : str, optional
-        Body whose motion is counted (default: the arm that the closures file names).
-    part : str
-        Which part of its motion is counted: position, orientation, or both (pose).
 
     Examples
     --------
@@ -57,7 +45,7 @@ def mobility(
     """
     exo = load(design, side=side, leave_out=leave_out)
     chain, q = exo.chain, configuration(exo, pose, set)
-    print(f"{exo.name}\n{chain.mobility(q, frame=frame, part=part)}")
+    print(f"{exo.name}\n{chain.mobility(q)}")
     beyond = chain.beyond_limits(q)
     if beyond:
         print(f"beyond their limits  {', '.join(beyond)}")
@@ -93,6 +81,7 @@ class RobotForces:
     cautions: list[str]
 
 
+@writes(".json")
 def forces(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -107,10 +96,7 @@ def forces(
     external: Annotated[options.Texts, options.called("FRAME=FX,FY,FZ[,MX,MY,MZ]")] = (),
     pull: bool = False,
     least: Annotated[str | None, options.called("NAME")] = None,
-    at: Annotated[str, options.called("FRAME")] = "origin",
-    in_frame: Annotated[str, options.called("FRAME", name="--in")] = "world",
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> int:
     """Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops.
 
@@ -129,10 +115,6 @@ def forces(
         Let actuators only pull (slides only shorten).
     least : str, optional
         Minimise the force in this joint or closure.
-    at : str
-        Report moments about the origin of this frame (origin: the joint's own).
-    in_frame : str
-        Report along the axes of this frame.
 
     Examples
     --------
@@ -143,7 +125,7 @@ def forces(
     chain = exo.chain
     if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
         if not any((joint, actuated, external, pull, least, set, leave_out)):
-            return reaction(design, side=side, pose=pose, worn=worn, json=json, out=out)
+            return reaction(design, side=side, pose=pose, worn=worn, files=files)
         device = exo.chain_device
         parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
         if parts:
@@ -160,14 +142,14 @@ def forces(
         objective=None if least is None else {least: [1.0] * 3 + [0.0] * 3},
     )
     names = joint or _default_joints(chain)
-    reactions = {name: found.joint_reaction(name, at=at, in_frame=in_frame) for name in names}
+    reactions = {name: found.joint_reaction(name) for name in names}
     lines = [exo.name, *(f"Caution: {text}" for text in found.cautions)]
     lines += [f"Left out: {text}" for text in chain.description.left_out]
     lines += [line for name in driven for line in _effort_lines(chain, found, name)]
     if any(chain.metres[chain.velocity_slice(name)].any() for name in driven):
         lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
     efforts = {name: {"value": found.effort(name), "interval": found.effort_interval(name)} for name in driven}
-    deliver(
+    files.deliver(
         "\n".join([*lines, *(f"\n{each}" for each in reactions.values())]),
         data=lambda: joined(
             RobotForces,
@@ -178,8 +160,6 @@ def forces(
             cautions=found.cautions,
         ),
         exo=exo,
-        json=json,
-        out=out,
     )
     return 0
 

@@ -29,14 +29,15 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from ..workspace.summary import workspace_document
 from . import options
-from .command import deliver, draws, writes
-from .options.criteria_options import Judged, metres
+from .command import Files, writes
+from .options.criteria_options import Judged
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
 
 
+@writes(".json", ".csv", ".xlsx", ".npz", plot="the poses inside and outside")
 def workspace(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -53,9 +54,7 @@ def workspace(
     limb_loss: bool = False,
     draw: Literal["slices", "ball", "rate"] = "slices",
     muscles: options.Muscled = None,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
+    files: Files = Files(),
 ) -> None:
     """List which poses of a grid a design reaches, holds and keeps safe, and how many poses each criterion excludes.
 
@@ -90,10 +89,10 @@ def workspace(
         joint = joint_figures(exo, inside, {})
     parts = [_joint_words(joint, len(inside)), str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
-        options.refuse("--limb-table prints a table", json=json)
+        options.refuse("--limb-table prints a table", json=files.json)
         parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
     if limb_loss:
-        options.refuse("--limb-loss prints a table", json=json)
+        options.refuse("--limb-loss prints a table", json=files.json)
         left = loss_of_limbs(exo.device, found)
         parts += [str(left), filled(limb_loss_words(left))]
 
@@ -105,15 +104,12 @@ def workspace(
         return rotation_ball(found) if draw == "ball" else workspace_slices(found)
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
-    deliver(
+    files.deliver(
         "\n\n".join(part for part in parts if part),
         found,
         data=lambda: workspace_document(found, asked | joint),
         exo=exo,
         figure=figure,
-        json=json,
-        out=out,
-        plot=plot,
     )
 
 
@@ -172,7 +168,7 @@ class Start:
         self, design: str | None, side: Literal["left", "right"] | None, worn: options.Worn, name: str
     ) -> ShoulderExo:
         """The design to start from."""
-        travel = metres(self.travel)
+        travel = None if self.travel is None else 1e-3 * self.travel
         if design is not None or not self.is_new:
             of_new = {key: getattr(self, key) for key in ("limbs", "family", "force_law", "device", "supply")}
             options.refuse("a new design has no file", **of_new)
@@ -192,6 +188,7 @@ class Start:
         return ShoulderExo.from_mechanism(starting_design(actuator, arm, self.limbs or 4, on, name, device))
 
 
+@writes(".toml", ".json", plot="the runs and the front, by the first two objectives")
 def optimise(
     design: Annotated[str | None, options.called("DESIGN")] = None,
     /,
@@ -216,9 +213,7 @@ def optimise(
     storage: Annotated[str | None, options.called("FILE|URL")] = None,
     name: Annotated[str, options.called("NAME")] = "study",
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".toml", ".json")] = None,
-    plot: Annotated[Path | None, draws("the runs and the front, by the first two objectives")] = None,
+    files: Files = Files(),
 ) -> None:
     """Search for a design that reaches and holds as many poses as it can.
 
@@ -301,7 +296,7 @@ def optimise(
             sources = {**best.device.sources, "mechanism": f"found by: {command}"}
             best.replace(name=name, sources=sources).save(where)
 
-    deliver(found, found, save=save, exo=exo, json=json, out=out, plot=plot)
+    files.deliver(found, found, save=save, exo=exo)
 
 
 def _command(given: dict[str, Any], design: str | None) -> str:

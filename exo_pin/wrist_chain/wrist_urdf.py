@@ -70,10 +70,6 @@ PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
 #: Sine of the angle A_i O B_i below which the limb's plane has no direction.
 _FOLDED_SINE = 1e-9
 _TURN = float(np.pi)
-_BESIDE = Path(__file__).parents[1] / "urdf"
-#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
-#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
-PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
@@ -384,12 +380,6 @@ def write_urdf(
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
     return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": closures_beside(closures, stem)})[0]
-
-
-@checked
-def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
-    """Write the files of :data:`PUBLISHED` to a folder and return the paths."""
-    return write_files(folder, {path.name: path.read_text(encoding="utf-8") for path in sorted(PUBLISHED.iterdir())})
 
 
 def closures_beside(closures: Closures, stem: str) -> str:

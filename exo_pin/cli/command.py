@@ -36,6 +36,8 @@ from ..device.protocol import described
 from . import COMMANDS, width
 
 PICTURES = (".png", ".svg", ".pdf")
+#: What was asked, as it was typed: of a parameter that is no option.
+Words = Annotated[Sequence[str], Parameter(parse=False)]
 #: Several numbers of which the first is negative: a value, and no option.
 _NEGATIVE = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
@@ -53,13 +55,13 @@ def answer(name: str, words: list[str]) -> int:
         print(help_text(name))
         return 0
     try:
-        function, bound, _ = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
+        function, bound, unread = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
     except CycloptsError as error:
         if isinstance(error.__cause__, ExoPinError):
             raise error.__cause__ from None
         text = str(error).replace("into float", "into a number").replace("into int", "into a whole number")
         raise InvalidInput(f"{shown(' '.join(text.split()))} (see {app.name[0]} --help)") from None
-    return int(function(*bound.args, **bound.kwargs) or 0)
+    return int(function(*bound.args, **bound.kwargs, **dict.fromkeys(unread, words)) or 0)
 
 
 def command(name: str) -> App:

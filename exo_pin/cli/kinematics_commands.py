@@ -12,7 +12,7 @@ from ..chain import ClosedChain
 from ..chain.kinematics.assemblies import Assemblies
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
-from ..core.schema import joined
+from ..core.schema import OnDesign, joined
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
@@ -33,15 +33,11 @@ _MOST_MODES = 6
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class Kinematics(OnDesign):
     """Poses that fit positions of the drives, and how well these place the arm.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     modes : AssemblyModes or ndarray
         The poses; of a device that is not a wrist coordinates of all joints, m and rad, a row a mode.
     limbs : LimbState or None
@@ -50,42 +46,30 @@ class Kinematics:
         Of the pose.
     """
 
-    mechanism: str
-    side: str
     modes: AssemblyModes | FloatArray
     accuracy: PoseAccuracy
     limbs: LimbState | None = None
 
 
 @dataclass(frozen=True)
-class ClosedConfigurations:
+class ClosedConfigurations(OnDesign):
     """Closed configurations of a robot without an arm.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the robot.
-    side : str
-        Side of the body.
     assemblies : Assemblies
         What was found.
     """
 
-    mechanism: str
-    side: str
     assemblies: Assemblies
 
 
 @dataclass(frozen=True)
-class SingularPose:
+class SingularPose(OnDesign):
     """How far a pose is from a singular one.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     singularity : Singularity
         Of the pose.
     accuracy : PoseAccuracy
@@ -96,8 +80,6 @@ class SingularPose:
         How much of daily life lies beyond singular poses.
     """
 
-    mechanism: str
-    side: str
     singularity: Singularity
     accuracy: PoseAccuracy
     nearest: NearestSingularity | None

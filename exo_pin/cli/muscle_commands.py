@@ -279,11 +279,7 @@ def _outside(mark: bool) -> str:
 
 
 @writes(
-    ".csv",
-    ".xlsx",
-    ".npz",
-    json=False,
-    plot="the response beside the same muscle with a constant friction of 2.5 N",
+    ".csv", ".xlsx", ".npz", json=False, plot="the response beside the same muscle with a constant friction of 2.5 N"
 )
 def muscle_step(
     *,

@@ -14,7 +14,7 @@ from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
 from ..core.optional_packages import require_extra
 from ..core.results import drawn
-from ..core.schema import document
+from ..core.schema import OnDesign, document
 from ..core.tables import aligned, filled, under_verdict
 from ..core.validation import FloatArray, as_choice
 from ..design import DEFAULT_PRESET
@@ -30,15 +30,11 @@ from .options.recording_options import Recording
 
 
 @dataclass(frozen=True)
-class PoseDocument:
+class PoseDocument(OnDesign):
     """Forces in a pose, a member a split, with what stands beside them.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     pose : dict of str to float
         Clinical angles as they were asked for, degrees.
     centre_offset_mm : list of float
@@ -51,8 +47,6 @@ class PoseDocument:
         The load of the joint with the wearer's own muscles.
     """
 
-    mechanism: str
-    side: str
     pose: dict[str, float]
     report: PoseReport
     centre_offset_mm: list[float] | None = None

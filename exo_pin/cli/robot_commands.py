@@ -11,7 +11,7 @@ from ..chain import PULL, ClosedChain
 from ..chain.dynamics.reactions import ClosedForces
 from ..chain.dynamics.wrenches import JointReaction, what_is_open
 from ..core.errors import InvalidInput
-from ..core.schema import joined
+from ..core.schema import OnDesign, joined
 from ..core.tables import three_digits
 from ..core.validation import FloatArray, as_finite
 from ..design import DEFAULT_PRESET
@@ -54,15 +54,11 @@ def mobility(
 
 
 @dataclass(frozen=True)
-class RobotForces:
+class RobotForces(OnDesign):
     """Efforts and joint reactions of a chain at rest.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the robot.
-    side : str
-        Side of the body.
     forces : ClosedForces
         Of all joints, N and N m.
     efforts : dict
@@ -73,8 +69,6 @@ class RobotForces:
         What to mind.
     """
 
-    mechanism: str
-    side: str
     forces: ClosedForces
     efforts: dict[str, Any]
     reactions: dict[str, JointReaction]

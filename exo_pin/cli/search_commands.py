@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import shlex
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,7 +29,7 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from ..workspace.summary import workspace_document
 from . import options
-from .command import Files, writes
+from .command import Files, Words, writes
 from .options.criteria_options import Judged
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
@@ -214,6 +214,7 @@ def optimise(
     name: Annotated[str, options.called("NAME")] = "study",
     progress: options.Progress = False,
     files: Files = Files(),
+    words: Words = (),
 ) -> None:
     """Search for a design that reaches and holds as many poses as it can.
 
@@ -257,7 +258,6 @@ def optimise(
     exo-pin optimise --limbs 4 --family cable --person 1.75,75,male --budget 20000 --progress --out best.toml
     exo-pin optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 200 --run-length 200
     """
-    given = dict(locals())
     require_extra("optimise")
     exo = start.load(design, side, worn, name)
     wearer = worn.muscles(side=exo.side) if "contact_force" in objective and worn.person is not None else None
@@ -286,7 +286,7 @@ def optimise(
         name=name,
         progress=progress,
     )
-    command = _command(given, design or (None if start.is_new else DEFAULT_PRESET))
+    command = _command(words, None if design or start.is_new else DEFAULT_PRESET)
 
     def save(path: Path) -> None:
         # The best first; of several objectives the whole front, numbered in the order in which it is printed.
@@ -299,30 +299,17 @@ def optimise(
     files.deliver(found, found, save=save, exo=exo)
 
 
-def _command(given: dict[str, Any], design: str | None) -> str:
-    """The command that finds the same design again, whatever the storage."""
-    flat: dict[str, Any] = {}
-    own_defaults = inspect.signature(optimise).parameters
-    for name, value in given.items():
-        group = is_dataclass(value)
-        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}
-        # What is empty or zero is said where it is not so by default.
-        flat |= {
-            key: each for key, each in (vars(value) if group else {name: value}).items() if each or each != own[key]
-        }
-    words = ["exo-pin optimise", *([] if design is None else [design])]
-    for name, value in flat.items():
-        option = f"--{name.replace('_', '-')}"
-        if name in ("design", "storage", "name", "progress", "json", "out", "plot"):
-            continue
-        if value is True:
-            words.append(option)
-        elif name == "offset":
-            words += [option, *(f"{each:g}" for each in value)]
-        else:
-            for each in value if isinstance(value, tuple) else (value,):
-                words += [option, shlex.quote(f"{each:g}" if isinstance(each, float) else str(each))]
-    return " ".join(words)
+def _command(words: Sequence[str], design: str | None) -> str:
+    """The command that finds the same design again, whatever the storage and files; with ``design`` if it has none."""
+    kept, left = ["exo-pin", "optimise", *([] if design is None else [design])], iter(words)
+    for word in left:
+        option, has_value, _ = word.partition("=")
+        if option in ("--storage", "--name", "--out", "--plot"):
+            if not has_value:
+                next(left, None)
+        elif option not in ("--progress", "--json"):
+            kept.append(word)
+    return shlex.join(kept)
 
 
 def _interval(name: str, text: str) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..chain import PULL, ClosedChain
+from ..chain import ClosedChain
 from ..chain.dynamics.reactions import ClosedForces
 from ..chain.dynamics.wrenches import JointReaction, what_is_open
 from ..core.errors import InvalidInput
@@ -88,8 +88,6 @@ def forces(
     joint: Annotated[options.Texts, options.called("NAME")] = (),
     actuated: Annotated[str | None, options.called("NAME,...")] = None,
     external: Annotated[options.Texts, options.called("FRAME=FX,FY,FZ[,MX,MY,MZ]")] = (),
-    pull: bool = False,
-    least: Annotated[str | None, options.called("NAME")] = None,
     files: Files = Files(),
 ) -> int:
     """Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops.
@@ -105,10 +103,6 @@ def forces(
         Joints with an actuator (default: as in the file).
     external : tuple of str
         Force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up.
-    pull : bool
-        Let actuators only pull (slides only shorten).
-    least : str, optional
-        Minimise the force in this joint or closure.
 
     Examples
     --------
@@ -118,7 +112,7 @@ def forces(
     exo = worn.load(design, side, leave_out)
     chain = exo.chain
     if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
-        if not any((joint, actuated, external, pull, least, set, leave_out)):
+        if not any((joint, actuated, external, set, leave_out)):
             return reaction(design, side=side, pose=pose, worn=worn, files=files)
         device = exo.chain_device
         parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
@@ -128,13 +122,7 @@ def forces(
                 f"pose without options of the chain, or exo-pin reaction {design}"
             )
     driven = chain.roles.actuated if actuated is None else tuple(actuated.split(","))
-    found = chain.inverse_dynamics(
-        configuration(exo, pose, set),
-        external=_wrenches(external),
-        actuated=driven,
-        effort_bounds=dict.fromkeys(driven, PULL) if pull else None,
-        objective=None if least is None else {least: [1.0] * 3 + [0.0] * 3},
-    )
+    found = chain.inverse_dynamics(configuration(exo, pose, set), external=_wrenches(external), actuated=driven)
     names = joint or _default_joints(chain)
     reactions = {name: found.joint_reaction(name) for name in names}
     lines = [exo.name, *(f"Caution: {text}" for text in found.cautions)]

@@ -17,7 +17,6 @@ from .. import wrist
 from ..core.errors import AbsentAttribute
 from ..core.errors.checked import checked
 from ..core.records import OneProcess, Record
-from ..core.validation import FloatArray
 from ..design import Limb, Mechanism, WristGeometry
 
 #: What only a wrist has, and what serves another device in its place.
@@ -98,49 +97,6 @@ class Wrist(Record):
         """Geometry and kinds of limbs without any mass: kinematics, no forces."""
         return self.record.replace(arm=None, limbs=[Limb(limb.kind) for limb in self.record.limbs])
 
-    def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
-        """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        LimbState
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> exo.inverse_kinematics(exo.pose(abduction=[0, 30])).lengths.round(4)  # m
-        array([[0.3051, 0.3654, 0.3663],
-               [0.315 , 0.3586, 0.3593]])
-        """
-        return wrist.inverse_kinematics(self.geometry, poses)
-
-    def jacobian(self, poses: Rotation) -> FloatArray:
-        """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        ndarray
-            Shape (..., n, 3), m/rad; ω is in the base frame.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> J = exo.jacobian(exo.pose(60))  # m/rad
-        >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
-        array([-0.152, -0.015, -0.122,  0.193])
-        """
-        return wrist.limb_jacobian(self.geometry, poses)
-
     def forward_kinematics(
         self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
     ) -> wrist.AssemblyModes:
@@ -203,26 +159,6 @@ class Wrist(Record):
         1
         """
         return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
-
-    def singularity(self, poses: Rotation) -> wrist.Singularity:
-        """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        Singularity
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
-        array([-0.0143,  0.0198])
-        """
-        return wrist.singularity(self.geometry, poses, self.is_upu)
 
     def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`.

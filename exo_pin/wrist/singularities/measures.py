@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.compiled import kernel
 from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
@@ -26,7 +28,13 @@ from ...numerics.vectors import (
     FOLDED_SINE,
     NEAR_MARGIN,
     SINGULAR_MARGIN,
+    cross,
+    dot,
     margin_of_values,
+    matrix,
+    triple,
+    turn,
+    vector,
 )
 from ..kinematics.inverse import inverse_kinematics
 
@@ -231,6 +239,24 @@ def _as_upu(is_upu: ArrayLike | None, count: int) -> NDArray[np.bool_]:
     return held
 
 
+@kernel(stack=True)
+def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any) -> None:
+    """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
+    normal, scale = np.empty_like(base), 1.0
+    for i in range(3):
+        a, p = vector(base, i), vector(platform, i)
+        scale *= np.sqrt(dot(a, a) * dot(p, p))
+    for k in range(R.shape[0]):
+        area = 1.0
+        for i in range(3):
+            across = cross(vector(base, i), turn(matrix(R[k]), vector(platform, i)))
+            normal[i, 0], normal[i, 1], normal[i, 2] = across
+            area *= np.sqrt(dot(across, across))
+        volume = -triple(normal[0], normal[1], normal[2])
+        smooth[k] = volume / scale
+        determinant[k] = volume / area if area > 0.0 else np.nan
+
+
 def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray, FloatArray]:
     """A smooth function that vanishes in every singular pose, and det X.
 
@@ -256,12 +282,9 @@ def locus_function(geometry: WristGeometry, poses: Rotation) -> tuple[FloatArray
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(poses)
-    base, platform = geometry.base_points, geometry.platform_points
-    normals = np.cross(base, platform @ np.swapaxes(matrices, 1, 2))
-    volume, area = -np.linalg.det(normals), np.linalg.norm(normals, axis=-1).prod(axis=-1)
-    scale = (np.linalg.norm(base, axis=1) * np.linalg.norm(platform, axis=1)).prod()
-    determinant = np.where(area > 0.0, volume / np.where(area > 0.0, area, 1.0), np.nan)
-    return (volume / scale).reshape(shape), determinant.reshape(shape)
+    smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
+    _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
+    return smooth.reshape(shape), determinant.reshape(shape)
 
 
 def shoulder_slice(

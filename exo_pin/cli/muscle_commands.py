@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,11 +20,10 @@ from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynami
 from ..muscle.io.measurement_files import read_measurements, read_response
 from ..muscle.io.model_files import load_parameters, muscle_model, muscle_models, save_parameters
 from ..muscle.laws.dynamic import DynamicModel, G
-from ..muscle.laws.friction import ConstantFriction
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
-from ..view.plots.muscle_plots import plot_force_map, plot_loop, plot_responses
+from ..view.plots.muscle_plots import plot_force_map, plot_motion
 from . import options
 from .command import Files, writes
 
@@ -278,9 +277,7 @@ def _outside(mark: bool) -> str:
     return "mark" if mark else "raise"
 
 
-@writes(
-    ".csv", ".xlsx", ".npz", json=False, plot="the response beside the same muscle with a constant friction of 2.5 N"
-)
+@writes(".csv", ".xlsx", ".npz", json=False, plot="contraction and pressure over time")
 def muscle_step(
     *,
     to_bar: options.Bar,
@@ -323,12 +320,8 @@ def muscle_step(
     lines.append(f"at rest        {'yes' if response.at_rest else 'no'}")
     lines += _step_facts(response)
 
-    def figure() -> Any:
-        constant = replace(law, name="constant friction of 2.5 N", friction=ConstantFriction())
-        beside = simulate(constant, mass, pressure, times, outside="mark")
-        return plot_responses({law.name: response, constant.name: beside})
-
-    files.deliver("\n".join(lines), columns=lambda: _columns(response), figure=figure)
+    columns = _columns(response)
+    files.deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns))
 
 
 def _step_facts(response: StepResponse) -> list[str]:
@@ -396,4 +389,4 @@ def muscle_loop(
         "duty": run.duty,
         "inside": run.inside.astype(int),
     }
-    files.deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_loop(columns))
+    files.deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns))

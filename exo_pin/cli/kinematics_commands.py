@@ -350,6 +350,6 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
     return "\n".join(lines)
 
 
-def _bounded(value: float, unit: str, digits: int = 1) -> str:
+def _bounded(value: float, unit: str) -> str:
     """A number with its unit; in words where it has no bound."""
-    return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"
+    return f"{value:.1f} {unit}".rstrip() if value < 1e9 else "without bound"

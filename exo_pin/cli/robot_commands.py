@@ -199,14 +199,8 @@ def configuration(exo: ShoulderExo, pose: options.Pose, joints: options.Texts) -
     return chain.close(q, hold=held)
 
 
-def joint_value(text: str) -> tuple[str, float]:
-    """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, value, _ = _parsed(text)
-    return joint, value
-
-
-def _parsed(text: str) -> tuple[str, float, bool]:
-    """The joint, its value in SI, and whether that is a length."""
+def joint_value(text: str) -> tuple[str, float, bool]:
+    """The joint and the number, rad or m, of JOINT=VALUE, and whether that is a length."""
     joint, _, value = text.partition("=")
     unit = next((unit for unit in _UNITS if value.endswith(unit)), None)
     expected = "--set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm"
@@ -217,7 +211,7 @@ def _parsed(text: str) -> tuple[str, float, bool]:
 
 def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
     """Put JOINT=VALUE into q and return the joint's name."""
-    joint, value, is_length = _parsed(text)
+    joint, value, is_length = joint_value(text)
     part, moved = chain.configuration_slice(joint), chain.velocity_slice(joint)
     if moved.stop - moved.start != 1:
         raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")

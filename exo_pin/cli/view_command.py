@@ -99,7 +99,7 @@ def view(
         why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
         options.refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
         scene = ChainScene(exo.chain, exo.urdf)
-        scene.move(dict(map(joint_value, set)))
+        scene.move({joint: value for joint, value, _ in map(joint_value, set)})
         said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
     else:
         if plot is not None and plot.suffix.lower() == ".png":

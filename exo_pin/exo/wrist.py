@@ -5,7 +5,6 @@ What only a wrist of limbs between torso and arm has: joint centres, closed-form
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,30 +26,31 @@ INSTEAD = {
     "forward_kinematics": "chain.close and chain.forward_kinematics serve any chain",
     "forward_kinematics_from_base_angles": "",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
-    "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
-    "joint_contact_of_run": "",
 }
 
 
-class Partly(OneProcess):
-    """An attribute of a class whose objects have it only where a test holds.
+def has_record(exo: Any) -> bool:
+    """Whether it is a wrist whose record holds all of it, so that the closed forms give its forces."""
+    return exo.wrist is not None and exo.has_arm and not exo.wrist.beyond_record
 
-    Where it does not, access raises :class:`exo_pin.core.errors.AbsentAttribute`, so that ``hasattr`` is False.
+
+class Partly(OneProcess):
+    """An attribute of :class:`Wrist` as one of the face, which only wrists have.
+
+    Elsewhere access raises :class:`exo_pin.core.errors.AbsentAttribute`, so that ``hasattr`` is False.
 
     Parameters
     ----------
-    there : callable
-        Whether an object has the attribute.
     member : callable or property
         The method or property.
-    owner : callable, optional
-        Returns the object to which the member belongs; the object itself if left out.
+    of_record : bool
+        Whether only wrists have it whose record holds all of them.
     """
 
     _instead = "it is a part of a class"
 
-    def __init__(self, there: Callable[[Any], bool], member: Any, owner: Callable[[Any], Any] | None = None) -> None:
-        self._there, self._member, self._owner = there, member, owner
+    def __init__(self, member: Any, of_record: bool = False) -> None:
+        self._member, self._of_record = member, of_record
         self.__doc__ = member.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -59,10 +59,9 @@ class Partly(OneProcess):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self._member
-        if not self._there(instance):
+        if instance.wrist is None or (self._of_record and not has_record(instance)):
             raise AbsentAttribute(self._name, INSTEAD[self._name])
-        own = instance if self._owner is None else self._owner(instance)
-        return self._member.__get__(own, type(own))
+        return self._member.__get__(instance.wrist, Wrist)
 
 
 @checked
@@ -82,6 +81,16 @@ class Wrist(Record):
 
     record: Mechanism
     beyond_record: str = ""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The frozen record of the design."""
+        return self.record
+
+    @property
+    def limbs(self) -> tuple[Limb, ...]:
+        """The limbs."""
+        return self.record.limbs
 
     @property
     def geometry(self) -> WristGeometry:

@@ -141,19 +141,6 @@ def arm_visuals(points: FloatArray, with_platform: bool, axis: FloatArray | None
     return pictures
 
 
-def limb_visuals(
-    s: FloatArray, length: float, a: FloatArray, ring: Sequence[FloatArray], axis: FloatArray | None = None
-) -> dict[str, list[Picture]]:
-    """Pictures of a limb's links: halves that telescope, crosses, and the base ring if ``ring`` has its joints."""
-    zero = (0.0, 0.0, 0.0)
-    return {
-        "cross": [Picture("cross", _CROSS_RADIUS, zero)],
-        "platform_body": [Picture("platform_half", _OUTER_RADIUS, zero, _point(-0.55 * length * s))],
-        "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * length * s))],
-        "base": _ring(ring, axis, a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
-    }
-
-
 @checked
 def mechanism_urdf(
     mechanism: Mechanism, part: str = "whole", assumed: AssumedMasses | None = None, visuals: bool = True
@@ -276,8 +263,14 @@ class _Limb:
         return LimbRole(name, self.limb.kind, f"{name}_slide", f"{name}_platform_y", f"{name}_base")
 
     def visuals(self, ring: list[FloatArray]) -> dict[str, list[Picture]]:
-        """What its links look like, with the base ring through the points ``ring``."""
-        return limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
+        """What its links look like: halves that telescope, crosses, and the base ring through the points ``ring``."""
+        zero, along = (0.0, 0.0, 0.0), self.length * self.s
+        return {
+            "cross": [Picture("cross", _CROSS_RADIUS, zero)],
+            "platform_body": [Picture("platform_half", _OUTER_RADIUS, zero, _point(-0.55 * along))],
+            "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * along))],
+            "base": _ring(ring, self.ring_axis, self.a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
+        }
 
     def write(self, document: Document, assumed: AssumedMasses | None, looks: dict[str, list[Picture]]) -> None:
         """Add the limb's links and joints."""

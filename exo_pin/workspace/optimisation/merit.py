@@ -167,9 +167,8 @@ class Merit(Record):
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
-        force = np.sqrt((values.shoulder**2).sum(axis=1))
         others = {"contact_force": contact, "device_mass": mass_of(mechanism)}
-        return judged(values.margins, force, self.poses.weights, self.criteria, others, weights)
+        return judged(values.margins, values.shoulder_size, self.poses.weights, self.criteria, others, weights)
 
     def _contact(self, mechanism: Any, is_exact: bool) -> float:
         if self.contact is None:

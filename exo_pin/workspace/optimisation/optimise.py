@@ -23,13 +23,12 @@ from .merit import (
     OBJECTIVES,
     WORST,
     Descent,
-    Evaluation,
     Merit,
     check_objectives,
     require_known,
     study_description,
 )
-from .optimised import Candidate, FullGrid, Optimised, reported
+from .optimised import Candidate, Optimised, on_full_grid, reported
 from .recheck import recheck
 from .search_poses import Centre, ContactObjective, DesignVariables, SearchPoses, as_centres, lifting_poses
 from .starting_designs import with_strokes
@@ -186,29 +185,27 @@ def optimise(
     if stopped and not runs:
         raise KeyboardInterrupt
     # The start is a candidate like all others.
-    known = [*([_begun(merit)] if refine else []), *runs]
+    known = runs if start is None else [_ended(merit, -1, start, {}, 0), *runs]
     # Links that do not fit together make no device; of a search that found no other, its error is the answer.
     known = [run for run in known if run.number < 0 or run.merit < WORST] or known
     designs = [exo.device if run.number < 0 else _designed(merit, run, centres) for run in known]
-    full = FullGrid(criteria, centres, _weights(wanted, seed, 0), contact, step)
-    values = [full.evaluate(design) for design in designs]
-    rows = reported(values, wanted, refine)
-    checked_rows = {*rows, 0} if refine else rows
-    candidates = {
-        row: _candidate(exo, merit, known[row], designs[row], values[row], (step, finer_step), centres)
-        for row in checked_rows
-    }
+    weights = _weights(wanted, seed, 0)
+    values = [on_full_grid(design, criteria, centres, weights, contact, step) for design in designs]
+    rows, candidates = reported(values, wanted, refine), {}
+    for row in {*rows, 0} if refine else rows:
+        design = type(exo).from_device(designs[row])
+        checks = [recheck(designs[row], design.reaction, criteria, finer_step, each, step) for each in centres]
+        candidates[row] = Candidate(design, known[row], tuple(checks), values[row].objectives)
     front = tuple(candidates[row] for row in rows)
     on_grid = tuple(each.objectives for run, each in zip(known, values, strict=True) if run.number >= 0)
     runs = [run for run in known if run.number >= 0]
     return Optimised(front, tuple(runs), wanted, on_grid, candidates[0] if refine else None, stopped)
 
 
-def _begun(merit: Merit) -> SearchRun:
-    """The design that a refinement was given, as a run that has evaluated nothing."""
-    point = merit.variables.point(merit.variables.of_design())
-    found = merit.evaluate(point, {})
-    return SearchRun(-1, point.tolist(), float(found.merit), found.objectives, 0)
+def _ended(merit: Merit, number: int, point: FloatArray, weights: dict[str, float], done: int) -> SearchRun:
+    """A point as what a run has found after so many designs."""
+    found = merit.evaluate(point, weights)
+    return SearchRun(number, point.tolist(), float(found.merit), found.objectives, done)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -255,13 +252,10 @@ def _made_runs(
             is_done = run.run(max(generations, 1) * GENERATION, store)
         except KeyboardInterrupt:
             if run.done:
-                found = merit.evaluate(run.best, weights)
-                best = float(found.merit), found.objectives
-                unfinished.append(SearchRun(trial.number, run.best.tolist(), *best, run.done))
+                unfinished.append(_ended(merit, trial.number, run.best, weights, run.done))
             raise
         if is_done:
-            found = merit.evaluate(run.best, weights)
-            study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
+            study.finish(trial, _ended(merit, trial.number, run.best, weights, run.done))
             yield trial.number
 
 
@@ -286,19 +280,3 @@ def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Any:
     if not merit.fit_strokes:
         return device
     return with_strokes(device, merit.poses.weights, merit.lengths(device), centres, merit.variables.sets_stroke)
-
-
-def _candidate(
-    exo: ShoulderExo,
-    merit: Merit,
-    run: SearchRun,
-    device: Any,
-    values: Evaluation,
-    steps: tuple[float, float],
-    centres: tuple[Centre, ...],
-) -> Candidate:
-    design, (step, finer) = type(exo).from_device(device), steps
-    checks = [
-        recheck(device, design.reaction, merit.criteria, finer, centre_offset=centre, step=step) for centre in centres
-    ]
-    return Candidate(design, run, tuple(checks), values.objectives)

@@ -17,7 +17,7 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import as_count, as_positive, require_type
+from ...core.validation import as_positive, require_type
 from ...design import Mechanism, Wearer
 from ...device.protocol import Device
 from ...device.wrist_device import as_device
@@ -148,7 +148,6 @@ def recheck(
     reaction: Callable[..., Reaction],
     criteria: Criteria,
     finer_step: float = 2.0,
-    seed: int = 0,
     centre_offset: Centre = None,
     step: float = 4.0,
 ) -> Recheck:
@@ -164,8 +163,6 @@ def recheck(
         Limits; "connected" is checked too where they name no criteria.
     finer_step : float
         Of the second grid, degrees.
-    seed : int
-        Of the sample of poses.
     centre_offset : CentreOffset or CentrePath, optional
         Where the device's centre lies, seen from the shoulder's: the same for all poses, or a path.
     step : float
@@ -193,7 +190,7 @@ def recheck(
     require_type("criteria", criteria, Criteria)
     if not callable(reaction):
         raise InvalidInput(f"expected reaction to be a function, got {echo(reaction)}")
-    seed, finer_step, step = as_count("seed", seed), as_positive("finer_step", finer_step), as_positive("step", step)
+    finer_step, step = as_positive("finer_step", finer_step), as_positive("step", step)
     full, wide = workspace(device, step, criteria, centre_offset=centre_offset), max(step, 8.0)
     record = device.accelerate("workspace")
     rows, along = criteria.off_grid(), lifting_lines(device.side)
@@ -211,7 +208,7 @@ def recheck(
                 workspace(record, wide, own, centre_offset=centre_offset),
                 [workspace(record, poses, rows, None, centre_offset) for poses in along],
             )
-        checked, difference = _through_pinocchio(record, *answered, reaction, own, seed)
+        checked, difference = _through_pinocchio(record, *answered, reaction, own)
     return Recheck(
         full,
         workspace(device, finer_step, criteria, centre_offset=centre_offset).index,
@@ -233,11 +230,10 @@ def _through_pinocchio(
     lines: list[Workspace],
     reaction: Callable[..., Reaction],
     criteria: Criteria,
-    seed: int,
 ) -> tuple[int, float]:
     """Number of poses and the largest difference of |F_s|, N."""
     held = np.flatnonzero(np.isfinite(full.magnitude).ravel())
-    sample = np.sort(np.random.default_rng(seed).permutation(held)[:_SAMPLE])
+    sample = np.sort(np.random.default_rng(0).permutation(held)[:_SAMPLE])
     count, worst = 0, 0.0
     for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
         flat, n = part.magnitude.size, mechanism.limb_count

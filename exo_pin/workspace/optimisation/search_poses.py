@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -170,22 +170,22 @@ def as_centres(given: Centre | ArrayLike | Sequence[Centre]) -> tuple[Centre, ..
     InvalidInput
         If one of them is a stack: a search has other poses than the check of what it finds.
     """
-    if isinstance(given, (tuple, list)) and all(isinstance(each, Centre) for each in given):
-        if not given:
-            raise InvalidInput("expected at least one centre_offset, got an empty sequence")
-        return tuple(_single(cast(Centre, each)) for each in given)
-    if given is None or isinstance(given, (CentreOffset, CentrePath)):
-        return (_single(given),)
-    return (_single(CentreOffset.together(as_finite("centre_offset", cast(ArrayLike, given), (3,), stack=True))),)
-
-
-def _single(centre: Centre) -> Centre:
-    if isinstance(centre, CentreOffset) and (centre.base.ndim > 1 or centre.cuff.ndim > 1):
-        raise InvalidInput(
-            f"expected centre_offset as one offset or a CentrePath, got stacks of {centre.base.shape}, "
-            f"{centre.cuff.shape}: designs are judged in other poses, too"
-        )
-    return centre
+    is_listed = isinstance(given, (tuple, list)) and all(isinstance(each, Centre) for each in given)
+    listed: Any = given if is_listed else (given,)
+    if not listed:
+        raise InvalidInput("expected at least one centre_offset, got an empty sequence")
+    found = []
+    for each in listed:
+        centre = each
+        if not isinstance(each, Centre):
+            centre = CentreOffset.together(as_finite("centre_offset", each, (3,), stack=True))
+        if isinstance(centre, CentreOffset) and (centre.base.ndim > 1 or centre.cuff.ndim > 1):
+            raise InvalidInput(
+                f"expected centre_offset as one offset or a CentrePath, got stacks of {centre.base.shape}, "
+                f"{centre.cuff.shape}: designs are judged in other poses, too"
+            )
+        found.append(centre)
+    return tuple(found)
 
 
 def shifted(centre: Centre, shift: FloatArray) -> CentreOffset | CentrePath:
@@ -360,7 +360,7 @@ class ContactObjective(Record):
     def surrogate(self, mechanism: Any) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
         values = values_of(mechanism, self._matrices, self._criteria, ("forces",), offsets=self._offsets)
-        return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
+        return float(np.fmin(values.shoulder_size, self.bare).mean())
 
     def exact(self, mechanism: Any) -> float:
         """Mean of the least contact force, N; where no answer is found that without the device counts."""

@@ -272,7 +272,11 @@ class Workspace(Result, ReadOnly):
         InvalidInput
             If the poses are no grid of three dimensions.
         """
-        self._require_grid()
+        if self.margin.ndim != 3:
+            raise InvalidInput(
+                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
+                "exo_pin.adl_box or RangeOfMotion.poses"
+            )
         return largest_region(self.inside, self.margin)
 
     @property
@@ -280,13 +284,6 @@ class Workspace(Result, ReadOnly):
         """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
         poses = self.poses[self.region]
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
-
-    def _require_grid(self) -> None:
-        if self.margin.ndim != 3:
-            raise InvalidInput(
-                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
-                "exo_pin.adl_box or RangeOfMotion.poses"
-            )
 
     @property
     def nearest_to_rest(self) -> tuple[int, ...]:

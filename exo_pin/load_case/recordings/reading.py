@@ -287,7 +287,7 @@ def read_poses(
         As :func:`read_movement`; of poses that are no movement only what stands against their orientations.
     """
     wanted = options if isinstance(options, RecordingOptions) else RecordingOptions("" if options is None else options)
-    record = _Record(path, as_side(side), wanted, movement or _needs_times(wanted))
+    record = _Record(path, as_side(side), wanted, movement or bool(wanted.sensors))
     with naming_file(path):
         read = record.stated()
         poses, times = read.poses, read.times
@@ -296,7 +296,8 @@ def read_poses(
         if lost:
             cautions.append(f"{lost} of {len(record.there)} rows have no orientation or no time and count as gaps.")
         if AS_NAMED not in wanted.names and len(poses) > 1:
-            start = None if wanted.start is None else _clinical_pose(wanted.start, side)
+            angles = None if wanted.start is None else np.radians(np.atleast_2d(wanted.start))
+            start = None if angles is None else CONVENTIONS[0].build(angles, side)[0]
             stated = read if movement else read._replace(times=None)
             found = doubt(stated, side, record.readings(movement), start)
             if found is not None and found.is_refused and movement:
@@ -306,14 +307,6 @@ def read_poses(
             poses, times, record.elbow(read), record.source.format, record.convention, tuple(cautions), record.source,
             record.there,
         )  # fmt: skip
-
-
-def _clinical_pose(angles: ArrayLike, side: str) -> Rotation:
-    return CONVENTIONS[0].build(np.radians(np.atleast_2d(angles)), side)[0]
-
-
-def _needs_times(options: RecordingOptions) -> bool:
-    return bool(options.sensors)
 
 
 def movement_cautions(movement: Movement, side: str) -> tuple[str, ...]:

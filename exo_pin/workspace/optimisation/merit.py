@@ -161,7 +161,9 @@ class Merit(Record):
                 mechanism, fit = self._built(mechanism, self.variables.sets_stroke), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
             values = values_of(mechanism, self._matrices, self.criteria, names, offsets=self._offsets)
-            contact = self._contact(mechanism, is_exact)
+            contact = np.nan
+            if self.contact is not None:
+                contact = (self.contact.exact if is_exact else self.contact.surrogate)(mechanism)
         except (ExoPinError, ValueError):
             return Evaluation(WORST, dict.fromkeys(OBJECTIVES, np.nan))
         if fit:
@@ -169,11 +171,6 @@ class Merit(Record):
             values.margins["stroke"] = window_margin(windows, values.lengths)
         others = {"contact_force": contact, "device_mass": mass_of(mechanism)}
         return judged(values.margins, values.shoulder_size, self.poses.weights, self.criteria, others, weights)
-
-    def _contact(self, mechanism: Any, is_exact: bool) -> float:
-        if self.contact is None:
-            return float("nan")
-        return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
 
 
 def judged(

@@ -103,43 +103,31 @@ class Recheck(Record):
         return bool(complete and lifts and self.workspace.index >= 0.8)
 
     def __str__(self) -> str:
+        nearest = np.degrees(self.workspace.region_distance)
+        region = f"{100 * self.workspace.region.mean():.1f} % of the poses, the nearest {nearest:.0f}° from rest"
+        agreement = (
+            f"Checked with Pinocchio: {self.pinocchio_poses} poses, |F_s| differs by at most "
+            f"{self.pinocchio_difference:.1e} N."
+        )
         lines = [
             *([] if self.centre_offset is None else [centre_text(self.centre_offset)]),
             str(self.workspace),
             "",
             f"On the grid of {self.finer_step:g}°: {100 * self.finer_index:.1f} %.",
-            *self._region(),
+            *([f"Largest connected region on one side of det X = 0: {region}."] if self.workspace.region.any() else []),
             *(
                 f"{name} 0 to 90°: {int(each.inside.sum())} of {each.inside.size} poses inside, shoulder force at most "
                 f"{np.nanmax(each.magnitude):.0f} N, least moment margin {np.nanmin(each.margins['forces']):.1f} N m."
                 for name, each in (("Flexion", self.flexion), ("Abduction", self.abduction))
                 if "forces" in each.margins and np.isfinite(each.magnitude).any()
             ),
-            *self._agreement(),
+            *([agreement] if self.pinocchio_poses else []),
             *(
                 f"{name}: {100 * share:.1f} %{f'; {words}' if (words := self.beyond_elbow.get(name)) else ''}"
                 for name, share in {**self.persons, **self.offsets}.items()
             ),
         ]
         return "\n".join(lines)
-
-    def _agreement(self) -> list[str]:
-        if not self.pinocchio_poses:
-            return []
-        return [
-            f"Checked with Pinocchio: {self.pinocchio_poses} poses, |F_s| differs by at most "
-            f"{self.pinocchio_difference:.1e} N."
-        ]
-
-    def _region(self) -> list[str]:
-        region = self.workspace.region
-        if not region.any():
-            return []
-        nearest = np.degrees(self.workspace.region_distance)
-        return [
-            f"Largest connected region on one side of det X = 0: {100 * region.mean():.1f} % of the poses, the nearest "
-            f"{nearest:.0f}° from rest."
-        ]
 
 
 @checked

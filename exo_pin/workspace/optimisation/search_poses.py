@@ -350,9 +350,11 @@ class ContactObjective(Record):
         allowed = np.flatnonzero(person.allows(poses.poses))
         if allowed.size:
             bare[allowed] = person.joint_contact(poses.poses[allowed]).magnitude
-        chosen = _evenly(np.where(np.isfinite(bare), poses.weights, 0.0))
-        if not chosen.size:
+        # Some poses in proportion to their weights: at equal steps of the sum of the weights.
+        reached = np.cumsum(np.where(np.isfinite(bare), poses.weights, 0.0))
+        if not reached[-1] > 0.0:
             raise MissingData(["poses that the person can hold"], "the contact force of a search")
+        chosen = np.unique(np.searchsorted(reached, (np.arange(_POSES) + 0.5) / _POSES * reached[-1]))
         self.poses, self.bare = poses.poses[chosen], bare[chosen]
         self._matrices = pose_matrices(self.poses)[1]
         self._offsets = poses.offsets.rows(chosen)
@@ -381,12 +383,3 @@ class ContactObjective(Record):
     def description(self) -> Any:
         """What a stored study says of it."""
         return {"person": repr(self._person), "poses": len(self.bare)}
-
-
-def _evenly(weights: FloatArray) -> np.ndarray:
-    """Indices of some poses, in proportion to their weights: at equal steps of the sum of the weights."""
-    total = weights.sum()
-    if not total > 0.0:
-        return np.empty(0, dtype=int)
-    marks = (np.arange(_POSES) + 0.5) / _POSES * total
-    return np.unique(np.searchsorted(np.cumsum(weights), marks))

@@ -269,9 +269,8 @@ def warn_outside_human_range(matrices: FloatArray, side: str) -> None:
     outside = outside_human_range(matrices, side)
     if not outside.any():
         return
-    mirrored = matrices * np.array([[1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, 1.0]])
     other = "right" if side == "left" else "left"
-    swapped = not outside_human_range(mirrored[outside], side).any()
+    swapped = not outside_human_range(matrices[outside], other).any()
     which = "this pose" if len(outside) == 1 else f"{int(outside.sum())} of {len(outside)} poses"
     cause = (
         f'a {other} shoulder does: load the design with side="{other}", or mirror the pose'

@@ -110,10 +110,7 @@ class Workspace(Result, ReadOnly):
     @functools.cached_property
     def inside(self) -> NDArray[np.bool_]:
         """Shape (...): whether all criteria that were checked are met."""
-        inside = np.ones(self.margin.shape, dtype=bool)
-        for met in self.met.values():
-            inside &= met
-        return inside
+        return np.logical_and.reduce([np.ones(self.margin.shape, dtype=bool), *self.met.values()])
 
     @property
     def index(self) -> float:

@@ -165,18 +165,17 @@ def optimise(
     chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
     exo = type(exo).from_mechanism(with_cuff_by_geometry(exo.mechanism)) if cuff_by_geometry else exo
     space = DesignVariables(exo.device, variables, cuff_by_geometry)
-    if refine:
-        space.require_design_inside()
+    start = space.point(space.of_design(must_fit=True)) if refine else None
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
     description = study_description(merit, wanted, seed, run_length, refine, centres)
     study = StoredStudy(storage, name, wanted, description, space.count, run_length)
-    start = space.point(space.of_design()) if refine else None
     unfinished: list[SearchRun] = []
     made = _made_runs(study, merit, wanted, seed, budget, run_length, start, unfinished)
     stopped = False
     try:
-        for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
+        left = max(0, budget - sum(run.evaluations for run in study.runs()))
+        for _ in track(made, "runs", progress, -(-left // run_length)):
             pass
     except KeyboardInterrupt:
         # The study goes on where it stands if it is asked again.

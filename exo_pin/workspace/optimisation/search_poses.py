@@ -128,29 +128,24 @@ class DesignVariables(Record):
         share = (chosen - self.bounds[:, 0]) / (self.bounds[:, 1] - self.bounds[:, 0])
         return np.where(self._whole, share, np.arccos(np.clip(1.0 - 2.0 * share, -1.0, 1.0)) / np.pi)
 
-    def of_design(self) -> dict[str, float]:
-        """Values of the design to start from, by name, moved into the bounds; their middle where it has none."""
-        values = {}
-        for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
-            value = self.device.value_of(named)
-            values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
-        return values
-
-    def require_design_inside(self) -> None:
-        """Refuse a start outside its bounds: a search would begin elsewhere.
+    def of_design(self, must_fit: bool = False) -> dict[str, float]:
+        """Values of the design to start from, by name, moved into the bounds; their middle where it has none.
 
         Raises
         ------
         InvalidInput
-            If a value of the design is outside.
+            If a value of the design is outside, and the design must fit: a search would begin elsewhere.
         """
+        values = {}
         for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
             value = self.device.value_of(named)
-            if value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
+            if must_fit and value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
                 raise InvalidInput(
                     f"expected bounds that hold the design that is refined: its {named.si_name} is {value:g}, outside "
                     f"{low:g} to {high:g} (m, rad)"
                 )
+            values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
+        return values
 
     def design(self, values: Mapping[str, float]) -> Any:
         """The device with these values."""

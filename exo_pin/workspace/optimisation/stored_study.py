@@ -180,10 +180,6 @@ class StoredStudy(OneProcess):
         others = 0 if trial is None else sum(each.number != trial.number for each in self._running())
         return (left if runs else max(left, GENERATION)) - others * self._length
 
-    def evaluations(self) -> int:
-        """Designs that the finished runs have evaluated."""
-        return sum(run.evaluations for run in self.runs())
-
     def finish(self, trial: Any, run: SearchRun) -> None:
         """Store the end of a run, unless another worker has taken it over."""
         with self.watched():

@@ -206,17 +206,12 @@ def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
     effort = _scaled(pose)
     # A moment far above what muscles can make is measured in a unit of its own.
     unit = max(_MOMENT, float(np.linalg.norm(pose.rest)) * _LEVER)
-    answer = _constrained(P, np.zeros(size + 5), effort, _outside(pose) * unit / _MOMENT, in_socket).solve()
+    # Moments from outside in the rows of the scaled balance: equalities first, then the elbow that may be stopped.
+    outside = np.eye(5)[[0, 1, 2, 4, _ELBOW]] if pose.stopped else np.eye(5)
+    answer = _constrained(P, np.zeros(size + 5), effort, outside * unit / _MOMENT, in_socket).solve()
     if answer.is_infeasible:
         return np.full(5, np.nan), True
     return answer.x[size:] * unit, answer.is_optimal
-
-
-def _outside(pose: MusclePose) -> FloatArray:
-    """Moments from outside in the rows of the scaled balance: equalities first, then the elbow that may be stopped."""
-    if not pose.stopped:
-        return np.eye(5)
-    return np.eye(5)[[*np.flatnonzero(np.arange(5) != _ELBOW), _ELBOW]]
 
 
 def _constrained(

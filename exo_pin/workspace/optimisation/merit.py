@@ -27,7 +27,7 @@ from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
 from ...core.optional_packages import optional
 from ...core.records import OneProcess, Record
-from ...core.validation import FloatArray, as_choice
+from ...core.validation import FloatArray
 from ...design.io.mechanism_files import mechanism_table
 from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.pose_stack import limb_lengths
@@ -236,18 +236,6 @@ def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float
         "device_mass": objectives["device_mass"],
     }
     return sum(weight * costs[name] for name, weight in weights.items())
-
-
-def check_objectives(names: object) -> tuple[str, ...]:
-    """The names of objectives, checked.
-
-    Raises
-    ------
-    UnknownName
-        If one is none of :data:`OBJECTIVES`.
-    """
-    listed = (names,) if isinstance(names, str) else tuple(names)  # type: ignore[arg-type]
-    return tuple(as_choice("objective", name, OBJECTIVES) for name in listed)
 
 
 def _mean(values: FloatArray, weights: FloatArray) -> float:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, MissingData
 from ...core.errors.checked import checked
 from ...core.progress import track
-from ...core.validation import FloatArray, require_method
+from ...core.validation import FloatArray, as_choice, require_method
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
@@ -24,7 +24,6 @@ from .merit import (
     WORST,
     Descent,
     Merit,
-    check_objectives,
     require_known,
     study_description,
 )
@@ -146,7 +145,8 @@ def optimise(
     (24, ('index',))
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    wanted = check_objectives(objectives)
+    listed = (objectives,) if isinstance(objectives, str) else tuple(objectives)
+    wanted = tuple(as_choice("objective", name, OBJECTIVES) for name in listed)
     if not wanted:
         raise InvalidInput(f"expected at least one objective of {', '.join(OBJECTIVES)}")
     for label, count in (("budget", budget), ("run_length", run_length)):

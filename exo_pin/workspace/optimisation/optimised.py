@@ -199,7 +199,9 @@ class Optimised(Result):
             start, best = 100.0 * self.start.index, 100.0 * self.best_candidate.index
             kept = ", which is the start: no run was better" if self.best_candidate is self.start else ""
             lines.append(f"The start: {start:.1f} % of the full grid. The best: {best:.1f} %{kept}.")
-            lines += self._beside_start()
+            old, new = self.start.objectives, self.best_candidate.objectives
+            others = [name for name in self.objectives if name != "index"]
+            lines += [f"{name}: {old[name]:.4g} of the start, {new[name]:.4g} of the best." for name in others]
         for candidate in self.front:
             found = ", ".join(f"{name} {candidate.objectives[name]:.4g}" for name in self.objectives)
             works = ": the design works" if candidate.works else ""
@@ -207,11 +209,3 @@ class Optimised(Result):
             lines += ["", f"{name} ({found} on the full grid){works}."]
             lines += ["\n\n".join(str(check) for check in candidate.checks), filled(mass_words(candidate.design))]
         return "\n".join(lines)
-
-    def _beside_start(self) -> list[str]:
-        """Further objectives of the best design beside those of the start."""
-        if self.start is None:
-            return []
-        start, best = self.start.objectives, self.best_candidate.objectives
-        others = [name for name in self.objectives if name != "index"]
-        return [f"{name}: {start[name]:.4g} of the start, {best[name]:.4g} of the best." for name in others]

@@ -197,10 +197,8 @@ def described(centre: Centre) -> dict[str, Any] | None:
     return None if centre is None else {name: np.asarray(value).tolist() for name, value in vars(centre).items()}
 
 
-def centre_text(centre: Centre) -> str:
+def centre_text(centre: CentreOffset | CentrePath) -> str:
     """One line on an offset, for a report."""
-    if centre is None:
-        return "The device's centre is the shoulder's."
     if isinstance(centre, CentrePath):
         most, fit = 1e3 * np.linalg.norm(centre.displacement, axis=1).max(), 1e3 * np.asarray(centre.fit)
         where = "" if not fit.any() else f", and is off by ({', '.join(f'{x:g}' for x in fit)}) mm at rest"

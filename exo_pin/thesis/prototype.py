@@ -35,11 +35,11 @@ _AROUND, _TWO_AROUND = 5.0, 10.0
 def rows() -> list[Row]:
     """Rows of Chapter 5, of the index in Appendix C, and of the example of Appendix D.
 
-    Source: thesis Table 5-1, Table 5-2, Table 5-6, Table 5-7.
+    Source: thesis Table 5-1, Table 5-2, Table 5-6, Table 5-7, (C-1), (C-2), Table 2-1, Table C-1, Table C-2.
     """
     rig = [*_static_tests(), *_forward_kinematics()]
     tests = [*_dimensions(), *_abduction(), *_flexion(), *_strokes(), _daily_tasks()]
-    return [*rig, *tests, *rows_of_c(), *rows_of_d()]
+    return [*rig, *tests, *_daily_range(), *_index(), *_optimum(), *rows_of_d()]
 
 
 def _fitted_lengths() -> FloatArray:
@@ -204,14 +204,6 @@ def _share(geometry: WristGeometry, both_ends: bool) -> float:
     return 100.0 * float(inside.mean())
 
 
-def rows_of_c() -> list[Row]:
-    """Rows of the ledger.
-
-    Source: thesis (C-1), (C-2), Table 2-1, Table C-1, Table C-2.
-    """
-    return [*_daily_range(), *_index(), *_optimum()]
-
-
 def _daily_range() -> list[Row]:
     """The summary of Table 2-1 from its surveys, and how far it spreads in the ball of rotation vectors."""
     # The two surveys that print where a range begins and ends; their angles are positive as named.
@@ -331,9 +323,5 @@ def _acceleration() -> Row:
     step = np.finfo(float).eps ** 0.25
     measured = (centre(step) - 2 * C + centre(-step)) / step**2
     turning = np.cross(omega, np.cross(omega, C))
-    return row(
-        "appendix_d.a_C_by_the_printed",
-        measured,
-        printed=-np.cross(eta, C) + turning,
-        mended=np.cross(eta, C) + turning,
-    )
+    speeding = np.cross(eta, C)
+    return row("appendix_d.a_C_by_the_printed", measured, printed=turning - speeding, mended=turning + speeding)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +24,7 @@ from ..muscle.laws.friction import ConstantFriction
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
-from ..view.plots.muscle_plots import plot_force_map, plot_loop, plot_responses
+from ..view.plots.muscle_plots import plot_force_map, plot_motion
 from . import options
 from .command import deliver, draws, writes
 
@@ -278,7 +278,7 @@ def muscle_step(
     model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
     out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("the response beside the same muscle with a constant friction of 2.5 N")] = None,
+    plot: Annotated[Path | None, draws("contraction and pressure over time")] = None,
 ) -> None:
     """Compute the response of a hung mass to a step of pressure.
 
@@ -315,12 +315,8 @@ def muscle_step(
     lines.append(f"at rest        {'yes' if response.at_rest else 'no'}")
     lines += _step_facts(response)
 
-    def figure() -> Any:
-        constant = replace(law, name="constant friction of 2.5 N", friction=ConstantFriction())
-        beside = simulate(constant, mass, pressure, times, outside="mark")
-        return plot_responses({law.name: response, constant.name: beside})
-
-    deliver("\n".join(lines), columns=lambda: _columns(response), figure=figure, out=out, plot=plot)
+    columns = _columns(response)
+    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns), out=out, plot=plot)
 
 
 def _mass(mass_kg: float | None, weight_N: float | None) -> float:
@@ -414,4 +410,4 @@ def muscle_loop(
         "duty": run.duty,
         "inside": run.inside.astype(int),
     }
-    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_loop(columns), out=out, plot=plot)
+    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns), out=out, plot=plot)

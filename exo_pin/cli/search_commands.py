@@ -51,7 +51,7 @@ def workspace(
     one_by_one: bool = False,
     limb_table: bool = False,
     limb_loss: bool = False,
-    draw: Literal["slices", "ball", "rate"] = "slices",
+    draw: Literal["slices", "ball"] = "slices",
     muscles: options.Muscled = None,
     json: options.Json = False,
     out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
@@ -70,7 +70,7 @@ def workspace(
     limb_loss : bool
         Also print how many of the poses inside are still held when one limb fails.
     draw : str
-        What --plot shows: slices, the ball of rotations, or slices with the weakest rate of the drives.
+        What --plot shows: slices, or the ball of rotations.
     muscles : bool, optional
         Also print the force in the joint with the wearer's own muscles, over at most 100 of the poses inside, at rest
         (default: with --person, if the extra 'person' is installed, and the device's centre is the shoulder's).
@@ -98,10 +98,8 @@ def workspace(
         parts += [str(left), filled(limb_loss_words(left))]
 
     def figure() -> Any:
-        from ..view.plots import rate_slices, rotation_ball, workspace_slices
+        from ..view.plots import rotation_ball, workspace_slices
 
-        if draw == "rate":
-            return rate_slices(exo, found)
         return rotation_ball(found) if draw == "ball" else workspace_slices(found)
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}

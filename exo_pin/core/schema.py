@@ -62,9 +62,6 @@ def _reference(name: str) -> type:
     return _Reference(name, (), {})
 
 
-_ARRAYS = {kind: _reference(kind) for kind in (*_FLAT, "Rotation")}
-
-
 def name_of(kind: type) -> str:
     """The name of the documents of a record: ``joint_contact`` of ``JointContact``."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind.__name__).lower()
@@ -255,9 +252,9 @@ def _json_type(hint: Any) -> Any:
     if hint is np.ndarray or origin is np.ndarray:
         kinds = {"b": "Flags", "U": "Texts", "O": "Texts"}
         dtype = get_args(inner[1])[0] if len(inner) > 1 and get_args(inner[1]) else float
-        return _ARRAYS[kinds.get(np.dtype(dtype).kind if isinstance(dtype, type) else "f", "Numbers")]
+        return _reference(kinds.get(np.dtype(dtype).kind if isinstance(dtype, type) else "f", "Numbers"))
     if hint is Rotation:
-        return _ARRAYS["Rotation"]
+        return _reference("Rotation")
     if hint in (float, np.float64):
         return float | None
     if origin in (Union, types.UnionType):
@@ -290,7 +287,7 @@ def _has_unit(hint: Any) -> bool:
     own = _json_type(hint)
     every = [own, *get_args(own)]
     every += [item for each in every for item in get_args(each)]
-    return any(each in (float, _ARRAYS["Numbers"]) for each in every)
+    return any(each in (float, _reference("Numbers")) for each in every)
 
 
 def _records(hint: Any) -> list[type]:

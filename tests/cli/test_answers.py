@@ -153,8 +153,8 @@ COMMANDS = {
     ],
     "drawn": [
         f"{line} --plot {k}.png" for k, line in enumerate([
-            "workspace four-cables --step 45 --draw ball", "workspace four-cables --step 45 --draw rate",
-            "workspace four-cables --step 45", "workspace four-cables --step 45 --criteria forces,stroke --json",
+            "workspace four-cables --step 45 --draw ball", "workspace four-cables --step 45",
+            "workspace four-cables --step 45 --criteria forces,stroke --json",
             f"reaction four-cables {POSE} --to 90,0,0 --poses 4", f"reaction prototype {POSE}",
             "reaction four-cables --trajectory quick.csv", f"singularity prototype {POSE}",
             "muscle force --contraction-mm 20 --pressure-bar 2", "muscle step --weight-N 10 --to-bar 3.6 --mark",
@@ -165,7 +165,7 @@ COMMANDS = {
             "sweep four-cables --vary scale=0.9,1 --step 45", f"view four-cables {POSE}",
             "compare four-cables prototype --step 45",
             f"optimise {SEARCH} --json", f"optimise {SEARCH}",
-        ])
+        ], start=1)
     ],
     "mistaken": [
         "reaction four-cables --compare --offset 0.01 0 0", "reaction prototype --flexion 1.0471975511965976",

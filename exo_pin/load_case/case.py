@@ -188,13 +188,8 @@ class Case(Record):
     @property
     def is_stacked(self) -> bool:
         """Whether load or offset has a value for every pose."""
-        parts = (self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset)
-        return any(
-            isinstance(value, np.ndarray) and value.ndim >= 2
-            for part in parts
-            if part is not None
-            for value in vars(part).values()
-        )
+        parts: tuple[Any, ...] = self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset
+        return any(np.ndim(value) >= 2 for part in parts if part is not None for value in vars(part).values())
 
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
         """The same case in other poses, at rest unless a motion is given.

@@ -125,9 +125,12 @@ class _Record:
             self.source = self.source.renamed(_column_map(options.columns))
         self.angles: Angles | None = angles_of(self.source, side)
         self.times = self.source.times(options.rate, options.duration) if timed else None
-        for name in options.names:
-            if name in _CLOCKS and self.times is not None:
-                self.times = self._clock(_CLOCKS[name])
+        for name in options.names if timed else ():
+            if name in _CLOCKS:
+                known = self.source.clocks()
+                if not known:
+                    raise FileFormatError("has no column of times whose unit may be another", path)
+                self.times = np.asarray(self.source.numbers(known[:1])[:, 0] * _CLOCKS[name])
         clock = np.zeros(0) if self.times is None else self.times
         self.bodies: Bodies | None = None
         if self.angles is None:
@@ -143,13 +146,6 @@ class _Record:
                 f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}", path
             )
         self.there: np.ndarray = there if self.times is None else np.asarray(there & np.isfinite(self.times))
-
-    def _clock(self, unit: float) -> FloatArray:
-        """Times if they were in another unit."""
-        known = self.source.clocks()
-        if not known:
-            raise FileFormatError("has no column of times whose unit may be another", self.source.path)
-        return np.asarray(self.source.numbers(known[:1])[:, 0] * unit)
 
     def read(self, *names: str) -> Reading:
         """The rows that are there, in readings by name."""

@@ -56,8 +56,10 @@ _KNOWN_BY = {
 }
 #: Merit of a design that cannot be built or evaluated.
 WORST = 100.0
-#: Forces, moments and rates that count as one in the merit, N, N m and m/rad, 1 mm/°; of masses 1 kg does.
-_FORCE, _MOMENT, _RATE = 100.0, 10.0, 0.18 / np.pi
+#: A force that counts as one in the merit, N, and units of objectives that count as one: N, N m, and m/rad (1 mm/°).
+_FORCE = 100.0
+_UNITS = dict.fromkeys(("mean_shoulder_force", "peak_shoulder_force", "contact_force"), _FORCE)
+_UNITS |= {"median_moment_margin": 10.0, "weakest_rate": 0.18 / np.pi}
 #: Share of the poses inside whose rates of the drives may be below the objective.
 _WEAKEST = 0.01
 
@@ -226,24 +228,16 @@ def judged(
 
 def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float]) -> float:
     """What the objectives add to the merit; ``carried`` is the mean of |F_s| over all poses, N, each at most 100 N."""
-    costs = {
-        "mean_shoulder_force": carried / _FORCE,
-        "peak_shoulder_force": _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE,
-        "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
-        "worst_margin": -_or(objectives["worst_margin"], 0.0),
-        "weakest_rate": -_or(objectives["weakest_rate"], 0.0) / _RATE,
-        "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
-        "device_mass": objectives["device_mass"],
-    }
-    return sum(weight * costs[name] for name, weight in weights.items())
+    total, known = 0.0, {**objectives, "mean_shoulder_force": carried}
+    for name, weight in weights.items():
+        # Where it is not known it counts as nothing gained, or as a force that nobody bears.
+        value = np.nan_to_num(known[name], nan=0.0 if OBJECTIVES[name] else 20 * _FORCE)
+        total += weight * ((-value if OBJECTIVES[name] else value) / _UNITS.get(name, 1.0))
+    return float(total)
 
 
 def _mean(values: FloatArray, weights: FloatArray) -> float:
     return float((values * weights).sum() / weights.sum()) if weights.sum() > 0.0 else float("nan")
-
-
-def _or(value: float, other: float) -> float:
-    return other if np.isnan(value) else value
 
 
 def study_description(

@@ -67,14 +67,9 @@ def starting_actuator(
     """
     greatest = PULL if pull is None else pull
     pressure = None if force_law is None else SUPPLY if supply is None else supply
-    return Actuator(
-        family,  # type: ignore[arg-type]
-        None if force_law else greatest,
-        (greatest if push is None else push) if family == "linear" else None,
-        force_law,
-        pressure,
-        travel_limit=travel,
-    )
+    own, other = None if force_law else greatest, greatest if push is None else push
+    both = own, other if family == "linear" else None
+    return Actuator(family, *both, force_law, pressure, travel_limit=travel)  # type: ignore[arg-type]
 
 
 def joints_and_variables(

@@ -22,7 +22,6 @@ from ..kinematics.loops import closed_configuration
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
 from ..structure.description import Closures, JointProperties
-from ..structure.motion_axes import q_slice, v_slice
 from .bodies import (
     TreeBody,
     add_frame,
@@ -35,9 +34,10 @@ from .bodies import (
     without,
 )
 from .closures_file import closures_text
+from .joint_data import FIELDS, part_of
 from .mjcf.mjcf_writing import FORMS as MJCF_FORMS
 from .mjcf.mjcf_writing import mjcf_document, mjcf_text, parts_of
-from .restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
+from .restated import JointRestated, Restated, motion, renamed, same_frames
 from .sdf.sdf_frames import RESERVED
 from .sdf.sdf_writing import FORMS as SDF_FORMS
 from .sdf.sdf_writing import sdf_text
@@ -365,12 +365,11 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
     """A joint without the data that the format has no place for, and what they are."""
     data, hinged = body.data, body.axis is not None
     lost = {*_LOST[ending][hinged]} & {*data.present}
-    q, v = q_slice(model, body.index), v_slice(model, body.index)
     if ending in (".urdf", ".sdf") and hinged:
         for what, limits in (("effort limits", data.effort), ("velocity limits", data.velocity)):
             if what in data.present and limits[0, 0] != -limits[0, 1]:
                 lost.add(what)
-        if q.stop - q.start == 2 and "position limits" in data.present:
+        if model.nqs[body.index] == 2 and "position limits" in data.present:
             lost.add("position limits")
     if ending == ".xml" and not hinged:
         values = {"damping": data.damping, "friction": data.friction, "armature": data.armature}
@@ -379,14 +378,13 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
         lost |= {*data.present} & (differ | compound)
     told = dict(found.data)
     for what in sorted(lost):
+        is_kept = (ending, what) == (".xml", "velocity limits") or (body.is_limb and what == "effort limits")
         for key in _KEYS[what]:
-            keys, part = (BY_VELOCITY, v) if key in BY_VELOCITY else (BY_POSITION, q)
-            names, is_limit = keys[key], what.endswith("limits")
-            told[key] = tuple(np.asarray(getattr(model, names[0])[part]).tolist())
-            is_kept = (ending, what) == (".xml", "velocity limits") or (body.is_limb and what == "effort limits")
-            for name in names if not is_kept else ():
-                low = name.startswith("lower")
-                getattr(model, name)[part] = (-np.inf if low else np.inf) if is_limit else 0.0
+            part = part_of(model, body.index, FIELDS[key][0])
+            told[key] = tuple(np.asarray(getattr(model, FIELDS[key][0])[part]).tolist())
+            for name in () if is_kept else FIELDS[key]:
+                none = np.inf if what.endswith("limits") else 0.0
+                getattr(model, name)[part] = -none if name.startswith("lower") else none
     return replace(found, data=told), sorted(lost - ({"effort limits"} if body.is_limb else set()))
 
 

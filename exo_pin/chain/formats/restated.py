@@ -18,16 +18,9 @@ from ...core.validation import FloatArray, as_choice
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
 from ..structure.description import Closures
-from ..structure.motion_axes import q_slice, v_slice
-from .bodies import COPIED, LINKS_AND_SITES, rebuilt
-
-#: Data of joints, by the coordinates of v, and of q (positions), as Pinocchio's model calls them.
-BY_VELOCITY = {
-    "damping": ("damping",), "friction": ("upperDryFrictionLimit", "lowerDryFrictionLimit"), "armature": ("armature",),
-    "lower_effort": ("lowerEffortLimit",), "upper_effort": ("upperEffortLimit",),
-    "speed": ("upperVelocityLimit", "lowerVelocityLimit"),
-}  # fmt: skip
-BY_POSITION = {"lower_position": ("lowerPositionLimit",), "upper_position": ("upperPositionLimit",)}
+from ..structure.motion_axes import q_slice
+from .bodies import LINKS_AND_SITES, rebuilt
+from .joint_data import FIELDS, part_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +37,7 @@ class JointRestated:
         Mass, kg, centre of mass, m, and the moments xx, xy, yy, xz, yz, zz about it, kg m², of the link in the joint's
         frame.
     data : mapping of str to tuple of float
-        By the names of :data:`BY_VELOCITY` and :data:`BY_POSITION`, SI units; infinite for no limit.
+        By the names of :data:`.joint_data.FIELDS`, SI units; infinite for no limit.
     """
 
     called: str | None = None
@@ -115,12 +108,12 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
         index = _index(model, name)
         if item.inertia is not None:
             model.inertias[index] = _body(item.inertia)
-        if item.zero is not None:
-            _shift_limits(model, index, np.array(item.zero))
-        for keys, part in ((BY_VELOCITY, v_slice), (BY_POSITION, q_slice)):
-            for key in keys.keys() & item.data.keys():
-                for sign, target in zip((1.0, -1.0), keys[key], strict=False):
-                    getattr(model, target)[part(model, index)] = sign * np.array(item.data[key])
+        if item.zero is not None and len(item.zero) == model.nqs[index] == 1:
+            for limit in (model.lowerPositionLimit, model.upperPositionLimit):
+                limit[model.idx_qs[index]] += item.zero[0]
+        for key, values in item.data.items():
+            for sign, target in zip((1.0, -1.0), FIELDS[key], strict=False):
+                getattr(model, target)[part_of(model, index, target)] = sign * np.array(values)
     shapes = tuple(replace(shape, frame=called.get(shape.frame, shape.frame)) for shape in read.shapes)
     return model, replace(own, root=read.root, shapes=shapes)
 
@@ -180,13 +173,6 @@ def motion(model: pin.Model, index: int, q: FloatArray) -> pin.SE3:
     whole[own] = q
     pin.forwardKinematics(model, data, whole)
     return model.jointPlacements[index].inverse() * data.liMi[index]
-
-
-def _shift_limits(model: pin.Model, index: int, zero: FloatArray) -> None:
-    own = q_slice(model, index)
-    if len(zero) == own.stop - own.start == 1:
-        for key in COPIED[0]:
-            getattr(model, key)[own] += zero
 
 
 def _body(numbers: tuple[float, ...]) -> pin.Inertia:

@@ -36,6 +36,7 @@ from .closures_file import closures_text
 from .leaving_out import LeftOut, name_of_element
 from .sdf.sdf_frames import Scope
 from .sdf.sdf_model import closure_of, is_closure, read_joint
+from .urdf.urdf_values import origin_of
 from .xml_elements import NOTHING, Element, as_numbers, checked, numbers, vector
 
 #: Elements of a ``<robot>`` that may state loops.
@@ -282,7 +283,7 @@ class _Reader:
         kind = element.attributes.get("type")
         if kind != "spherical":
             return _without(self._name(element), element, (one, two), f"Isaac closes loops by balls alone, not {kind}")
-        return self._at(element, "spherical", (one, two), *map(_origin, links))
+        return self._at(element, "spherical", (one, two), *map(origin_of, links))
 
     def _equality(self, element: Element) -> _Loop:
         given = element.attributes
@@ -322,7 +323,7 @@ class _Reader:
         frames = {name: (name, pin.SE3.Identity(), links.get(name, self._root)) for name in self.places}
         for element in self._root.all("frame"):
             if element.attributes.get("link") in self.places and "name" in element.attributes:
-                frames[element.attributes["name"]] = (element.attributes["link"], _origin(element), element)
+                frames[element.attributes["name"]] = (element.attributes["link"], origin_of(element), element)
         for name in frames:
             match = _CLOSING.fullmatch(name)
             if match is None:
@@ -358,11 +359,6 @@ def _is_closing(element: Element) -> bool:
 
 def _without(name: str, element: Element, ends: tuple[str, str], why: str) -> _Loop:
     return _Loop(name, element, ends, problem=element.error(why))
-
-
-def _origin(element: Element | None) -> pin.SE3:
-    roll, pitch, yaw = vector(element, "rpy", NOTHING)
-    return pin.SE3(pin.rpy.rpyToMatrix(roll, pitch, yaw), vector(element, "xyz", NOTHING))
 
 
 def _pose(place: pin.SE3, element: Element) -> Element:

@@ -43,9 +43,10 @@ from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame, free_name
 from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
 from ..leaving_out import LeftOut, name_of_element
+from ..shapes import sdf_shapes
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
-from .sdf_model import fixed_models, read_joint, read_link, sdf_shapes
+from .sdf_model import fixed_models, read_joint, read_link
 from .sdf_tree import SdfTree, build_tree, make_graph
 
 VERSIONS = ("1.3", "1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")

@@ -41,10 +41,10 @@ from ..bodies import (
     welded_to_arm,
     without,
 )
+from ..shapes import write_sdf_shape
 from ..urdf.urdf_values import linear
 from ..xml_elements import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
-from .sdf_model import write_sdf_shape
 
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
@@ -180,7 +180,7 @@ class SdfWriter(OneProcess):
         own, data = self._q[self._chain.configuration_slice(body.joint)], body.data
         here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
         axis = ET.SubElement(element, tag)
-        limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
+        limits = dict(zip(("lower", "upper"), data.position[0] - here, strict=True))
         effort = body.effort("SDF")
         limits["effort"] = effort if np.isfinite(effort) or body.joint in self._chain.roles.actuated else 0.0
         limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")

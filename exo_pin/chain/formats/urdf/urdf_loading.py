@@ -32,9 +32,9 @@ from ..closures_file import read_closures
 from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
 from ..leaving_out import LEAVE_OUT, LeftOut, name_of_element
+from ..shapes import urdf_shapes
 from ..urdf_dialects import DIALECTS, extensions, with_dialects
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
-from .urdf_shapes import urdf_shapes
 from .urdf_values import (
     check_joint,
     check_origin,

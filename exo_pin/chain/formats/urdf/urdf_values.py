@@ -21,6 +21,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+import pinocchio as pin
 
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
@@ -60,6 +61,14 @@ def check_origin(element: Element | None, version: tuple[int, int]) -> None:
     length = float(np.linalg.norm(numbers(element, "quat_xyzw", 4)))
     if abs(length - 1.0) > 1e-6:
         raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
+
+
+def origin_of(element: Element | None) -> pin.SE3:
+    """The placement that an ``<origin>``, or the attributes of another element, state; the identity without one."""
+    place = vector(element, "xyz", NOTHING)
+    if element is not None and "quat_xyzw" in element.attributes:
+        return pin.SE3(pin.Quaternion(vector(element, "quat_xyzw", (0.0,) * 4)).normalized(), place)
+    return pin.SE3(pin.rpy.rpyToMatrix(vector(element, "rpy", NOTHING)), place)
 
 
 def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, FloatArray]:

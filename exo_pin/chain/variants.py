@@ -125,7 +125,7 @@ def with_joint(
     old, places = state.model, dict[int, pin.SE3]()
     for index, shift in (moved or {}).items():
         places[index] = pin.SE3(old.jointPlacements[index].rotation, old.jointPlacements[index].translation + shift)
-    new = rebuilt(old, {joint: kind}, places)
+    new = rebuilt(old, {joint: {"": kind}}, places)
     if inertia is not None:
         new.inertias[joint] = inertia
     return new

@@ -270,7 +270,7 @@ def copy_data(old: pin.Model, joint: int, new: pin.Model, to: int) -> None:
 
 def rebuilt(
     old: pin.Model,
-    kinds: Mapping[int, pin.JointModel] | None = None,
+    kinds: Mapping[int, Mapping[str, pin.JointModel]] | None = None,
     places: Mapping[int, pin.SE3] | None = None,
     joint_names: Mapping[str, str] | None = None,
     frame_names: Mapping[str, str] | None = None,
@@ -282,8 +282,11 @@ def rebuilt(
     ----------
     old : pinocchio.Model
         The tree.
-    kinds, places : mapping, optional
-        Of joints, by index: what they become, without the data that the joint had; and their placements.
+    kinds : mapping, optional
+        Of joints, by index: what they become, one joint after the other, by what is added to the name, without the data
+        that the joint had. A joint that has become several is still a frame.
+    places : mapping, optional
+        Of joints, by index: their placements.
     joint_names, frame_names : mapping, optional
         New names by old ones, of joints, and of frames that are no joint's.
     without : container of int
@@ -300,19 +303,24 @@ def rebuilt(
     new.inertias[0] = old.inertias[0]
     now = {0: 0}
     for index in (i for i in range(1, old.njoints) if i not in without):
-        name = old.names[index]
-        kind, place = kinds.get(index, old.joints[index]), places.get(index, old.jointPlacements[index])
-        now[index] = new.addJoint(now[old.parents[index]], kind, place, named.get(name, name))
-        new.inertias[now[index]] = old.inertias[index]
+        name, carrier = old.names[index], now[old.parents[index]]
+        place = places.get(index, old.jointPlacements[index])
+        for more, kind in kinds.get(index, {"": old.joints[index]}).items():
+            carrier, place = new.addJoint(carrier, kind, place, named.get(name, name) + more), pin.SE3.Identity()
+            if more:
+                new.addJointFrame(carrier, -1)
+        now[index] = carrier
+        new.inertias[carrier] = old.inertias[index]
     frames = {0: 0}
     for number, frame in enumerate(list(old.frames)[1:], 1):
         if frame.parentJoint not in now:
             continue
-        names = named if frame.type == pin.FrameType.JOINT else called
-        above = frames.get(frame.parentFrame, 0)
-        own = pin.Frame(
-            names.get(frame.name, frame.name), now[frame.parentJoint], above, frame.placement, frame.type, frame.inertia
-        )
+        kind = frame.type
+        names, above = named if kind == pin.FrameType.JOINT else called, frames.get(frame.parentFrame, 0)
+        if kind == pin.FrameType.JOINT and len(kinds.get(frame.parentJoint, ())) > 1:
+            kind = pin.FrameType.OP_FRAME
+        name = names.get(frame.name, frame.name)
+        own = pin.Frame(name, now[frame.parentJoint], above, frame.placement, kind, frame.inertia)
         frames[number] = new.addFrame(own, False)
     for index in now.keys() - {0, *kinds}:
         copy_data(old, index, new, now[index])

@@ -1,9 +1,9 @@
 """What of a compiled MuJoCo model a chain cannot hold: it is switched off in the model, or refused.
 
-:data:`READ` are the fields that the chain is made of. Their numbers have to be finite. Physics that a chain cannot hold
-is refused unless the caller leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can
-be compared. All other fields of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without
-contact; ``mujoco_fields.yaml`` beside its tests lists them, and a test compares them with the installed version.
+The numbers that the chain is made of have to be finite. Physics that a chain cannot hold is refused unless the caller
+leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can be compared. All other fields
+of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without contact; ``mujoco_fields.yaml``
+beside its tests lists them all, and a test compares them with the installed version.
 """
 
 from __future__ import annotations
@@ -15,32 +15,15 @@ from ...structure.description import Cable
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled
 
-#: Fields that are read, of the model and, after "opt.", of its options.
-READ = (
-    *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),
-    *("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
-    "body_sameframe",
-    *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
-    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
-    *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
-    *(
-        "ntendon",
-        "tendon_adr",
-        "tendon_num",
-        "tendon_stiffness",
-        "tendon_length0",
-        "tendon_lengthspring",
-        "wrap_type",
-        "wrap_objid",
-    ),
-    *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
-    *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
-    *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
-    *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
-    *("actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actlimited", "actuator_actrange"),
-    *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
-)
-
+#: Numbers that are read, of the model and, after "opt.", of its options.
+_READ = (
+    "qpos0", "qpos_spring", "key_qpos", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass",
+    "body_inertia", "jnt_range", "jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrcrange",
+    "dof_frictionloss", "dof_armature", "dof_damping", "site_pos", "site_quat", "tendon_stiffness", "tendon_length0",
+    "tendon_lengthspring", "eq_data", "actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange",
+    "actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actrange", "opt.gravity", "opt.density",
+    "opt.viscosity",
+)  # fmt: skip
 #: Fields that are places, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
 _PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
 _FAR = 1e10
@@ -65,7 +48,7 @@ def settle(source: Compiled, left: LeftOut) -> None:
 
 
 def _finite(source: Compiled, left: LeftOut) -> None:
-    for name in READ:
+    for name in _READ:
         owner = source.model.opt if name.startswith("opt.") else source.model
         values = np.atleast_1d(getattr(owner, name.removeprefix("opt.")))
         if values.dtype.kind == "f" and not np.isfinite(values).all():

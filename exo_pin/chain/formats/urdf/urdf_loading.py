@@ -398,5 +398,5 @@ def _as_they_are(model: pin.Model, kinds: dict[str, str]) -> pin.Model:
         index = list(model.names).index(name) if name in model.names else 0
         if not index or model.joints[index].shortname() != "JointModelFreeFlyer":
             raise FileFormatError(f"expected a floating joint {name!r} in the URDF, for a type of {kind!r}", None, name)
-        found[index] = ROOT_MODELS[kind]()
+        found[index] = {"": ROOT_MODELS[kind]()}
     return rebuilt(model, found) if found else model

@@ -122,10 +122,9 @@ def with_joint(
     moved : mapping, optional
         Shifts of joints, by index, shape (3,), m, in the axes of the body that carries them.
     """
-    old, places = state.model, dict[int, pin.SE3]()
-    for index, shift in (moved or {}).items():
-        places[index] = pin.SE3(old.jointPlacements[index].rotation, old.jointPlacements[index].translation + shift)
-    new = rebuilt(old, {joint: {"": kind}}, places)
+    at = state.model.jointPlacements
+    places = {k: pin.SE3(at[k].rotation, at[k].translation + shift) for k, shift in (moved or {}).items()}
+    new = rebuilt(state.model, {joint: {"": kind}}, places)
     if inertia is not None:
         new.inertias[joint] = inertia
     return new

@@ -34,6 +34,7 @@ import pinocchio as pin
 
 from ...core.errors import FileFormatError, UnknownName
 from ...core.files.atomic import read_text
+from ...core.files.toml_tables import naming_file
 from ...core.optional_packages import optional
 from ...core.validation import as_choice
 from ..structure.closures import Closure
@@ -176,10 +177,8 @@ def read_parallel_robot(
         path = Path(path) / "robot.yaml"
     text = read_text(path)
     file = Path(path)
-    try:
+    with naming_file(file):
         data = parse_yaml(text)
-    except FileFormatError as error:
-        raise FileFormatError(str(error), file) from None
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
     for key in data:

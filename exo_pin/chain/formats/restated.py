@@ -8,7 +8,7 @@ of the file's chain the one that was written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -96,8 +96,10 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
     helpers = {_index(model, name) for name in restated.helpers}
     there = {item.called: name for name, item in restated.joints.items() if item.called is not None}
     called = {value: name for name, value in restated.frames.items()}
-    _require(there, "joint", [str(name) for name in model.names])
-    _require(called, "frame", [frame.name for frame in model.frames])
+    for name in there:
+        _index(model, name)
+    for name in called:
+        as_choice("frame", name, [frame.name for frame in model.frames])
     places = {}
     for name, item in restated.joints.items():
         if item.zero is not None:
@@ -184,8 +186,3 @@ def _index(model: pin.Model, name: str) -> int:
     names = [str(own) for own in model.names]
     as_choice("joint", name, names[1:])
     return names.index(name)
-
-
-def _require(wanted: Iterable[str], what: str, there: list[str]) -> None:
-    for name in wanted:
-        as_choice(what, name, there)

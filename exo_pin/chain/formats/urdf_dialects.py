@@ -170,10 +170,9 @@ class _Reader:
             for part, read in self._parts(element):
                 try:
                     yield read(part)
-                except FileFormatError as error:
-                    yield _Loop(self._name(part), part, ("?", "?"), problem=error)
                 except InvalidInput as error:
-                    yield _without(self._name(part), part, ("?", "?"), str(error))
+                    problem = error if isinstance(error, FileFormatError) else part.error(str(error))
+                    yield _Loop(self._name(part), part, ("?", "?"), problem=problem)
         yield from self._closing_frames()
 
     def _parts(self, element: Element) -> Iterator[tuple[Element, Callable[[Element], _Loop]]]:
@@ -222,11 +221,17 @@ class _Reader:
         return name
 
     def _at(
-        self, element: Element, kind: str, ends: tuple[str, str], at_a: pin.SE3, at_b: pin.SE3 | None = None
+        self,
+        element: Element,
+        kind: str,
+        ends: tuple[str, str],
+        at_a: pin.SE3,
+        at_b: pin.SE3 | None = None,
+        name: str | None = None,
     ) -> _Loop:
         """A loop at a frame of its first end, and of its second one where the joints are zero unless it is given."""
         here = self.places[ends[1]].actInv(self.places[ends[0]] * at_a) if at_b is None else at_b
-        name = self._name(element)
+        name = name or self._name(element)
         closure = Closure(name, kind, *ends, placement_of(at_a), placement_of(here))
         return _Loop(name, element, ends, closure)
 
@@ -258,11 +263,7 @@ class _Reader:
         ends = (self._end(element, texts.get("parent_link")), self._end(element, texts.get("child_link")))
         if texts.get("child_model") not in (self._root.attributes["name"], "__model__"):
             return _without(self._name(element), element, ends, f"it holds model {texts.get('child_model')!r}")
-        parent, child = ends
-        found = self._at(element, "rigid", ends, pin.SE3.Identity())
-        name = f"{parent}_{child}"
-        assert found.closure is not None
-        return replace(found, name=name, closure=replace(found.closure, name=name))
+        return self._at(element, "rigid", ends, pin.SE3.Identity(), name="_".join(ends))
 
     def _drake(self, element: Element) -> _Loop:
         ends, points = [], []

@@ -81,11 +81,6 @@ _MASSLESS = 1e-14
 _COMPLIANCE, _STIFFER = 1e-4, 10.0
 
 
-def mjcf_text(chain: ChainState, q: FloatArray) -> str:
-    """The XML of a chain; see :func:`mjcf_document`."""
-    return mjcf_document(chain, q)[0]
-
-
 def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...]]:
     """The XML of a chain with a keyframe "closed", and the joints of bodies that only stand for closures.
 

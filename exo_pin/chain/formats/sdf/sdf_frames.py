@@ -198,14 +198,9 @@ class Scope:
         return self._within(reference or self._base(part), part) * place_of(pose)
 
     def _base(self, part: Element) -> str:
-        """What a part is attached to, unless its pose says otherwise."""
-        return _child(part) if part.tag == "joint" else part.attributes.get("attached_to") or self.own_frame
-
-
-def _child(joint: Element) -> str:
-    child = joint.first("child")
-    assert child is not None
-    return child.text
+        """What a part is attached to, unless its pose says otherwise; a joint to its child."""
+        child = part.first("child")
+        return part.attributes.get("attached_to") or self.own_frame if child is None else child.text
 
 
 def _relative_to(pose: Element) -> str:
@@ -236,15 +231,11 @@ def place_of(pose: Element | None) -> pin.SE3:
         raise pose.error("a quaternion has no degrees", "degrees")
     if not pose.text:
         return pin.SE3.Identity()
-    values = numbers_of(pose, pose.text, 7 if is_quaternion else 6)
-    return pin.SE3(_rotation(pose, values[3:], degrees), np.array(values[:3]))
-
-
-def _rotation(pose: Element, values: list[float], degrees: bool) -> np.ndarray:
-    if len(values) == 3:
-        roll, pitch, yaw = np.radians(values) if degrees else values
-        return np.asarray(pin.rpy.rpyToMatrix(roll, pitch, yaw))
-    if abs(float(np.linalg.norm(values)) - 1.0) > 1e-6:
-        length = float(np.linalg.norm(values))
+    values = np.array(numbers_of(pose, pose.text, 7 if is_quaternion else 6))
+    place, turn = values[:3], values[3:]
+    if not is_quaternion:
+        return pin.SE3(pin.rpy.rpyToMatrix(np.radians(turn) if degrees else turn), place)
+    length = float(np.linalg.norm(turn))
+    if abs(length - 1.0) > 1e-6:
         raise pose.error(f"expected a quaternion of length 1, got length {length:.9g}")
-    return np.asarray(pin.Quaternion(np.array(values)).normalized().toRotationMatrix())
+    return pin.SE3(pin.Quaternion(turn).normalized(), place)

@@ -41,7 +41,7 @@ from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame, free_name
-from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
+from ..digits import Redrawn, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..leaving_out import LeftOut, name_of_element
 from ..shapes import sdf_shapes
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
@@ -206,10 +206,8 @@ def read_sdf(
             return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), folder, closing)[:2]
 
         return model, with_digits(model, closures, words, again)
-    except FileFormatError as error:
-        raise FileFormatError(str(error), file, error.key) from error
     except InvalidInput as error:
-        raise FileFormatError(str(error), file) from error
+        raise FileFormatError(str(error), file, getattr(error, "key", None)) from error
 
 
 def _read(
@@ -248,7 +246,7 @@ def _read(
     closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left.report, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
-    words = tuple(word for element in placed for part in element.children for word in pose_words(part))
+    words = tuple(word for element in placed for word in geometry_words(element))
     return tree.model, closures, words
 
 

@@ -328,9 +328,6 @@ def load_model(
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
 
-    def hanging() -> pin.JointModel | None:
-        return None if hangs == "fixed" else ROOT_MODELS[hangs]()
-
     try:
         folder = None if path is None else path.parent
         document = parse_xml(source)
@@ -338,7 +335,7 @@ def load_model(
         checked = checked_urdf(document, left, closures.closures, folder)
         closures = with_mimics(closures, checked.mimics)
         kinds, closures = _kinds_of_floating(closures)
-        model, own, stated = _built(checked.text, hanging(), root.name, kinds), extensions(document), closures
+        model, own, stated = _built(checked.text, hangs, root.name, kinds), extensions(document), closures
         closures = with_dialects(stated, own, model, left)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
@@ -351,7 +348,7 @@ def load_model(
     def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
         document = digits.element(parse_xml(checked.text))
         whole = checked_urdf(document, LeftOut(LEAVE_OUT))
-        redrawn = _built(whole.text, hanging(), root.name, kinds)
+        redrawn = _built(whole.text, hangs, root.name, kinds)
         loops = with_dialects(digits.closures(stated), digits.element(own), redrawn, LeftOut(LEAVE_OUT))
         return redrawn, replace(closures, closures=loops.closures)
 
@@ -366,8 +363,8 @@ def _kinds_of_floating(closures: Closures) -> tuple[dict[str, str], Closures]:
     return kinds, replace(closures, joints=tuple(item for item in plain if item != JointProperties(item.joint)))
 
 
-def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str, str]) -> pin.Model:
-    """The model of a checked URDF, hanging on a joint of this name if there is one; floating joints as they really are.
+def _built(text: str, hangs: str, name: str, kinds: dict[str, str]) -> pin.Model:
+    """The model of a checked URDF, hanging on a joint of this name unless it is fixed; floating joints as they are.
 
     Raises
     ------
@@ -375,10 +372,10 @@ def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str
         If Pinocchio reads no model of it, or a joint that is to be another one does not float.
     """
     try:
-        model = pin.buildModelFromXML(text) if hanging is None else pin.buildModelFromXML(text, hanging, name)
+        model = pin.buildModelFromXML(text, *(() if hangs == "fixed" else (ROOT_MODELS[hangs](), name)))
     except (RuntimeError, ValueError, TypeError) as error:
         raise FileFormatError(f"not a URDF that Pinocchio reads: {error}") from error
-    if hanging is not None and list(model.names).count(name) > 1:
+    if hangs != "fixed" and list(model.names).count(name) > 1:
         raise FileFormatError(
             f"the root joint and a joint of the URDF are both called {name!r}: rename one", None, name
         )
@@ -388,11 +385,6 @@ def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str
             f"and ends at {_MOST_FREEDOMS}"
         )
     repair_limits(model)
-    return _as_they_are(model, kinds)
-
-
-def _as_they_are(model: pin.Model, kinds: dict[str, str]) -> pin.Model:
-    """The tree with the joints that a URDF calls floating as what they are."""
     found = {}
     for name, kind in kinds.items():
         index = list(model.names).index(name) if name in model.names else 0

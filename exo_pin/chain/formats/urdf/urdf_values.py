@@ -144,11 +144,10 @@ def check_joint(joint: Element, version: tuple[int, int], left: LeftOut) -> None
         )
     _check_dynamics(joint, kind)
     _check_limit(joint, kind, version, left)
-    for tag in ("calibration", "safety_controller"):
-        element = joint.first(tag)
-        for attribute in () if element is None else element.attributes:
+    for element in filter(None, map(joint.first, ("calibration", "safety_controller"))):
+        for attribute in element.attributes:
             if ":" not in attribute and attribute != "reference_position":
-                number(element, attribute)  # type: ignore[arg-type]
+                number(element, attribute)
 
 
 def unread_physics(root: Element) -> Iterator[tuple[Element, str]]:

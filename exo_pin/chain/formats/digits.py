@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from decimal import Decimal
 
 import numpy as np
 import pinocchio as pin
@@ -141,7 +142,7 @@ def rounding_of(words: Iterable[str]) -> float:
             continue
         most = max(most, count)
         if count >= FEWEST:
-            figures = max(figures, _significant(word))
+            figures = max(figures, len(Decimal(word).normalize().as_tuple().digits))
         if turns and count >= FEWEST and abs(value - turns * 0.5 * math.pi) <= 0.5 * 10.0**-count:
             right = min(right, count)
     return 0.5 * 10.0 ** -min(most, right) if FEWEST <= most <= MOST and figures >= FEWEST else 0.0
@@ -149,14 +150,7 @@ def rounding_of(words: Iterable[str]) -> float:
 
 def decimals(word: str) -> int:
     """Decimals of a number as it is written, less its trailing zeros."""
-    mantissa, _, exponent = word.lower().partition("e")
-    fraction = mantissa.partition(".")[2].rstrip("0")
-    return max(len(fraction) - int(exponent or 0), 0)
-
-
-def _significant(word: str) -> int:
-    """Digits of a number as it is written, less the zeros before and after them."""
-    return len(word.lower().partition("e")[0].lstrip("+-").replace(".", "").strip("0"))
+    return max(-int(Decimal(word).normalize().as_tuple().exponent), 0)
 
 
 class Redrawn:

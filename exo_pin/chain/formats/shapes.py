@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...core.errors import FileFormatError
+from ..structure.chain_state import ChainState
 from ..structure.description import Shape
 from .leaving_out import LeftOut
 from .sdf.sdf_frames import place_of
@@ -129,6 +130,16 @@ def _found_file(name: str, folder: Path | None) -> str:
             if path.is_file():
                 return str(path.resolve())
     return name
+
+
+def shapes_of_bodies(chain: ChainState) -> dict[int, list[tuple[int, Shape]]]:
+    """The shapes on each joint's body, in the joint's frame, with their numbers."""
+    found: dict[int, list[tuple[int, Shape]]] = {}
+    for number, shape in enumerate(chain.description.shapes):
+        if shape.frame in chain.frames:
+            frame = chain.model.frames[chain.frames[shape.frame]]
+            found.setdefault(int(frame.parentJoint), []).append((number, shape.moved(frame.placement)))
+    return found
 
 
 def _size_texts(shape: Shape) -> dict[str, str]:

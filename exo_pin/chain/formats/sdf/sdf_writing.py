@@ -41,7 +41,7 @@ from ..bodies import (
     welded_to_arm,
     without,
 )
-from ..shapes import write_sdf_shape
+from ..shapes import shapes_of_bodies, write_sdf_shape
 from ..urdf.urdf_values import linear
 from ..xml_elements import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
@@ -87,7 +87,7 @@ class SdfWriter(OneProcess):
             # The link's frame in its joint's.
             self._local[body.index] = pin.SE3.Identity() if frame is None else frame.placement
         self._axes: dict[str, tuple[str, str]] = {}
-        self._ground, self._welded = "", welded_to_arm(chain)
+        self._ground, self._welded, self._shapes = "", welded_to_arm(chain), shapes_of_bodies(chain)
 
     def _free_name(self, name: str, more: str) -> str:
         """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
@@ -105,11 +105,7 @@ class SdfWriter(OneProcess):
     def ground(self) -> None:
         """Add a link that is fixed to the world, if the world has mass or shapes."""
         own, frames = self._chain.model.inertias[0], self._chain.model.frames
-        if own.mass > 0.0 or any(
-            frames[self._chain.frames[shape.frame]].parentJoint == 0
-            for shape in self._chain.description.shapes
-            if shape.frame in self._chain.frames
-        ):
+        if own.mass > 0.0 or 0 in self._shapes:
             link = next(
                 (frame for frame in frames if frame.parentJoint == 0 and frame.type == pin.FrameType.BODY), None
             )
@@ -130,12 +126,8 @@ class SdfWriter(OneProcess):
         _pose(link, self._data.oMi[index] * local)
         if index or inertia.mass > 0.0:
             _add_inertial(link, local.actInv(inertia))
-        frames = self._chain.model.frames
-        for number, shape in enumerate(self._chain.description.shapes):
-            if shape.frame in self._chain.frames:
-                frame = frames[self._chain.frames[shape.frame]]
-                if frame.parentJoint == index:
-                    write_sdf_shape(link, shape.moved(local.actInv(frame.placement)), number)
+        for number, shape in self._shapes.get(index, ()):
+            write_sdf_shape(link, shape.moved(local.inverse()), number)
 
     def tree_joint(self, body: TreeBody, cross: TreeBody | None, welded: int | None = None) -> None:
         """Add a joint of the tree, a universal one where the body hangs on a cross, to a body or the one it is."""

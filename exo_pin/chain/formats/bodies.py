@@ -208,16 +208,6 @@ def _is_massless(body: TreeBody) -> bool:
     return body.inertia.mass == 0.0 and not body.inertia.inertia.any()
 
 
-def refuse_massless(bodies: list[TreeBody], what: str) -> None:
-    """Raise InvalidInput if a body has no mass, which a simulator cannot do without."""
-    light = [body.name for body in bodies if body.inertia.mass <= 0.0]
-    if light:
-        raise InvalidInput(
-            f"{what} needs mass for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
-            "none: give them some, or join them to their neighbours"
-        )
-
-
 def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
     """Pinocchio's slide along an axis of length 1, or hinge about it; there are special ones for x, y and z."""
     along = np.flatnonzero(axis == 1.0)

@@ -38,7 +38,6 @@ from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_le
 from .urdf_values import (
     check_joint,
     check_origin,
-    coupled_joints,
     inertia_of,
     mimic_couplings,
     unread_physics,
@@ -144,7 +143,7 @@ def checked_urdf(
     for joint in joints.values():
         check_joint(joint, version, left)
     mimics = mimic_couplings(joints, left)
-    counted = coupled_joints((*closures, *mimics))
+    counted = {end for each in (*closures, *mimics) if each.kind.is_coupling for end in (each.frame_a, each.frame_b)}
     for name, joint in joints.items():
         robot.append(_joint(joint, name in counted))
     _check_tree(root, links, joints)

@@ -264,11 +264,6 @@ def mimic_couplings(joints: Mapping[str, Element], left: LeftOut) -> tuple[Closu
     return tuple(found)
 
 
-def coupled_joints(couplings: Sequence[Closure]) -> frozenset[str]:
-    """Names of the joints of all couplings among closures."""
-    return frozenset(name for item in couplings if item.polynomial is not None for name in (item.frame_a, item.frame_b))
-
-
 def linear(coupling: Closure) -> tuple[float, float] | None:
     """Offset and multiplier of a coupling, None where it is not linear or holds a joint."""
     constant, slope, *higher = (*(coupling.polynomial or ()), 0.0, 0.0)

@@ -42,7 +42,7 @@ from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame, free_name
 from ..digits import Redrawn, exact_right_angles, geometry_words, refuse_tolerance, with_digits
-from ..leaving_out import LeftOut, name_of_element
+from ..leaving_out import LeftOut
 from ..shapes import sdf_shapes
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
@@ -108,8 +108,7 @@ def check_grammar(root: Element, left: LeftOut) -> None:
     prefixed = [where for name, where in unread if ":" in name]
     if prefixed:
         warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning)
-    for (name, where), count in unread.items():
-        left.say(name_of_element(name), where if count == 1 else f"{where}, {count} times")
+    left.unread(unread)
 
 
 def _renew(element: Element, age: int, version: str, left: LeftOut) -> None:

@@ -100,7 +100,7 @@ class SdfWriter(OneProcess):
             link = ET.SubElement(self.model, "link", name=self._free_name(part.name, "_link"))
             _pose(link, self._data.oMi[part.on] * part.placement)
             _add_inertial(link, part.inertia)
-            self._weld(f"{part.name}_weld", self._links[part.on], str(link.get("name")))
+            self._joint(self._free_name(f"{part.name}_weld", "_"), "fixed", self._links[part.on], str(link.get("name")))
 
     def ground(self) -> None:
         """Add a link that is fixed to the world, if the world has mass or shapes."""
@@ -113,12 +113,16 @@ class SdfWriter(OneProcess):
             if link is not None:
                 self._local[0] = link.placement
             self._add_link(0, own)
-            self._weld("ground_weld", "world", self._ground)
+            self._joint(self._free_name("ground_weld", "_"), "fixed", "world", self._ground)
 
-    def _weld(self, name: str, parent: str, child: str) -> None:
-        weld = ET.SubElement(self.model, "joint", name=self._free_name(name, "_"), type="fixed")
-        ET.SubElement(weld, "parent").text = parent
-        ET.SubElement(weld, "child").text = child
+    def _joint(self, name: str, kind: str, parent: str, child: str, place: pin.SE3 | None = None) -> ET.Element:
+        """Add a joint between two links; its place is in the child's frame."""
+        element = ET.SubElement(self.model, "joint", name=name, type=kind)
+        if place is not None:
+            _pose(element, place)
+        ET.SubElement(element, "parent").text = parent
+        ET.SubElement(element, "child").text = child
+        return element
 
     def _add_link(self, index: int, inertia: pin.Inertia) -> None:
         name, local = self._links[index] if index else self._ground, self._local[index]
@@ -145,9 +149,7 @@ class SdfWriter(OneProcess):
                 # A joint that the tree goes through from its child to its parent.
                 parent, child, backwards, hinges = child, parent, True, [body, cross]
         name = self._free_name(name, "_joint")
-        kind = "universal" if cross is not None else _TREE[body.kind]
-        element = ET.SubElement(self.model, "joint", name=name, type=kind)
-        point = np.zeros(3)
+        kind, point = "universal" if cross is not None else _TREE[body.kind], np.zeros(3)
         if cross is not None:
             assert body.axis is not None
             # The hinges meet on the body's own axis.
@@ -155,10 +157,8 @@ class SdfWriter(OneProcess):
             point = body.axis * float(apart @ body.axis)
         place = self._data.oMi[body.index] * pin.SE3(np.eye(3), point)
         here = (self._data.oMi[child] * self._local[child]).actInv(place)
-        if not here.isIdentity(0.0):
-            _pose(element, here)
-        ET.SubElement(element, "parent").text = self._links[parent]
-        ET.SubElement(element, "child").text = self._links[child]
+        at = None if here.isIdentity(0.0) else here
+        element = self._joint(name, kind, self._links[parent], self._links[child], at)
         for tag, hinge in zip(("axis", "axis2"), hinges, strict=False):
             hinge.refuse("SDF", but=() if hinge.axis is None else _HELD)
             if hinge.axis is not None:
@@ -211,13 +211,11 @@ class SdfWriter(OneProcess):
         form = closure.form_in(FORMS, "SDF has no joint")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
         name = self._free_name(closure.name, "_closure")
-        element = ET.SubElement(self.model, "joint", name=name, type=form)
         # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0
         carrier = int(self._chain.topology.joints[c, child])
-        _pose(element, self._local[carrier].actInv(self._chain.topology.frame(c, child)))
-        ET.SubElement(element, "parent").text = ends[1 - child]
-        ET.SubElement(element, "child").text = ends[child]
+        place = self._local[carrier].actInv(self._chain.topology.frame(c, child))
+        element = self._joint(name, form, ends[1 - child], ends[child], place)
         if form in ("revolute", "prismatic"):
             _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
         if form == "universal":

@@ -31,7 +31,7 @@ from ..bodies import rebuilt
 from ..closures_file import read_closures
 from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
-from ..leaving_out import LEAVE_OUT, LeftOut, name_of_element
+from ..leaving_out import LEAVE_OUT, LeftOut
 from ..shapes import urdf_shapes
 from ..urdf_dialects import DIALECTS, extensions, with_dialects
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
@@ -122,18 +122,14 @@ def checked_urdf(
     if root.tag != "robot":
         raise root.error(f"expected the root element <robot>, got <{root.tag}>")
 
-    def faulty(error: FileFormatError) -> None:
-        left.say("pictures", str(error))
-
     strange: Counter[tuple[str, str]] = Counter()
-    for element, rule in checked(root, "urdf", faulty):
+    for element, rule in checked(root, "urdf", lambda error: left.say("pictures", str(error))):
         unread = (child.tag for child in element.children if is_left_out(child, rule) and child.tag not in DIALECTS)
         strange.update((tag, f"<{tag}> in <{element.tag}>") for tag in unread)
         for child in element.children:
             if child.tag.startswith("xacro:"):
                 raise child.error("the file still has xacro in it; expand it first (ros2 run xacro xacro ...)")
-    for (tag, name), count in strange.items():
-        left.say(name_of_element(tag), name if count == 1 else f"{name}, {count} times")
+    left.unread(strange)
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
     robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
@@ -230,14 +226,11 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
     carriers: dict[str, Element] = {}
     children: dict[str, list[str]] = {}
     for joint in joints.values():
-        ends = []
-        for tag in ("parent", "child"):
-            end = joint.first(tag)
-            assert end is not None
-            ends.append(end.attributes["link"])
-            if ends[-1] not in links:
-                raise end.error(f"there is no link {ends[-1]!r}", "link")
-        parent, child = ends
+        ends = [end for tag in ("parent", "child") for end in joint.all(tag)[:1]]
+        for end in ends:
+            if end.attributes["link"] not in links:
+                raise end.error(f"there is no link {end.attributes['link']!r}", "link")
+        parent, child = (end.attributes["link"] for end in ends)
         if child in carriers:
             other = carriers[child].attributes["name"]
             raise joint.error(f"link {child!r} is the child of joint {other!r} already: state the loop as a closure")
@@ -312,16 +305,13 @@ def load_model(
     """
     refuse_tolerance(right_angle_tolerance)
     source, path = read_source(urdf)
-    left, missing = LeftOut(leave_out), ""
-    if closures is None:
-        beside = None if path is None else path.with_suffix(".closures.toml")
-        if beside is None or not beside.exists():
-            missing = "closures file" if beside is None else beside.name
-            closures = Closures("unnamed" if path is None else path.stem)
-        else:
-            closures = beside
-    if not isinstance(closures, Closures):
-        closures = read_closures(closures)
+    left, beside = LeftOut(leave_out), path and path.with_suffix(".closures.toml")
+    missing = closures is None and not (beside and beside.exists())
+    if missing:
+        closures = Closures(path.stem if path else "unnamed")
+    elif not isinstance(closures, Closures):
+        closures = read_closures(closures or beside)  # type: ignore[arg-type]
+    assert isinstance(closures, Closures)
     root = closures.root
     hangs = root.joint if root_joint is None else root_joint
     if hangs != "fixed" and hangs not in ROOT_MODELS:
@@ -339,7 +329,7 @@ def load_model(
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     if missing and closures is stated:
-        left.say("closures", f"there is no {missing}: read as a tree")
+        left.say("closures", f"there is no {beside.name if beside else 'closures file'}: read as a tree")
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
     closures = replace(closures, left_out=(*closures.left_out, *left.report), shapes=checked.shapes)

@@ -71,7 +71,7 @@ def origin_of(element: Element | None) -> pin.SE3:
     return pin.SE3(pin.rpy.rpyToMatrix(vector(element, "rpy", NOTHING)), place)
 
 
-def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, FloatArray]:
+def inertia_of(inertial: Element, left: LeftOut) -> tuple[float, FloatArray]:
     """Mass, kg, and inertia about the centre of mass, shape (3, 3), kg m², of an ``<inertial>``.
 
     What no body has is left out of the check by name, "inertia_rules", and read as it stands.
@@ -81,7 +81,6 @@ def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, F
     FileFormatError
         If no body has them, see the module.
     """
-    left = LeftOut() if left is None else left
     mass_element, inertia = inertial.first("mass"), inertial.first("inertia")
     assert mass_element is not None
     assert inertia is not None

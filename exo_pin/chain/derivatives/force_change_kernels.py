@@ -10,7 +10,7 @@ from ...core.compiled import kernel
 from ...numerics.small_linear import copy_numbers, solve_factored, solve_transposed
 from ..dynamics.equations.equation_kernels import split_terms
 from ..dynamics.equations.motion_kernels import NUMBERS, ORDINARY, fill_forces, forces_size, is_certain, new_room
-from ..dynamics.equations.solution_kernels import factored
+from ..dynamics.equations.solution_kernels import fill_factored
 from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
 from ..kinematics.rank import rank_tolerance
 from ..structure.memory.chain_buffers import unpacked_constants
@@ -61,7 +61,9 @@ def force_changes(
             total += A[r, i] * A[r, i]
         longest = max(longest, total)
     tolerance = rank_tolerance((m, height), np.sqrt(longest), joints, gap)
-    (W, diagonal, half), order, rank, N = factored(A, tolerance)
+    W, N, U = np.empty((height, m)), np.empty((height, height)), np.empty((height, height))
+    order, diagonal, half = np.empty(height, dtype=np.int64), np.empty(height), np.empty(height)
+    rank = fill_factored(A, tolerance, np.ones(height, dtype=np.bool_), W, order, diagonal, half, N, U)
     free = height - rank
     # A⁺ᵀ λ = Q R⁻ᵀ λ of the columns that were taken.
     tall, b, x, turned = np.zeros(max(m, height)), np.empty(m), np.empty(height), np.empty(height)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -90,7 +90,8 @@ class ClosedMotion(Record):
         all_forces = self.tau if contacts is None else self.tau + contacts.friction + contacts.stops
         # Nearness to a singular configuration was checked with the acceleration.
         found = least_forces(state, (q, v, self.a), external, state.drive(()), "reactions", all_forces, checked=False)
-        return replace(found, tau=frozen(self.tau.copy()), _friction=None if contacts is None else contacts.friction)
+        friction = None if contacts is None else contacts.friction
+        return ClosedForces.made_of(**vars(found) | {"tau": self.tau, "_friction": friction})
 
 
 def forward_dynamics(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -154,10 +153,11 @@ def _bounded_forces(
         rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
         tau, held = rest.split()
         friction, unique = rubbing.force + held, (unique & ~rest.actuated) | rest.alone
-    return replace(
-        least, tau=frozen(tau), multipliers=frozen(multipliers), residual=residual, effort_is_unique=frozen(unique),
-        _bounds=bounds, _friction=None if friction is None else frozen(friction), _rest=rest,
-    )  # fmt: skip
+    changed = {
+        "tau": frozen(tau), "multipliers": frozen(multipliers), "residual": residual, "_bounds": bounds, "_rest": rest,
+        "effort_is_unique": frozen(unique), "_friction": None if friction is None else frozen(friction),
+    }  # fmt: skip
+    return ClosedForces.made_of(**vars(least) | changed)
 
 
 def inverse_dynamics(
@@ -261,7 +261,7 @@ def inverse_dynamics(
         known = None if rubbing is None else frozen(rubbing.force)
         least = least_forces(state, (q, v, a), under, bearing, metric, known)
         if is_free and bearing is drive:
-            return least if rubbing is None else replace(least, _friction=known)
+            return least if rubbing is None else ClosedForces.made_of(**vars(least) | {"_friction": known})
         return _bounded_forces(least, (bearing, drive), effort_bounds, reaction_bounds, objective, rubbing)
 
     if np.ndim(q) == 2:

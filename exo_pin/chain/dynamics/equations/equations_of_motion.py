@@ -130,7 +130,7 @@ def refuse_near_singular(
 def check_solution(
     equations: EquationsOfMotion, passive: NDArray[np.int64], share: float, weakest: float, resolved: bool = True
 ) -> None:
-    """Raise where no efforts make the motion, or near a singular configuration, by numbers of :func:`.fill_solutions`."""
+    """Raise where no efforts make the motion, or near a singular configuration, by :func:`.fill_solutions`."""
     state, top = equations.state, equations.state.topology
     if not share <= max(EXACT, state.contradiction):
         height, count = state.row_count, len(passive)

@@ -346,10 +346,6 @@ def reaction_bounds_of(
     return found
 
 
-def _components(name: str, count: int) -> Sequence[str]:
-    return [name] if count == 1 else [f"{name} ({k})" for k in range(count)]
-
-
 def bounds_and_multipliers(
     equations: EquationsOfMotion,
     drives: tuple[ActuatedCoordinates, ActuatedCoordinates],
@@ -377,11 +373,13 @@ def bounds_and_multipliers(
         low[alone], high[alone] = 0.0, 0.0
         low[rests] += rubbing.low[rests]
         high[rests] += rubbing.high[rests]
-    names = list[str]()
-    for joint in list(state.model.names)[1:]:
-        own = state.velocity_slice(joint)
-        names += _components(f"{'friction' if own.start in alone else 'effort'} of {joint}", own.stop - own.start)
-    bounds = bounds_of(names, effort, slope, low, high)
+    owners, names = state.topology.owners, list[str]()
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    for k in bounded:
+        own = np.flatnonzero(owners == owners[k])
+        part = f" ({k - own[0]})" if len(own) > 1 else ""
+        names.append(f"{'friction' if k in alone else 'effort'} of {state.model.names[int(owners[k])]}{part}")
+    bounds = bounds_of(names, effort[bounded], slope[bounded], low[bounded], high[bounded])
     bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
     least_first = objective_of(equations, actuators.driven, (effort, slope), self_stress, objective)
     distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)

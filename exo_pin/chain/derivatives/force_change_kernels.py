@@ -148,7 +148,7 @@ def derivatives_of_motion(
     loops, scales, bodies, axes = unpacked_constants(constants[0], constants[1])
     (height, nv), joints, count, nq = rate.shape, len(poses), len(passive), len(motion) - 2 * len(tau)
     q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
-    flat, unique, numbers = np.empty(forces_size(height, nv, joints)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
+    flat, unique, numbers = np.zeros(forces_size(height, nv, joints)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
     terms, room, extent = split_terms(flat, (height, nv, joints)), new_room(height, nv, count), 0.0
     fill_forces(
         poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,

@@ -173,7 +173,8 @@ def simulate(
         stops_at(state, rules.limits, start)
     states, steps, found = EventIntegration(rates, rules).run(instant, when, (rtol, atol), progress)
     energies = np.array([energies_of(state, instant) for instant in states])
-    q, v, work, dissipated = (frozen(np.array(part)) for part in zip(*states, strict=True))
-    opening = np.array([float(np.abs(residual(state, each)).max(initial=0.0)) for each in q])
+    parts: list[FloatArray] = [frozen(np.array(part)) for part in zip(*states, strict=True)]
+    gaps = np.array([np.abs(residual(state, instant.q)).max(initial=0.0) for instant in states])
     energy, kinetic = (frozen(part) for part in energies.T.copy())
-    return Simulation(frozen(when), q, v, energy, kinetic, work, dissipated, frozen(opening), steps, tuple(found))
+    q_all, v_all, work, dissipated = parts
+    return Simulation(when, q_all, v_all, energy, kinetic, work, dissipated, frozen(gaps), steps, tuple(found))

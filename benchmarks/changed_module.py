@@ -1,4 +1,4 @@
-"""A plugin of pytest that changes one module as it is loaded, and tests of such a change in a process of their own."""
+"""Changes one module as it is loaded, and runs the tests of such a change in a process of their own."""
 
 from __future__ import annotations
 
@@ -41,8 +41,7 @@ if CHOSEN in os.environ:
 
 def passes_reloaded(mutant: Mutant, items: list[Any], limit: float) -> bool:
     """Whether tests pass with a module that is changed as it is loaded."""
-    plugins = ["-p", "no:cacheprovider", "-p", Path(__file__).stem]
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", *plugins, "-m", ""]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", "-m", ""]
     paths = os.pathsep.join([str(Path(sys.modules["exo_pin"].__path__[0]).parent), str(Path(__file__).parent)])
     own = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", CHOSEN: f"{mutant.module}:{mutant.number}"}
     command += [item.nodeid for item in items]

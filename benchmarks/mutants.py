@@ -12,7 +12,8 @@ tests with ``--everywhere``; those of the full run are among them with ``--full`
 judged in a process that compiles none, by the room's own tests and those beside. The tests are collected once;
 processes forked from there run them all and note which statement each runs, and one for each mutant gives the loaded
 functions its code and runs the tests that come by the changed statement, the quickest files first; ``--jobs`` of them
-run at once. What runs when a module is loaded is changed in a process of its own. A mutant that takes ten times as long
+run at once. With ``--children`` the other tests of the room follow, in new processes that load the changed module.
+What runs when a module is loaded is changed in a process of its own. A mutant that takes ten times as long
 as the tests without it, and at least a minute, counts as killed; so does one that ends the process. Tests that take
 more than ``--slowest`` seconds of the processor are left out, and those that come after ``--budget`` seconds of the
 processor of others; so are those that fail without a mutant, as some do that want a process of their own, by name.
@@ -57,6 +58,8 @@ ROOMS = tuple(sorted(path.parent.name for path in (ROOT / "exo_pin").glob("*/__i
 _LEAST_LIMIT = 60.0
 #: A change may ask for any amount of memory; the tests fill less than this, bytes. (A browser reserves more addresses.)
 _MEMORY = 12 * 2**30
+#: With the processes that tests start, s.
+_CHILDREN = 900.0
 #: What a test says that was stopped for taking too long.
 _TOO_SLOW = "stopped: too slow for the mutants"
 
@@ -116,7 +119,7 @@ class Judge:
         self._known, self._slowest, self._budget = known_equivalents(), options.slowest, options.budget
         self._jobs = options.jobs
         self._failed, self._stopped, self._notes = False, False, Notes()
-        self._sources, self._folder = Unchanged(), options.noted
+        self._sources, self._folder, self._children = Unchanged(), options.noted, options.children
 
     def pytest_runtest_logreport(self, report: Any) -> None:
         self._failed |= report.failed
@@ -179,6 +182,9 @@ class Judge:
         limit = max(_LEAST_LIMIT, 10.0 * min(passed[-1], self._budget))
         if not mutant.statement:
             return lambda: passes_reloaded(mutant, items, limit), limit
+        if self._children:
+            rest = [item for item in self.items if item.path.is_relative_to(own) and item not in items]
+            return lambda: self._run_changed(mutant, items) and passes_reloaded(mutant, rest, _CHILDREN), _CHILDREN
         return lambda: self._run_changed(mutant, items), limit
 
     def _run_changed(self, mutant: Mutant, items: list[Any]) -> bool:
@@ -392,6 +398,9 @@ def main() -> None:
     parser.add_argument("--slowest", type=float, default=20.0, help="longest test, s of the processor (default 20)")
     parser.add_argument("--beside", nargs="*", default=[], help="folders of tests beside the room's own, such as study")
     parser.add_argument("--everywhere", action="store_true", help="judge by all tests, but for kernels")
+    parser.add_argument(
+        "--children", action="store_true", help="then by all tests of the room, changed in processes that they start"
+    )
     parser.add_argument("--noted", type=Path, help="folder in which the plugin noted_tests has noted what tests run")
     parser.add_argument("--installed", action="store_true", help="change the package that is installed, not this one")
     parser.add_argument("--modules", action="store_true", help="print the modules of the chosen mutants, and no more")

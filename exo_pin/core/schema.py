@@ -62,9 +62,6 @@ def _reference(name: str) -> type:
     return _Reference(name, (), {})
 
 
-_ARRAYS = {kind: _reference(kind) for kind in (*_FLAT, "Rotation")}
-
-
 def name_of(kind: type) -> str:
     """The name of the documents of a record: ``joint_contact`` of ``JointContact``."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind.__name__).lower()
@@ -150,6 +147,22 @@ def _present(units: Mapping[str, Any], body: Any) -> dict[str, Any]:
             kept = _present(unit, value) if isinstance(unit, Mapping) else {}
             found[name] = kept or unit
     return found
+
+
+@dataclasses.dataclass(frozen=True)
+class OnDesign:
+    """Base of records with several answers on a design.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the design.
+    side : str
+        Side of the body.
+    """
+
+    mechanism: str
+    side: str
 
 
 def joined(kind: type, exo: Any, **answers: Any) -> dict[str, Any]:
@@ -255,9 +268,9 @@ def _json_type(hint: Any) -> Any:
     if hint is np.ndarray or origin is np.ndarray:
         kinds = {"b": "Flags", "U": "Texts", "O": "Texts"}
         dtype = get_args(inner[1])[0] if len(inner) > 1 and get_args(inner[1]) else float
-        return _ARRAYS[kinds.get(np.dtype(dtype).kind if isinstance(dtype, type) else "f", "Numbers")]
+        return _reference(kinds.get(np.dtype(dtype).kind if isinstance(dtype, type) else "f", "Numbers"))
     if hint is Rotation:
-        return _ARRAYS["Rotation"]
+        return _reference("Rotation")
     if hint in (float, np.float64):
         return float | None
     if origin in (Union, types.UnionType):
@@ -290,7 +303,7 @@ def _has_unit(hint: Any) -> bool:
     own = _json_type(hint)
     every = [own, *get_args(own)]
     every += [item for each in every for item in get_args(each)]
-    return any(each in (float, _ARRAYS["Numbers"]) for each in every)
+    return any(each in (float, _reference("Numbers")) for each in every)
 
 
 def _records(hint: Any) -> list[type]:

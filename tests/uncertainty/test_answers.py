@@ -30,7 +30,7 @@ def told(found):
         "at": found.at,
         "cautions": found.cautions,
         "worst": worst and (worst.radius, worst.magnitude, worst.holds, worst.magnitudes),
-        "fields": sorted(found.as_dict()),
+        "document": found.as_dict(),
         "certain": found.places_certain,
     }
 

@@ -175,18 +175,8 @@ def rows() -> list[Row]:
 
     Coefficients, cells of Tables 3-3a to 3-3c, their errors, the fits, Appendix A, the dynamic model.
     """
-    parts = (
-        _signs(),
-        test_text(),
-        _cells(),
-        _errors(),
-        _fits(),
-        fit_rows(),
-        appendix_text(),
-        verification_rows(),
-        dynamic_rows(),
-    )
-    return [row for part in parts for row in part]
+    of_chapter_3 = [*_signs(), *test_text(), *_cells(), *_errors(), *_fits()]
+    return [*of_chapter_3, *fit_rows(), *appendix_text(), *verification_rows(), *dynamic_rows()]
 
 
 def _poly(name: str) -> PolynomialModel:

@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from ..core.conventions import shoulder_angles
 from ..core.errors import MissingExtra
 from ..core.optional_packages import require_extra
-from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
@@ -22,15 +21,13 @@ from ..load_case import Motion
 from ..person import Person
 from ..view.scene.panels import ANGLES
 
-__all__: list[str] = []
-
 _STILL = (0.0, 0.0, 0.0)
 #: Fields of an arm at rest.
 AT_REST: dict[str, Any] = {"angular_velocity": _STILL, "angular_acceleration": _STILL}
 
 
 @dataclass(frozen=True)
-class Asked(Record):
+class Asked:
     """Everything that the page knows of a question.
 
     Attributes

@@ -10,8 +10,6 @@ import numpy as np
 from ..core.errors import UnknownName
 from ..device.protocol import Device
 
-__all__: list[str] = []
-
 #: How far a slider goes to both sides: m and rad.
 _SPANS = {"_m": (1e3, "_mm", 60.0), "_rad": (180.0 / np.pi, "_deg", 25.0)}
 #: What moves all joints on the arm of a wrist.

@@ -9,17 +9,14 @@ from pathlib import Path
 
 from ..core.errors import InvalidInput
 from ..core.files.atomic import write_bytes
-from ..core.records import OneProcess
 from .asked import Asked
 from .guard import LARGEST
-
-__all__: list[str] = []
 
 #: Largest design file, bytes.
 LARGEST_DESIGN = 1_000_000
 
 
-class PageFiles(OneProcess):
+class PageFiles:
     """What a page was given and what it gives; all is gone when the page is closed."""
 
     def __init__(self) -> None:

@@ -10,13 +10,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from ..core.errors import ExoPinError
-from ..core.records import OneProcess, Record
 from ..exo.first_answer import AnswerParts, answer_in_parts
 from ..exo.pose_report import PoseReport
 from ..view import Scene
 from .asked import Asked
-
-__all__: list[str] = []
 
 _LOG = logging.getLogger("exo_pin.app")
 #: How long a question stands before it is answered in full, s.
@@ -24,7 +21,7 @@ _RESTS = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Shown(Record):
+class Shown:
     """An answer for the page.
 
     Attributes
@@ -61,7 +58,7 @@ def answered(asked: Asked, moving: bool = False) -> Shown:
         return Shown(asked, moving=moving, refusal="A fault of exo_pin, which its log describes.")
 
 
-class Following(OneProcess):
+class Following:
     """Two threads: one answers shortly and draws, the other in full; of questions that wait the newest counts.
 
     Parameters

@@ -13,8 +13,6 @@ from ..load_case import Motion, Movement
 from ..person import Person
 from ..view.colours import BLACK, BLUE, ORANGE
 
-__all__: list[str] = []
-
 #: Most samples of a plot.
 _MOST = 400
 #: Mark of a sample that is not held.

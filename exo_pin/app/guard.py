@@ -12,8 +12,6 @@ from typing import Any
 
 from ..view.page.live_server import is_of_this_machine
 
-__all__: list[str] = []
-
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]

@@ -10,18 +10,15 @@ import msgspec
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import ExoPinError
-from ..core.records import OneProcess
 from ..service.problems import problem
 from ..service.sample_poses import SamplePoses, opening_of
 from ..service.samples import Sample, Stream
-
-__all__: list[str] = []
 
 #: Without a sample for so many seconds the pose is an old one.
 _OLD = 1.0
 
 
-class LiveSamples(OneProcess):
+class LiveSamples:
     """The stream of a page, in the messages of ``exo-pin serve``; it asks nothing itself.
 
     Parameters

@@ -13,13 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..core.progress import end_with_parent
-from ..core.records import OneProcess
 from ..exo.shoulder_exo import ShoulderExo
 from ..view.colours import CIVIDIS
 from ..view.scene.panels import ANGLES
 from .asked import Asked
-
-__all__: list[str] = []
 
 #: Degrees between the poses of the map.
 _STEP = 10.0
@@ -61,7 +58,7 @@ def begin() -> None:
     end_with_parent()
 
 
-class PoseMap(OneProcess):
+class PoseMap:
     """The map of one page; a new device, person or rotation drops what is not yet computed of the last.
 
     Parameters

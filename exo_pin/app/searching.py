@@ -13,12 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import ExoPinError
-from ..core.records import OneProcess, Record
 from ..exo.shoulder_exo import ShoulderExo
 from ..workspace.optimisation.optimise import optimise
 from .pose_map import begin
-
-__all__: list[str] = []
 
 #: Designs in all after each look, and of one run.
 _BUDGETS, _RUN = (48, 96, 192, 384, 768), 48
@@ -27,7 +24,7 @@ _STEP = 15.0
 
 
 @dataclass(frozen=True)
-class Found(Record):
+class Found:
     """What a search knows so far.
 
     Attributes
@@ -84,7 +81,7 @@ def _run(exo: ShoulderExo, bounds: Mapping[str, tuple[float, float]], told: Conn
             told.send(Found(refusal=str(error)))
 
 
-class Search(OneProcess):
+class Search:
     """The search of a page, one at a time.
 
     Parameters

@@ -19,8 +19,6 @@ from .asked import Asked
 from .guard import Guard
 from .pose_map import end_workers
 
-__all__ = ["serve_app"]
-
 #: Where the search for a free port starts.
 FIRST_PORT = 7100
 #: How long a page is kept for a browser that has lost its connection, s.

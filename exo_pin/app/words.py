@@ -10,8 +10,6 @@ from ..core.tables import newtons
 from ..exo.pose_report import PoseReport
 from .following import Shown
 
-__all__: list[str] = []
-
 #: Sign and class of a verdict: shape tells them apart as well as colour does.
 _LOOKS = {
     "NOT KNOWN": ("?", "unknown"),

@@ -11,7 +11,7 @@ from ..workspace import CRITERIA
 from .digits import ends, shown
 
 if TYPE_CHECKING:
-    from .record import DesignReport, DriveNeed
+    from .record import DesignReport
 
 __all__: list[str] = []
 
@@ -143,7 +143,7 @@ def _drives(report: DesignReport) -> PagePart:
                 f"{k}  {each.name} ({each.kind}, {each.unit})",
                 shown(each.pull),
                 shown(each.push),
-                _limits(each),
+                f"{shown(each.limit_pull)} / {shown(each.limit_push)}",
                 shown(each.share_percent),
                 _with_unit(each.speed * scale, f"{mark}/s"),
                 shown(each.power_W),
@@ -172,10 +172,6 @@ def _drives(report: DesignReport) -> PagePart:
 
 def _moves(low: float, high: float, unit: str) -> str:
     return f"{ends(low, high)} {unit}" if math.isfinite(low) else "–"
-
-
-def _limits(each: DriveNeed) -> str:
-    return f"{shown(each.limit_pull)} / {shown(each.limit_push)}"
 
 
 def _fit(report: DesignReport) -> PagePart:

@@ -25,13 +25,12 @@ from ..reaction import Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study.detailed_figures import change_of_rigid, change_on_cuff
 from ..workspace import Workspace, limb_loss
+from .digits import worst
 from .hazards import SOURCE, hazards_of
 from .record import DesignReport, DriveNeed, PersonFit, Posture, Task
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
-
-__all__: list[str] = []
 
 #: The three postures of the picture: name, and flexion and abduction, degrees.
 _POSTURES = (("arm hanging", 0.0, 0.0), ("arm forward, 60°", 60.0, 0.0), ("arm to the side, 80°", 0.0, 80.0))
@@ -89,10 +88,11 @@ def design_report(
     answer, found = asked.reaction(box), _workspace(worn)
     rigid = change_of_rigid(worn, box)
     counted, over = _counted(answer, asked.supports)
-    seen = worn.accuracy(box, twins=worn.device.accelerate("rates") is not None)
+    has_twins = worn.device.accelerate("rates") is not None
+    seen = worn.accuracy(box, twins=has_twins)
     rates = seen.mm_per_degree[np.isfinite(seen.rate)]
-    postures = _postures(asked)
-    own = worn.device.require_arm("a report")
+    own, pressure = worn.device.require_arm("a report"), answer.cuff_pressure
+    is_clear_known = "clearance" not in found.not_checked
     text = None if file is None else Path(file)
     report = DesignReport(
         design=worn.name,
@@ -107,7 +107,7 @@ def design_report(
         mass_kg=_UNKNOWN if own.wearer is None else own.wearer.mass,
         has_muscles=asked.person is not None,
         arm_speed_deg_s=float(arm_speed),
-        postures=postures,
+        postures=_postures(asked),
         tasks=tuple(_task(asked, each) for each in DAILY_RANGES),
         poses=len(box),
         daily_range=_DAILY,
@@ -120,10 +120,10 @@ def design_report(
         device_links_kg=_UNKNOWN if worn.device.limbs_are_massless else float(worn.device.links_mass),
         weakest_rate=float(np.quantile(rates, _WORST)) if rates.size and not asked.supports else _UNKNOWN,
         weakest_rate_unit=seen.unit,
-        twins_percent=_twins(worn, seen),
-        clear_mm=_least_gap(worn, found, counted),
-        cuff_pull_N=_largest(np.abs(answer.cuff_pull[counted])) if answer.is_worn else _UNKNOWN,
-        cuff_pressure_kPa=_pressure(answer, counted),
+        twins_percent=100.0 * float(np.mean(seen.has_twin)) if has_twins else _UNKNOWN,
+        clear_mm=-1e3 * worst(-found.gaps.reshape(-1, 3)[counted]) if is_clear_known else _UNKNOWN,
+        cuff_pull_N=worst(np.abs(answer.cuff_pull[counted])) if answer.is_worn else _UNKNOWN,
+        cuff_pressure_kPa=_UNKNOWN if pressure is None else 1e-3 * worst(np.asarray(pressure)[counted]),
         off_by_10_mm_N=rigid,
         off_on_cuff_N=_UNKNOWN if np.isfinite(rigid) else change_on_cuff(worn, box),
         fits=tuple(_fit(worn, box, *size) for size in _SIZES) if own.wearer is not None else (),
@@ -188,11 +188,6 @@ def _flat(poses: Rotation) -> Rotation:
     return Rotation.from_quat(poses.as_quat().reshape(-1, 4))
 
 
-def _largest(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.max()) if known.size else _UNKNOWN
-
-
 def _median(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if known.size else _UNKNOWN
@@ -208,7 +203,9 @@ def _postures(asked: _Asked) -> tuple[Posture, ...]:
         answer = asked.reaction(poses[k])
         push = -np.asarray(answer.shoulder_force) if answer.has_answer else np.full(3, np.nan)
         parts = np.full(3, np.nan) if contact is None else contact.glenoid[k] @ push
-        left = 0.0 if asked.exo.device.holds_alone else float(np.linalg.norm(_left(asked, answer)))
+        left = 0.0 if asked.exo.device.holds_alone else _UNKNOWN
+        if np.isnan(left) and answer.has_answer:
+            left = float(np.linalg.norm(asked.exo.device.moment_of_wearer(answer.actuator_forces[None])))
         holds = "yes" if answer.can_hold else "not known" if answer.unknown else "no"
         holds = "supports" if asked.supports and answer.has_answer else holds
         reason = "" if holds in ("yes", "supports") else answer.verdict
@@ -232,13 +229,6 @@ def _postures(asked: _Asked) -> tuple[Posture, ...]:
     return tuple(found)
 
 
-def _left(asked: _Asked, answer: Reaction) -> FloatArray:
-    """Moment that is left to the wearer, shape (3,), N m."""
-    if not answer.has_answer:
-        return np.full(3, np.nan)
-    return np.asarray(asked.exo.device.moment_of_wearer(answer.actuator_forces[None])[0])
-
-
 def _task(asked: _Asked, task: RangeOfMotion) -> Task:
     axes = [np.linspace(*ends, _ANGLES) for ends in task.intervals]
     poses = asked.exo.pose(*(np.ravel(axis) for axis in np.meshgrid(*axes, indexing="ij")))
@@ -248,7 +238,7 @@ def _task(asked: _Asked, task: RangeOfMotion) -> Task:
     counted = answer.held | asked.supports
     return Task(
         task.name, task.source, len(poses), _UNKNOWN if asked.supports else 100.0 * float(answer.held.mean()),
-        _median(force[both]), _largest(force[both]), _median(bare[both]),
+        _median(force[both]), worst(force[both]), _median(bare[both]),
         100.0 * _median(1.0 - force[both] / bare[both]), _median(np.asarray(answer.magnitude)[counted]),
     )  # fmt: skip
 
@@ -287,7 +277,7 @@ def _drives(
     for k, (name, unit) in enumerate(device.drive_units[:count]):
         limb, own = device.limbs[k], effort[:, k]
         allowed = np.where(own > 0.0, upper[:, k], -lower[:, k])
-        shares = np.abs(own[np.isfinite(allowed) & (allowed > 0.0)]) / allowed[np.isfinite(allowed) & (allowed > 0.0)]
+        limited = np.isfinite(allowed) & (allowed > 0.0)
         places = found.lengths.reshape(-1, found.lengths.shape[-1])[counted, k]
         actuator, mass = getattr(limb, "actuator", None), getattr(limb, "mass", 0.0)
         drives.append(
@@ -295,15 +285,15 @@ def _drives(
                 name=name,
                 kind="motor" if unit == "N m" else "drive" if actuator is None else actuator.family,
                 unit=unit,
-                pull=max(_largest(own), 0.0),
-                push=max(_largest(0.0 - own), 0.0),
-                limit_pull=_end(upper[counted, k]),
-                limit_push=_end(0.0 - lower[counted, k]),
-                share_percent=100.0 * _largest(shares),
-                speed=_largest(rate[counted, k]),
-                power_W=_largest(rate[:, k] * np.abs(own)),
-                used_from=-_largest(-places),
-                used_to=_largest(places),
+                pull=max(worst(own), 0.0),
+                push=max(worst(0.0 - own), 0.0),
+                limit_pull=worst(upper[counted, k]),
+                limit_push=worst(0.0 - lower[counted, k]),
+                share_percent=100.0 * worst(np.abs(own[limited]) / allowed[limited]),
+                speed=worst(rate[counted, k]),
+                power_W=worst(rate[:, k] * np.abs(own)),
+                used_from=-worst(-places),
+                used_to=worst(places),
                 stroke_from=float(low[k]),
                 stroke_to=float(high[k]),
                 mass_kg=float(mass) if mass else _UNKNOWN,
@@ -312,28 +302,6 @@ def _drives(
             )
         )
     return tuple(drives)
-
-
-def _end(limits: FloatArray) -> float:
-    """The limit where it is greatest, NaN where it is not known."""
-    known = limits[np.isfinite(limits)]
-    return float(known.max()) if known.size else _UNKNOWN
-
-
-def _twins(exo: ShoulderExo, seen: Any) -> float:
-    return _UNKNOWN if exo.device.accelerate("rates") is None else 100.0 * float(np.mean(seen.has_twin))
-
-
-def _least_gap(exo: ShoulderExo, found: Workspace, counted: Any) -> float:
-    if "clearance" in found.not_checked:
-        return _UNKNOWN
-    gaps = found.gaps.reshape(-1, 3)[counted]
-    return 1e3 * -_largest(-gaps)
-
-
-def _pressure(answer: Reaction, counted: Any) -> float:
-    pressure = answer.cuff_pressure
-    return _UNKNOWN if pressure is None else 1e-3 * _largest(np.asarray(pressure)[counted])
 
 
 def _fit(exo: ShoulderExo, box: Rotation, name: str, height: float, mass: float, sex: str) -> PersonFit:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 
 def shown(value: float) -> str:
@@ -21,6 +23,8 @@ def ends(low: float, high: float) -> str:
     return "–" if not (math.isfinite(low) or math.isfinite(high)) else f"{shown(low)} to {shown(high)}"
 
 
-def worst(values: Iterable[float]) -> float:
+def worst(values: ArrayLike) -> float:
     """The largest of those that are known, else NaN."""
-    return max((value for value in values if math.isfinite(value)), default=math.nan)
+    given = np.asarray(values, dtype=float)
+    known = given[np.isfinite(given)]
+    return float(known.max()) if known.size else math.nan

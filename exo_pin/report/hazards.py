@@ -12,8 +12,6 @@ import math
 from .digits import shown, worst
 from .record import DesignReport, Hazard
 
-__all__: list[str] = []
-
 SOURCE = (
     "After the public headings of ISO 13482:2014, which excludes medical devices; no assessment after ISO 14971. Where "
     "the middle column is empty, nothing was computed."
@@ -38,11 +36,12 @@ def hazards_of(report: DesignReport) -> tuple[Hazard, ...]:
         Its fields without hazards.
     """
     tasks, drives = report.tasks, report.drives
-    joint, bare = (worst(getattr(task, name) for task in tasks) for name in ("joint_N", "joint_without_N"))
-    peak = worst(task.joint_peak_N for task in tasks)
-    least = -worst(-drive.held_without_percent for drive in drives)
-    missing = worst(drive.missing_without_Nm for drive in drives)
-    turn = [drive for drive in drives if drive.speed == drive.speed]
+    joint, bare = (worst([getattr(task, name) for task in tasks]) for name in ("joint_N", "joint_without_N"))
+    peak = worst([task.joint_peak_N for task in tasks])
+    least = -worst([-drive.held_without_percent for drive in drives])
+    missing = worst([drive.missing_without_Nm for drive in drives])
+    share = worst([drive.share_percent for drive in drives if not math.isnan(drive.speed)])
+    apart, clear = (report.criteria_percent.get(name, math.nan) for name in ("singularity", "clearance"))
     rows = [
         (
             "Misalignment of joints",
@@ -59,9 +58,8 @@ def hazards_of(report: DesignReport) -> tuple[Hazard, ...]:
         ),
         (
             "Unintended motion, instability",
-            f"{shown(report.criteria_percent.get('singularity', float('nan')))} % of poses are away from singular "
-            "ones, where drives lose the arm",
-            report.criteria_percent.get("singularity", math.nan),
+            f"{shown(apart)} % of poses are away from singular ones, where drives lose the arm",
+            apart,
             "faults of control; mechanical end stops",
         ),
         (
@@ -70,16 +68,10 @@ def hazards_of(report: DesignReport) -> tuple[Hazard, ...]:
             least,
             "how fast the arm sinks; brakes",
         ),
-        (
-            "Error of position",
-            _error(report),
-            report.weakest_rate,
-            "sensors, play, calibration",
-        ),
+        ("Error of position", _error(report), report.weakest_rate, "sensors, play, calibration"),
         (
             "Moving parts, shape",
-            f"clear of the wearer and of itself in {shown(report.criteria_percent.get('clearance', math.nan))} % of "
-            "poses; "
+            f"clear of the wearer and of itself in {shown(clear)} % of poses; "
             + (
                 f"least distance {shown(report.clear_mm)} mm"
                 if report.clear_mm >= 0.0
@@ -88,22 +80,17 @@ def hazards_of(report: DesignReport) -> tuple[Hazard, ...]:
             report.clear_mm,
             "edges, hair and fingers; bystanders",
         ),
-        (
-            "Pressure on the arm",
-            _pressed(report),
-            report.cuff_pull_N,
-            "peaks, skin, duration; harness on the trunk",
-        ),
+        ("Pressure on the arm", _pressed(report), report.cuff_pull_N, "peaks, skin, duration; harness on the trunk"),
         (
             "Wrong size",
             ", ".join(f"{fit.name}: {shown(fit.inside_percent)} % of poses meet all criteria" for fit in report.fits),
-            worst(fit.inside_percent for fit in report.fits),
+            worst([fit.inside_percent for fit in report.fits]),
             "adjustment, weight on the trunk",
         ),
         (
             "Overload, durability",
-            f"largest share of a limit {shown(worst(drive.share_percent for drive in turn))} %",
-            worst(drive.share_percent for drive in turn),
+            f"largest share of a limit {shown(share)} %",
+            share,
             "fatigue, wear, heat, duty cycle",
         ),
     ]

@@ -17,8 +17,6 @@ from .content import PagePart, foot_words, head_words, sections_of
 if TYPE_CHECKING:
     from .record import DesignReport
 
-__all__: list[str] = []
-
 ENDINGS = (".pdf", ".html")
 #: Margins and width of the print on A4, mm; sizes of print, points; and factors by which all print is made smaller.
 _MARGIN, _WIDE = 12.0, 186.0

@@ -12,7 +12,7 @@ from exo_pin.device import Route, Spring, TableLaw
 from exo_pin.study import StudyTable
 from exo_pin.view import plots
 from exo_pin.view.plots.angle_maps import front_figure
-from exo_pin.view.plots.muscle_plots import plot_loop
+from exo_pin.view.plots.muscle_plots import plot_motion
 
 MAN = ep.Wearer(1.75, 75, "male", elbow_flexion=0.8)
 NAN, FREE = np.nan, {"limits": "none"}
@@ -165,16 +165,9 @@ def driven(name, fault=None, controller="model"):
     return ep.load(name).track("abduction", controller, duration=0.4, **faults).plot()
 
 
-def responses(*masses):
-    times = np.linspace(0.0, 1.5, 151)
-    step = muscle.PressureStep(0.0, 3e5, 0.1, 0.1)
-    made = [muscle.simulate(muscle.dynamic_model("tang-3-31"), mass, step, times, outside="mark") for mass in masses]
-    return plots.plot_responses({f"{mass} kg": run for mass, run in zip(masses, made, strict=True)})
-
-
 def loop():
     names = ("time_s", "wanted_mm", "contraction_mm", "pressure_bar", "duty")
-    return plot_loop({name: np.arange(5.0) + k for k, name in enumerate(names)})
+    return plot_motion({name: np.arange(5.0) + k for k, name in enumerate(names)})
 
 
 def elbows():
@@ -274,7 +267,6 @@ FIGURES = {
     "ball": lambda: plots.rotation_ball(workspace(15.0)),
     "slices": lambda: plots.workspace_slices(workspace(15.0)),
     "slices_folded": lambda: plots.workspace_slices(folded_workspace()),
-    "rates": lambda: plots.rate_slices(ep.load("four-cables"), workspace(24.0)),
     "contact_bare_box": lambda: contact_box(None),
     "contact_box": lambda: contact_box("four-cables"),
     "contact_box_better": lambda: contact_box("four-cables", 20.0),
@@ -291,7 +283,6 @@ FIGURES = {
     "postures_nobody": lambda: postures(ep.load(URDF / "nesm.urdf"), (30, 0)),
     "muscle_map": lambda: plots.plot_force_map(muscle.muscle_model("best"), muscle.steady_states()),
     "muscle_map_short": lambda: plots.plot_force_map(muscle.muscle_model("best", 0.15)),
-    "muscle_responses": lambda: responses(2.3, 3.0, 50.0),
     "muscle_loop": loop,
     "tracking": lambda: driven("four-cables", "torn"),
     "tracking_muscles": lambda: driven("prototype"),

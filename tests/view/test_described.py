@@ -8,7 +8,7 @@ from scenes import has_human
 from words_apart import assert_words_are_apart
 
 #: Figures whose words are turned, or whose axes are hidden.
-TURNED = ("postures", "muscle_map", "slices", "rates")
+TURNED = ("postures", "muscle_map", "slices")
 
 
 @pytest.mark.parametrize("name", NAMES)

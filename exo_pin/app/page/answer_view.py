@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from typing import Any
 
 from nicegui import ui
 
-from ...core.records import OneProcess
 from ..asked import Asked
 from ..following import Shown
 from ..pose_map import ABDUCTIONS, FLEXIONS, PoseMap, chart_of, rings_at, top_of
@@ -17,10 +17,8 @@ from ..words import answer_html
 from .scene_feed import SceneFeed
 from .widgets import card, tag
 
-__all__: list[str] = []
 
-
-class AnswerView(OneProcess):
+class AnswerView:
     """Scene, map, answer and call of one design, in the slot where it is made.
 
     Parameters
@@ -30,22 +28,23 @@ class AnswerView(OneProcess):
     drag : callable
         Gets what the scene's page sends of a handle that is dragged.
     pick : callable
-        Gets flexion and abduction of a cell of the map that is clicked, degrees.
+        Gets ``flexion`` and ``abduction`` of a cell of the map that is clicked, degrees.
     mapped : callable
-        Gets the columns of the map, in another thread, whenever some are new; :meth:`take_map` shows them.
+        Gets the view and the columns of its map, in another thread, whenever some are new; it keeps them as
+        ``columns``, and :meth:`draw_map` draws them.
     """
 
     def __init__(
         self,
         asked: Asked,
         drag: Callable[[str], None],
-        pick: Callable[[float, float], None],
+        pick: Callable[..., None],
         mapped: Callable[..., None],
     ) -> None:
         self.key, self.answers = secrets.token_urlsafe(9), 0
         self.feed, self._pick = SceneFeed(drag), pick
-        self._asked, self._columns = asked, dict[float, list[float | None]]()
-        self._map = PoseMap(lambda columns: mapped(self, columns))
+        self._asked, self.columns = asked, dict[float, list[float | None]]()
+        self._map = PoseMap(partial(mapped, self))
         self._whole = ui.element("div").classes("view")
         with self._whole:
             with ui.element("div").classes("column middle"):
@@ -56,7 +55,7 @@ class AnswerView(OneProcess):
                     frame.props(f'src="scene/{self.key}/#framed" title="Device on the person, with forces"')
                 with card("map"):
                     tag("h2", "Force of arm and device over all poses; × not held")
-                    chart = ui.echart(chart_of({}, asked, self.top), on_point_click=self._clicked)
+                    chart = ui.echart(chart_of({}, asked, top_of({})), on_point_click=self._clicked)
                     self._chart = chart.props('role="img" aria-label="Map of flexion and abduction"')
             with ui.element("div").classes("column answer"):
                 with card("answers"):
@@ -76,11 +75,6 @@ class AnswerView(OneProcess):
         """Whether the page is closed, or the view taken off it."""
         return self._whole.is_deleted
 
-    @property
-    def top(self) -> float:
-        """Largest number of the map's scale, N."""
-        return top_of(self._columns)
-
     def show(self, shown: Shown) -> None:
         """Show an answer; the map follows one in full."""
         self.answers += 1
@@ -95,16 +89,12 @@ class AnswerView(OneProcess):
             if not shown.moving:
                 self._map.ask(shown.asked)
 
-    def take_map(self, columns: dict[float, list[float | None]]) -> None:
-        """Keep what is known of the map; :meth:`draw_map` shows it."""
-        self._columns = columns
-
     def draw_map(self, top: float) -> None:
         """Draw the map, coloured from 0 to ``top``, N."""
         self._chart.options.clear()
-        self._chart.options.update(chart_of(self._columns, self._asked, top))
+        self._chart.options.update(chart_of(self.columns, self._asked, top))
         self._chart.update()
 
     def _clicked(self, event: Any) -> None:
         i, j, *_ = event.value
-        self._pick(FLEXIONS[int(i)], ABDUCTIONS[int(j)])
+        self._pick(flexion=FLEXIONS[int(i)], abduction=ABDUCTIONS[int(j)])

@@ -13,12 +13,9 @@ from nicegui import ui
 
 from ...core.conventions import shoulder_angles
 from ...core.optional_packages import optional
-from ...core.records import OneProcess
 from ...view.scene.panels import ANGLES
 from ..live_samples import LiveSamples
 from .widgets import reveal
-
-__all__: list[str] = []
 
 #: Port for datagrams that is tried first, and poses a second that are shown at most.
 _PORT, _RATE = 9600, 30.0
@@ -26,7 +23,7 @@ _PORT, _RATE = 9600, 30.0
 _SLOW = 5.0
 
 
-class LiveInput(OneProcess):
+class LiveInput:
     """The stream that a page follows.
 
     Parameters

@@ -15,7 +15,6 @@ from nicegui import run, ui
 
 from ...core.conventions import shoulder_angles
 from ...core.errors import ExoPinError
-from ...core.records import OneProcess
 from ...load_case import Movement, read_movement
 from ...view.colours import BLACK
 from ...view.scene.panels import ANGLES
@@ -26,8 +25,6 @@ from ..pose_map import workers
 from .scene_feed import call_in
 from .widgets import Slider, reveal
 
-__all__: list[str] = []
-
 #: Pictures a second of a movement that is played.
 _RATE = 30.0
 #: Longest wait for a browser's picture, s.
@@ -36,7 +33,7 @@ _SLOW = 5.0
 ENDINGS = (".csv", ".txt", ".tsv", ".mot", ".sto", ".mvnx", ".c3d")
 
 
-class Player(OneProcess):
+class Player:
     """The movement of a page.
 
     Parameters

@@ -11,13 +11,8 @@ from contextlib import suppress
 from typing import Any
 
 from ...core.optional_packages import optional
-from ...core.records import OneProcess
 from ...view import Scene
-
-__all__: list[str] = []
-
-#: Bytes that wait for a browser at most; beyond it gets the whole scene.
-_MOST_WAITING = 2_000_000
+from ...view.page.live_server import Reader
 
 
 def call_in(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> None:
@@ -26,36 +21,7 @@ def call_in(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *argu
         loop.call_soon_threadsafe(function, *arguments)
 
 
-class _Reader:
-    """What waits for one browser; first of all the whole scene."""
-
-    def __init__(self) -> None:
-        self._ready = asyncio.Event()
-        self.restart()
-
-    def restart(self) -> None:
-        """Send the whole scene next."""
-        self._waiting: list[bytes] | None = None
-        self._ready.set()
-
-    def push(self, commands: bytes) -> None:
-        """Send commands after all that waits."""
-        if self._waiting is not None:
-            self._waiting.append(commands)
-            if sum(map(len, self._waiting)) > _MOST_WAITING:
-                self._waiting = None
-        self._ready.set()
-
-    async def take(self, whole: Callable[[], bytes]) -> bytes:
-        """All that waits, once there is something."""
-        await self._ready.wait()
-        self._ready.clear()
-        found = whole() if self._waiting is None else b"".join(self._waiting)
-        self._waiting = []
-        return found
-
-
-class SceneFeed(OneProcess):
+class SceneFeed:
     """Browsers that look at a scene, which may be another one later.
 
     Parameters
@@ -66,7 +32,7 @@ class SceneFeed(OneProcess):
 
     def __init__(self, receive: Callable[[str], None]) -> None:
         self._receive, self._loop = receive, asyncio.get_running_loop()
-        self._readers: set[_Reader] = set()
+        self._readers: set[Reader] = set()
         self._scene: Scene | None = None
         self._whole: Callable[[], bytes] = bytes
 
@@ -81,12 +47,12 @@ class SceneFeed(OneProcess):
         """Answer one browser until it leaves."""
         gone = optional("app", "starlette.websockets").WebSocketDisconnect
         await websocket.accept()
-        reader = _Reader()
+        reader = Reader(lambda: self._whole())
         self._readers.add(reader)
 
         async def send() -> None:
             while True:
-                await websocket.send_bytes(await reader.take(lambda: self._whole()))
+                await websocket.send_bytes(await reader.take())
 
         sending = asyncio.create_task(send())
         try:

@@ -14,7 +14,6 @@ import numpy as np
 from nicegui import run, ui
 
 from ...core.errors import ExoPinError
-from ...core.records import OneProcess
 from ...design import presets
 from ...exo.loading import load
 from ...view import Scene
@@ -24,14 +23,13 @@ from ..asked import AT_REST, Asked
 from ..dimensions import dimensions_of
 from ..files import LARGEST_DESIGN, PageFiles
 from ..following import Following, Shown
+from ..pose_map import top_of
 from ..searching import Found, Search
 from .answer_view import AnswerView
 from .live_input import LiveInput
 from .playing import Player
 from .scene_feed import SceneFeed, call_in
 from .widgets import Slider, card, choice, tag
-
-__all__: list[str] = []
 
 #: Fields of the person: name, label, least, greatest, step.
 _PERSON = (
@@ -47,7 +45,7 @@ _PERSON = (
 _PACE = 0.025
 
 
-class Visit(OneProcess):
+class Visit:
     """A browser's page: its question, and what shows the answer.
 
     Parameters
@@ -57,10 +55,10 @@ class Visit(OneProcess):
     """
 
     def __init__(self, asked: Asked) -> None:
-        self._asked, self._loop = asked, asyncio.get_running_loop()
+        self._asked, self._call = asked, partial(call_in, asyncio.get_running_loop())
         self._views: list[AnswerView] = []
-        self._following = Following(self._send, self._draw)
-        self._search, self._best = Search(self._send_found), dict[str, float]()
+        self._following = Following(partial(self._call, self._show), self._draw)
+        self._search, self._best = Search(partial(self._call, self._take_found)), dict[str, float]()
         self._files, self._sliders, self._chosen = PageFiles(), dict[str, Any](), list[str]()
         self._player = Player(self._move, self._files.keep)
         self.live = LiveInput(self._move, lambda: self._asked.side)
@@ -91,9 +89,6 @@ class Visit(OneProcess):
         self._following.ask(*asked)
         self._player.ask(*asked)
 
-    def _send(self, place: int, shown: Shown) -> None:
-        call_in(self._loop, self._show, place, shown)
-
     def _draw(self, place: int, scene: Scene) -> None:
         # A view may be taken away meanwhile.
         for view in self._views[place : place + 1]:
@@ -108,19 +103,13 @@ class Visit(OneProcess):
             device = shown.report.device
             self._title.set_text(device.title or device.name)
 
-    def _send_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
-        call_in(self._loop, self._take_map, view, columns)
-
     def _take_map(self, view: AnswerView, columns: dict[float, list[float | None]]) -> None:
-        view.take_map(columns)
-        self._draw_maps()
-
-    def _draw_maps(self) -> None:
-        """Draw all maps, to one scale."""
-        top = max(view.top for view in self._views)
-        for view in self._views:
-            if not view.is_gone:
-                view.draw_map(top)
+        """Draw all maps, to one scale, with what is known of one."""
+        view.columns = columns
+        top = max(top_of(each.columns) for each in self._views)
+        for each in self._views:
+            if not each.is_gone:
+                each.draw_map(top)
 
     def _put_beside(self, path: str) -> None:
         """Show another design beside the first one; none where the path is empty."""
@@ -135,7 +124,7 @@ class Visit(OneProcess):
 
     def _add_view(self) -> None:
         with self._board:
-            self._views.append(AnswerView(self._asked, self._drag, self._pick, self._send_map))
+            self._views.append(AnswerView(self._asked, self._drag, self.pose, partial(self._call, self._take_map)))
         self._following.draw_anew()
 
     def _drag(self, message: str) -> None:
@@ -159,9 +148,6 @@ class Visit(OneProcess):
     def _offer_joints(self, offered: bool) -> None:
         self._following.joints = offered
         self.change()
-
-    def _pick(self, flexion: float, abduction: float) -> None:
-        self.pose(flexion=flexion, abduction=abduction)
 
     def pose(self, **angles: float) -> None:
         """Move the arm, and the sliders with it, away from a movement that is played."""
@@ -298,9 +284,6 @@ class Visit(OneProcess):
             self._search.start(self._asked.exo, self._bounds)
             self._searching.set_text("Stop the search")
             self._found.set_text("Searching ...")
-
-    def _send_found(self, found: Found | None) -> None:
-        call_in(self._loop, self._take_found, found)
 
     def _take_found(self, found: Found | None) -> None:
         """Show what a search has found; None at its end."""

@@ -8,8 +8,6 @@ from typing import Any
 
 from nicegui import ui
 
-__all__: list[str] = []
-
 
 def tag(name: str, text: str) -> Any:
     """An element with a text."""

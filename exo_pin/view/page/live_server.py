@@ -146,40 +146,59 @@ class _Page(_Guarded):
         self.write(self._text())
 
 
+class Reader(OneProcess):
+    """What waits for one browser: the whole scene, then every change, or several at once if it is slow.
+
+    Parameters
+    ----------
+    whole : callable
+        Gives the whole scene.
+    """
+
+    def __init__(self, whole: Callable[[], bytes]) -> None:
+        self._whole, self._ready = whole, asyncio.Event()
+        self.restart()
+
+    def restart(self) -> None:
+        """Send the whole scene next."""
+        self._waiting: list[bytes] | None = None
+        self._ready.set()
+
+    def push(self, commands: bytes) -> None:
+        """Send a run of commands after all that waits; the whole scene where that is too much."""
+        if self._waiting is not None:
+            self._waiting.append(commands)
+            if sum(map(len, self._waiting)) > _MOST_WAITING:
+                self._waiting = None
+        self._ready.set()
+
+    async def take(self) -> bytes:
+        """All that waits, once there is something."""
+        await self._ready.wait()
+        self._ready.clear()
+        found = self._whole() if self._waiting is None else b"".join(self._waiting)
+        self._waiting = []
+        return found
+
+
 class _Socket(_Guarded, WebSocketHandler):
-    """A browser that looks on: it gets the scene, then every change, or several at once if it is slow."""
+    """A browser that looks on."""
 
     def initialize(
         self, snapshot: Callable[[], bytes], connections: set[Any], receive: Callable[[str | bytes], None]
     ) -> None:
         """Store the settings of this address."""
-        self._snapshot, self._connections, self._receive = snapshot, connections, receive
-        self._waiting: list[bytes] = []
-        # None: nothing has been sent, or too much waits, so that the whole scene is next.
-        self._size: int | None = None
-        self._sending: asyncio.Task[None] | None = None
+        self.reader, self._connections, self._receive = Reader(snapshot), connections, receive
 
     def open(self, *_: str, **__: str) -> None:
         """Greet a browser with the whole scene."""
         self._connections.add(self)
         self._sending = asyncio.create_task(self._send())
 
-    def push(self, commands: bytes) -> None:
-        """Send a run of commands as soon as the browser has taken what was sent before."""
-        if self._size is not None:
-            self._waiting.append(commands)
-            self._size += len(commands)
-            if self._size > _MOST_WAITING:
-                self._waiting, self._size = [], None
-        if self._sending is None or self._sending.done():
-            self._sending = asyncio.create_task(self._send())
-
     async def _send(self) -> None:
         try:
-            while self._size is None or self._waiting:
-                message = self._snapshot() if self._size is None else b"".join(self._waiting)
-                self._waiting, self._size = [], 0
-                await asyncio.wait_for(self.write_message(message, binary=True), _PATIENCE)
+            while True:
+                await asyncio.wait_for(self.write_message(await self.reader.take(), binary=True), _PATIENCE)
         except (WebSocketClosedError, StreamClosedError):  # left, and not yet forgotten
             self._connections.discard(self)
         except TimeoutError:
@@ -195,6 +214,7 @@ class _Socket(_Guarded, WebSocketHandler):
     def on_close(self) -> None:
         """Forget a browser that has left."""
         self._connections.discard(self)
+        self._sending.cancel()
 
 
 class Server(OneProcess):
@@ -273,7 +293,7 @@ class Server(OneProcess):
 
     def _send(self, commands: bytes) -> None:
         for connection in list(self._connections):
-            connection.push(commands)
+            connection.reader.push(commands)
 
     async def _stop(self) -> None:
         self._http.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import coal
@@ -19,7 +20,6 @@ from ...core.validation import FloatArray
 from ..colours import BLUE, GREY, ORANGE, PURPLE, channels
 from ..stage.shapes import along, flat_material, frustum, placement, segment
 from ..stage.stage import Stage, mg
-from .mechanism_picture import urdf_visuals
 
 #: Radius of a link's rod, of a joint's ball and of a closure's mark, of the size of the whole.
 _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
@@ -153,12 +153,8 @@ class ChainPicture(OneProcess):
         """What a body joins, in the axes of its joint: next joints, closures, links fixed to it; else its far end."""
         model = self._chain.model
         found = [model.jointPlacements[k].translation for k in range(1, model.njoints) if model.parents[k] == joint]
-        frames = {frame.name: frame for frame in reversed(list(model.frames))}
-        for closure in self.loops:
-            ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
-            for name, place in ends:
-                if frames[name].parentJoint == joint:
-                    found.append((frames[name].placement * se3(place)).translation)
+        top, drawn = self._chain._state.topology, [closure in self.loops for closure in self._chain.closures]
+        found += list(top.local[:, :, 3][(top.joints == joint) & np.array(drawn, dtype=bool)[:, None]])
         found += [
             frame.placement.translation
             for frame in model.frames
@@ -232,3 +228,26 @@ def _shape(name: str, joint: int, placement: pin.SE3, geometry: Any, colour: Ite
 def closure_words(closure: Closure) -> str:
     """A closure in words, for a label."""
     return f"{closure.name}: {closure.type if closure.distance is None else f'{closure.distance:g} m apart'}"
+
+
+def urdf_visuals(
+    model: pin.Model, urdf: str | PathLike[str], instead: str
+) -> tuple[pin.GeometryModel | None, list[str]]:
+    """Visuals of a URDF or of its XML, on the links of the model that have the same names.
+
+    None where they cannot be read, and then a note that says why, and how the robot is drawn ``instead``.
+    """
+    try:
+        return read_visuals(model, urdf), []
+    except (RuntimeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        return None, [f"drawn {instead}: the URDF's visuals cannot be read ({reason:.200})"]
+
+
+def read_visuals(model: pin.Model, urdf: str | PathLike[str]) -> pin.GeometryModel:
+    """Visuals of a URDF or of its XML, on the links of the model that have the same names."""
+    if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
+        return pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
+    folder = Path(urdf).resolve().parent
+    folders = [str(folder), *(str(above) for above in list(folder.parents)[:2])]
+    return pin.buildGeomFromUrdf(model, str(urdf), pin.GeometryType.VISUAL, package_dirs=folders)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from os import PathLike
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,26 +14,24 @@ from scipy.spatial.transform import Rotation
 
 from ...chain import ClosedChain, Placement
 from ...chain.formats.urdf.urdf_writing import urdf_text
-from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.errors import InvalidInput
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ...design import WristGeometry
-from ...design.holding_frame import WALL, sleeve_size
 from ...device import Route
 from ...device.device_model import device_model
 from ...device.postures import reached_postures
-from ...wrist import inverse_kinematics
 from ..stage.force_arrows import DrawnForce, ShownForces
 from ..stage.stage import Stage
 from .chain_picture import ChainPicture
-from .drawn_parts import DrawnParts, pulls_or_pushes
-from .mechanism_picture import MechanismPicture, Offset, displaced
+from .drawn_parts import DrawnParts
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-#: Node of the device, and distances of tension arrows from their limb and of the cuff's arrow from its sleeve, m.
-ROOT, _BESIDE, _FROM_CUFF = "exo", 0.032, 0.015
+#: Node of the device.
+ROOT = "exo"
+#: Where the device's centre lies: of harness and base ring in the base frame, of cuff and arm ring in the arm's, m.
+Offset = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 class Placed(NamedTuple):
@@ -183,123 +181,6 @@ class DrawnLinks(DrawnDevice):
         return [weight, *found, *parts.forces(placed.q, forces.tensions)]
 
 
-class DrawnLimbs(DrawnDevice):
-    """A device by the limbs of its wrist, whose joints are known in closed form.
-
-    Parameters
-    ----------
-    stage, exo
-        Where, and what.
-    muscles : bool
-        Whether limbs are drawn as muscles.
-    with_arm, see_through : bool
-        As for :class:`.MechanismPicture`.
-    """
-
-    _offset: Offset | None
-
-    def __init__(self, stage: Stage, exo: ShoulderExo, muscles: bool, with_arm: bool, see_through: bool) -> None:
-        super().__init__(stage, exo)
-        self._looks = {"muscles": muscles, "with_arm": with_arm, "see_through": see_through}
-        own: Any = exo.wrist
-        self._record, self._offset = own.record, None
-        self._draw()
-        # The record holds all of most wrists.
-        more = own.beyond_record and exo.has_arm
-        self.parts = DrawnParts(stage, exo.chain_device, ROOT) if more else None
-
-    def _draw(self) -> None:
-        # Shapes of a URDF belong to limbs at its place.
-        urdf = self.exo.urdf if self._offset is None else None
-        drives = self.exo.device.limbs[: self._record.limb_count]
-        self._picture = MechanismPicture(
-            self._stage, self._record, ROOT, **self._looks, urdf=urdf, offset=self._offset,
-            cables=[drive.actuator is not None and drive.actuator.family == "cable" for drive in drives],
-        )  # fmt: skip
-        self.notes = self._picture.notes
-
-    def _configurations(self, poses: Rotation) -> FloatArray:
-        # Without coordinates where limbs are all that is drawn.
-        if self.parts is None:
-            return np.empty((1 if poses.single else len(poses), 0))
-        return super()._configurations(poses)
-
-    def show(self, placed: Placed) -> bool:
-        """See :class:`DrawnDevice`."""
-        if placed.offset != self._offset:
-            self._offset = placed.offset
-            self._draw()
-        try:
-            self._picture.show(placed.pose)
-        except LoopNotClosed:
-            return False
-        if self.parts is not None and not np.isnan(placed.q).any():
-            self.parts.show(placed.q)
-        return True
-
-    def colour_muscles(self, colours: FloatArray) -> None:
-        """Colour the muscles, shape (n, 3)."""
-        self._picture.colour_muscles(colours)
-
-    def corners(self) -> FloatArray:
-        """See :class:`DrawnDevice`."""
-        return np.vstack([self._record.geometry.base_points, self._record.geometry.platform_points])
-
-    def tensions(self, forces: ShownForces) -> FloatArray:
-        """Of the limbs, shape (n,), N; zero where a limb has no drive."""
-        if self.parts is None:
-            return forces.tensions
-        return np.array([0.0 if k is None else sign * forces.tensions[k] for k, sign in self._drives])
-
-    @cached_property
-    def _drives(self) -> list[tuple[int | None, float]]:
-        """Of each limb the number of its drive, and whether its effort is a tension."""
-        known = {
-            drive.joint: (k, 1.0 if drive.pulls else -1.0) for k, drive in enumerate(self.exo.chain_device.efforts)
-        }
-        return [known.get(role.slide, (None, 0.0)) for role in self.exo.chain.roles.limbs]
-
-    @cached_property
-    def _rows(self) -> list[int]:
-        """Of each limb the row of its wrench in an answer."""
-        count = self._record.limb_count
-        if self.parts is None:
-            return list(range(count))
-        model, arm, found = self.exo.chain.model, self.exo.chain_device.arm_index, []
-        for role in self.exo.chain.roles.limbs:
-            joint = model.getJointId(role.slide)
-            while model.parents[joint] != arm:
-                joint = model.parents[joint]
-            found.append(joint)
-        hanging = [joint for joint in range(model.njoints) if joint > 0 and model.parents[joint] == arm]
-        return [hanging.index(joint) for joint in found]
-
-    def forces(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
-        """Shoulder, weight and limbs, which add up to nothing at rest; the cuff's pull; springs and other drives."""
-        found, R = self._on_arm(placed, forces), placed.pose.as_matrix()
-        geometry = displaced(self._record, placed.offset).geometry
-        if forces.cuff_text:
-            slips = "" if forces.cuff_slip is None else f", slips {1e3 * forces.cuff_slip:.0f} mm"
-            text = f"cuff {abs(forces.cuff_pull):.0f} N along the arm{slips}"
-            found.append(DrawnForce("cuff", "cuff", _beside_cuff(R, geometry), -forces.cuff_pull * R[:, 2], text))
-        state, tensions = inverse_kinematics(geometry, placed.pose), self.tensions(forces)
-        if placed.offset is None and self.parts is None:
-            sides = -forces.side_forces[:, None] * state.normals
-        else:
-            # Off its centre a limb's side wrench is a screw, and a heavy limb's force has other parts: what is across.
-            sides = forces.limb_wrenches[self._rows, :3] + tensions[:, None] * state.directions
-        for i, (b, s) in enumerate(zip(state.platform_points, state.directions, strict=True)):
-            outward = b - (b @ s) * s
-            beside = b + _BESIDE * outward / max(float(np.linalg.norm(outward)), 1e-9)
-            found += pulls_or_pushes(f"limb_{i + 1}", f"{i + 1}", beside, -s, float(tensions[i]))
-            text = f"{i + 1} side {np.linalg.norm(sides[i]):.0f} N"
-            found.append(DrawnForce(f"limb_{i + 1}/side", "side", b, sides[i], text))
-        if self.parts is None or np.isnan(placed.q).any() or not forces.has_device:
-            return found
-        slides = tuple(role.slide for role in self.exo.chain.roles.limbs)
-        return [*found, *self.parts.forces(placed.q, forces.tensions, slides)]
-
-
 def displaced_device(device: Any, offset: Offset | None) -> Any:
     """A chain's device with what stands on the torso and on the arm where an offset of its centre has them.
 
@@ -349,13 +230,3 @@ def looks_of(exo: ShoulderExo) -> str | PathLike[str] | None:
     except InvalidInput:
         # What URDF has no words for is drawn by its joints.
         return None
-
-
-def _beside_cuff(R: FloatArray, geometry: WristGeometry) -> FloatArray:
-    """Middle of the sleeve, beside it, where no joint is near, base frame, shape (3,), m."""
-    points = geometry.platform_points
-    radius, bottom, top = sleeve_size(points)
-    turns = np.radians(np.arange(0.0, 360.0, 10.0))
-    around = np.stack([np.cos(turns), np.sin(turns)], axis=1) * (radius + WALL + _FROM_CUFF)
-    gaps = np.linalg.norm(around[:, None] - points[None, :, :2], axis=2).min(axis=1)
-    return np.asarray(R @ np.array([*around[int(gaps.argmax())], (bottom + top) / 2]))

@@ -202,28 +202,22 @@ class DrawnParts(OneProcess):
 
     @cached_property
     def _slide_ends(self) -> dict[str, _SlideEnd]:
-        model, device = self._model, self._device
+        model, device, loops = self._model, self._device, self._device.chain._state.topology
         joined: list[tuple[int, int, FloatArray, FloatArray]] = [
             (int(model.parents[j]), j, np.array(model.jointPlacements[j].translation), np.zeros(3))
             for j in range(1, model.njoints)
         ]
-        frames = {frame.name: frame for frame in reversed(list(model.frames))}
-        for closure in device.chain.closures:
-            if not closure.kind.is_coupling:
-                a, b = frames[closure.frame_a], frames[closure.frame_b]
-                ends = (a.placement.act(np.array(closure.placement_a.translation)),
-                        b.placement.act(np.array(closure.placement_b.translation)))  # fmt: skip
-                joined.append((a.parentJoint, b.parentJoint, *ends))
-        found = {}
-        for part in (*device.efforts, *device.springs):
-            if part.joint is not None:
-                index = int(model.getJointId(part.joint))
-                found[part.joint] = _end_of(index, int(model.parents[index]), joined, device.arm_index)
-        return found
+        joined += [(a, b, *at) for (a, b), at in zip(loops.joints.tolist(), loops.local[:, :, 3], strict=True)]
+        return {
+            part.joint: _end_of(model.getJointId(part.joint), joined, model.parents, device.arm_index)
+            for part in (*device.efforts, *device.springs)
+            if part.joint is not None
+        }
 
 
-def _end_of(slide: int, before: int, joined: list[tuple[int, int, FloatArray, FloatArray]], arm: int) -> _SlideEnd:
+def _end_of(slide: int, joined: list[tuple[int, int, FloatArray, FloatArray]], parents: Any, arm: int) -> _SlideEnd:
     """Where the nearer of a slide's two bodies is joined to the next one on the way to the arm."""
+    before = int(parents[slide])
     links = [link for link in joined if {link[0], link[1]} != {slide, before} and 0 not in link[:2]]
     steps, reached = {arm: (slide, np.zeros(3))}, [arm]
     for body in reached:

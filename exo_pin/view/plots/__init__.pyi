@@ -1,6 +1,5 @@
 from .angle_maps import determinant_map as determinant_map
 from .angle_maps import overview as overview
-from .angle_maps import rate_slices as rate_slices
 from .angle_maps import rotation_ball as rotation_ball
 from .angle_maps import shoulder_force_map as shoulder_force_map
 from .angle_maps import workspace_slices as workspace_slices
@@ -10,7 +9,6 @@ from .contact_plots import contact_over_box as contact_over_box
 from .contact_plots import contact_over_elevation as contact_over_elevation
 from .design_drawing import design_drawing as design_drawing
 from .muscle_plots import plot_force_map as plot_force_map
-from .muscle_plots import plot_responses as plot_responses
 from .posture_drawing import posture_drawing as posture_drawing
 from .record_plots import day_figure as day_figure
 from .record_plots import elbow_paths_figure as elbow_paths_figure

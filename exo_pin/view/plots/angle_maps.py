@@ -119,8 +119,7 @@ def _coloured(
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
         label = "cannot be held; colour: force that would be needed"
         ax.fill([], [], facecolor="white", edgecolor=_HATCH, hatch="////", label=label)
-    bar = ax.figure.colorbar(image, ax=ax, extend=extend, label=name)
-    bar.ax.yaxis.set_major_formatter("{x:g}")
+    ax.figure.colorbar(image, ax=ax, extend=extend, label=name, format="{x:g}")
 
 
 def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) -> Figure:
@@ -235,6 +234,7 @@ _OBJECTIVE_LABELS = {
     "worst_margin": "worst margin, share of its scale",
     "contact_force": "contact force of the joint, N",
     "device_mass": "estimated mass of frame, cuff and drives, kg",
+    "merit": "merit of the search, smaller is better",
 }
 
 
@@ -251,11 +251,10 @@ def front_figure(found: Optimised) -> Figure:
     matplotlib.figure.Figure
         Every run a grey dot, the front joined; a square is the start of a refinement.
     """
-    names = found.objectives[:2]
-    labels = [_OBJECTIVE_LABELS[name] for name in names] + ["merit of the search, smaller is better"][: 2 - len(names)]
+    names = (*found.objectives, "merit")[:2]
 
-    def place(run: SearchRun, values: dict[str, float]) -> tuple[float, float]:
-        return values[names[0]], values[names[1]] if len(names) > 1 else run.merit
+    def place(run: SearchRun, values: dict[str, float]) -> list[float]:
+        return [({"merit": run.merit} | values)[name] for name in names]
 
     figure, ax = new_figure(6.4, 4.4)
     runs = [place(*each) for each in zip(found.runs, found.values, strict=True)]
@@ -266,8 +265,8 @@ def front_figure(found: Optimised) -> Figure:
         hollow = {"markersize": 10, "markerfacecolor": "none", "markeredgewidth": 1.6}
         ax.plot(*place(found.start.run, found.start.objectives), "s", color=BLACK, label="start", **hollow)
     ax.set(
-        xlabel=labels[0],
-        ylabel=labels[1],
+        xlabel=_OBJECTIVE_LABELS[names[0]],
+        ylabel=_OBJECTIVE_LABELS[names[1]],
         title=f"{len(found.runs)} run{'s'[: len(found.runs) > 1]} of a search, {found.evaluations} designs",
     )
     ax.locator_params(axis="x", nbins=4)
@@ -359,45 +358,6 @@ def workspace_slices(found: Workspace) -> Figure:
     return figure
 
 
-def rate_slices(exo: ShoulderExo, found: Workspace) -> Figure:
-    """Weakest rate of the drives over flexion and abduction at six internal rotations; poses outside are hatched.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        The design.
-    found : Workspace
-        Its workspace on a grid of three angles.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Where the colour is dark, the drives hardly move while the arm turns about one axis
-        (:meth:`exo_pin.ShoulderExo.accuracy`).
-
-    Raises
-    ------
-    InvalidInput
-        If the poses are no grid of three dimensions.
-    """
-    require_type("found", found, Workspace)
-    require_method("exo", exo, "accuracy", "a ShoulderExo")
-    seen = exo.accuracy(found.poses, twins=False)
-    rates, inside = seen.mm_per_degree, found.inside
-    figure, panels = _panels(found)
-    known = rates[np.isfinite(rates)]
-    scale = {"cmap": "cividis", "vmin": 0.0, "vmax": float(known.max()) if known.size else None}
-    for ax, x, y, layer in panels:
-        image = ax.pcolormesh(x, y, rates[..., layer].T, **scale, shading="nearest", rasterized=True)
-        if not inside[..., layer].all():
-            hatched = ax.contourf(x, y, ~inside[..., layer].T, levels=[0.5, 1.5], colors="none", hatches=["//"])
-            hatched.set(edgecolor=_HATCH, linewidth=0.0)
-    figure.colorbar(image, ax=[ax for ax, *_ in panels], label=f"weakest rate, {seen.unit}")
-    least = f", inside at least {np.nanmin(rates[inside]):.2g} {seen.unit}" if inside.any() else ""
-    figure_title(figure, f"{found.name}: weakest rate of the drives{least}", "hatched: outside the workspace")
-    return figure
-
-
 def _grid_angles(found: Workspace) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Flexion, abduction and internal rotation along the axes of a grid, degrees."""
     quaternions = found.poses.as_quat()
@@ -428,10 +388,8 @@ def _panels(found: Workspace) -> tuple[Figure, list[tuple[Any, FloatArray, Float
     for ax, layer in zip(grid.ravel(), layers, strict=False):
         ax.set_title(f"internal rotation {internal[layer]:.0f}°", fontsize=10)
         panels.append((ax, flexion, abduction, int(layer)))
-    for ax in grid.ravel()[len(layers) :]:
-        ax.set_visible(False)
-    for ax in grid[:, 0]:
-        ax.set_ylabel("abduction, °")
-    for ax in grid[-1]:
-        ax.set_xlabel("flexion, °")
+    for ax in grid.flat:
+        at = ax.get_subplotspec()
+        ax.set_visible(at.num1 < len(layers))
+        ax.set(xlabel="flexion, °" if at.is_last_row() else "", ylabel="abduction, °" if at.is_first_col() else "")
     return figure, panels

@@ -31,35 +31,25 @@ _FAR = 1e9
 _CROSSES = 20
 
 
-def _force_curves(axes: Any, stamps: FloatArray, reaction: Reaction, label: str) -> None:
-    """Shoulder force along a motion, over time or an angle: |F_s|, its components in the base frame, the cuff's pull.
-
-    Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
-    which no arm can be carried across. Forces beside a singular pose that would press all others flat are cut, and a
-    note on the picture has the highest |F_s|.
-    """
+def _force_curves(axes: Any, stamps: FloatArray, reaction: Reaction) -> None:
+    """Shoulder force along a motion: |F_s|, its components in the base frame, the pull of the cuff."""
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
     for part, name in enumerate(("x forward", "y left", "z up")):
         axes.plot(stamps, reaction.shoulder_force[:, part], **line(part), linewidth=1.5, label=f"F_s {name}")
     if reaction.is_worn:
         axes.plot(stamps, reaction.cuff_pull, color=PURPLE, linestyle="--", linewidth=1.5, label="cuff, along the arm")
-    axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel=label, ylabel="shoulder on the arm, N")
-    _mark_singular(axes, stamps, reaction)
-    _cut_peaks(axes, np.column_stack([reaction.magnitude, reaction.shoulder_force]), "|F_s|")
+    axes.set(ylabel="shoulder on the arm, N")
     if reaction.body_weight is not None:
         right_scale(axes, reaction.body_weight / 100.0, "% of body weight")
-    tidy(axes)
-    legend_below(axes, 3)
 
 
 def _tension_curves(
-    axes: Any, stamps: FloatArray, reaction: Reaction, label: str, limits: tuple[ArrayLike, ArrayLike] | None
-) -> None:
+    axes: Any, stamps: FloatArray, reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None
+) -> list[FloatArray]:
     """Limb forces along a motion with ``limits`` (lower, upper), N, tension positive, each broadcasting to (k, n).
 
-    Limits that all limbs share are drawn once, as a band; limits of their own in each limb's colour, thin. Crosses mark
-    where a limb is beyond them.
+    Limits that all limbs share are drawn once, as a band, and returned; limits of their own in each limb's colour,
+    thin. Crosses mark where a limb is beyond them.
     """
     forces, drives = reaction.actuator_forces, reaction.drive_units
     names, limbs = [name for name, _ in drives], reaction.source.poses.mechanism.has_limbs
@@ -84,13 +74,8 @@ def _tension_curves(
             # Crosses at every pose would hide the line.
             style = {"color": line(i)["color"], "markevery": max(beyond.size // _CROSSES, 1)}
             axes.plot(stamps[beyond], forces[beyond, i], "x", **style, label=f"{names[i]} beyond limits")
-    axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel=label, ylabel="limb force, N (tension positive)" if limbs else f"effort, {units}")
-    _mark_singular(axes, stamps, reaction)
-    edges = [edge[:, :1] for edge in (low, high) if shared and limits is not None]
-    _cut_peaks(axes, forces, "|f|", *edges)
-    tidy(axes)
-    legend_below(axes, 3)
+    axes.set(ylabel="limb force, N (tension positive)" if limbs else f"effort, {units}")
+    return [edge[:, :1] for edge in (low, high) if shared and limits is not None]
 
 
 def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
@@ -120,7 +105,7 @@ def as_limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tu
     return low, high
 
 
-def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> None:
+def _cut_peaks(ax: Any, values: FloatArray, name: str, edges: list[FloatArray]) -> None:
     """Limit the axis to what most poses have, and the edges given, and note how far the rest goes."""
     known = np.abs(values[np.isfinite(values).all(axis=1)])
     finite = [np.abs(edge[np.isfinite(edge)]).max(initial=0.0) for edge in edges]
@@ -310,16 +295,29 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
 
 
 def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
+    """Forces of shoulder and limbs along a motion.
+
+    Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
+    which no arm can be carried across. Forces beside a singular pose that would press all others flat are cut, and a
+    note on the picture has the highest.
+    """
     if reaction.status.shape != places.shape or not len(places):
         raise InvalidInput(f"expected a place for every pose, got {places.shape} and {reaction.status.shape}")
     figure, (top, bottom) = new_figure(7.6, 8.0, nrows=2, sharex=True)
     figure_title(figure, reaction.source.poses.mechanism.name, reaction.verdict, points=10.5)
     for ax in (top, bottom):
         mark_not_held(ax, places, reaction)
-    _force_curves(top, places, reaction, label)
-    _tension_curves(bottom, places, reaction, label, limits)
-    top.set_xlabel("")
-    legend_below(top, 3)
+    _force_curves(top, places, reaction)
+    edges = _tension_curves(bottom, places, reaction, limits)
+    bottom.set_xlabel(label)
+    on_arm = np.column_stack([reaction.magnitude, reaction.shoulder_force])
+    for ax in (top, bottom):
+        ax.axhline(0.0, color="0.6", linewidth=0.8)
+        _mark_singular(ax, places, reaction)
+        tidy(ax)
+        legend_below(ax, 3)
+    _cut_peaks(top, on_arm, "|F_s|", [])
+    _cut_peaks(bottom, reaction.actuator_forces, "|f|", edges)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Pictures of muscles: the force map with its validity region, step responses.
+"""Pictures of muscles: the force map with its validity region, a muscle in motion.
 
 A page of plots of an experiment: what was wanted and what came, air, tensions, shoulder force.
 """
@@ -12,12 +12,10 @@ import numpy as np
 
 from ...control.experiments.tracking_report import verdict_of
 from ...core.errors import InvalidInput
-from ...core.errors.checked import checked
-from ...core.validation import FloatArray, as_mapping, require_type
+from ...core.validation import FloatArray, require_type
 from ...muscle.io.measured import SteadyStates
 from ...muscle.laws.static import BAR, StaticModel
-from ...muscle.simulation.response import StepResponse
-from ..colours import BLACK, BLUE, GREY, ORANGE, RED
+from ..colours import BLACK, BLUE, GREY, RED
 from .plot_style import WIDEST, even_steps, figure_title, legend_below, legend_mark, line, new_figure, outlined, tidy
 
 if TYPE_CHECKING:
@@ -93,62 +91,21 @@ def _places(lines: Any, wide: float, high: float) -> list[Any]:
     return places
 
 
-def _facts(response: StepResponse) -> str:
-    """What the legend says of a response."""
-    try:
-        settle = response.settling_time()
-    except InvalidInput:
-        return "ends where it began"
-    settled = f"settles in {settle:.2f} s" if np.isfinite(settle) else "has not settled"
-    return f"overshoot {100 * response.overshoot:.0f} %, {settled}"
+#: Columns of a motion that are drawn, with their labels.
+_DRAWN = {
+    "contraction_mm": "contraction, mm",
+    "pressure_bar": "pressure, bar",
+    "duty_percent": "valve fills,\n% of time",
+}
 
 
-@checked
-def plot_responses(responses: Mapping[str, StepResponse]) -> Figure:
-    """Draw step responses of one mass beside each other, contraction above and pressure below.
-
-    Parameters
-    ----------
-    responses : mapping
-        From the label to the response; one to three. Samples outside the model's range are dotted.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    MissingExtra
-        If matplotlib is not installed.
-    InvalidInput
-        If there are no responses or more than three.
-    """
-    if not 1 <= len(as_mapping("responses", responses, "label to response")) <= 3:
-        raise InvalidInput(f"expected one to three responses, got {len(responses)}")
-    figure, (top, bottom) = new_figure(8.4, 5.4, nrows=2, sharex=True, height_ratios=[3, 1])
-    for (label, response), color in zip(responses.items(), (BLUE, ORANGE, BLACK), strict=False):
-        x = response.contraction * 1e3
-        held = np.where(response.inside, x, np.nan)
-        top.plot(response.time, x, color=color, linewidth=1.2, linestyle=":")
-        top.plot(response.time, held, color=color, linewidth=1.8, label=f"{label}: {_facts(response)}")
-        bottom.plot(response.time, response.pressure / BAR, color=_INK, linewidth=1.4)
-    top.set(ylabel="contraction, mm", ylim=(0.0, None))
-    legend_below(top, 1)
-    mass = next(iter(responses.values())).mass
-    top.set_title(f"A hung mass of {mass:.2f} kg; dotted: outside the model's range", loc="left", fontsize=11)
-    for axis in (top, bottom):
-        axis.spines[["top", "right"]].set_visible(False)
-    bottom.set(xlabel="time, s", ylabel="pressure, bar", ylim=(0.0, None))
-    return figure
-
-
-def plot_loop(columns: Mapping[str, FloatArray]) -> Figure:
-    """Draw a muscle under its controller: contraction wanted and reached, pressure, and the share of time it fills.
+def plot_motion(columns: Mapping[str, FloatArray]) -> Figure:
+    """Draw a muscle in motion: contraction, pressure, and the share of time its valve fills it, where there is one.
 
     Parameters
     ----------
     columns : mapping
-        Those that ``exo-pin muscle loop --out`` writes.
+        Those that ``exo-pin muscle step --out`` and ``exo-pin muscle loop --out`` write.
 
     Returns
     -------
@@ -159,17 +116,25 @@ def plot_loop(columns: Mapping[str, FloatArray]) -> Figure:
     MissingExtra
         If matplotlib is not installed.
     """
-    figure, axes = new_figure(8.4, 5.4, nrows=3, sharex=True, height_ratios=[3, 1, 1])
+    columns = {**columns, **({"duty_percent": 100.0 * columns["duty"]} if "duty" in columns else {})}
+    drawn = [name for name in _DRAWN if name in columns]
+    ratios = [3] + [1] * (len(drawn) - 1)
+    figure, axes = new_figure(8.4, 5.4, nrows=len(drawn), sharex=True, height_ratios=ratios)
     t = columns["time_s"]
-    axes[0].plot(t, columns["wanted_mm"], color=GREY, linewidth=1.2, label="wanted")
+    if "wanted_mm" in columns:
+        axes[0].plot(t, columns["wanted_mm"], color=GREY, linewidth=1.2, label="wanted")
     axes[0].plot(t, columns["contraction_mm"], color=BLUE, linewidth=1.8, label="reached")
-    axes[1].plot(t, columns["pressure_bar"], color=_INK, linewidth=1.4)
-    axes[2].plot(t, 100.0 * columns["duty"], color=_INK, linewidth=1.4)
-    for axis, label in zip(axes, ("contraction, mm", "pressure, bar", "valve fills,\n% of time"), strict=True):
+    for axis, name in zip(axes[1:], drawn[1:], strict=True):
+        axis.plot(t, columns[name], color=_INK, linewidth=1.4)
+    for axis, name in zip(axes, drawn, strict=True):
         axis.spines[["top", "right"]].set_visible(False)
-        axis.set(ylabel=label, ylim=(0.0, None))
+        axis.set(ylabel=_DRAWN[name], ylim=(0.0, None))
+    beyond = ~np.asarray(columns.get("inside", np.ones(len(t))), dtype=bool)
+    if beyond.any():
+        look = {"transform": axes[0].get_xaxis_transform(), "color": "0.9", "linewidth": 0, "zorder": 0}
+        axes[0].fill_between(t, 0.0, 1.0, where=beyond, **look, label="outside the model's range")
     axes[0].legend(frameon=False, loc="lower right")
-    axes[2].set(xlabel=_TIME)
+    axes[-1].set(xlabel=_TIME)
     return figure
 
 
@@ -211,9 +176,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         for fault in faults:
             ax.axvline(fault.start, color=BLACK, linewidth=1.0, linestyle=":", zorder=0)
         tidy(ax)
-    for ax in axes[-1]:
-        ax.set_xlabel(_TIME)
-    for ax in axes.flat:
+        ax.set_xlabel(_TIME if ax.get_subplotspec().is_last_row() else "")
         legend_below(ax, 4)
     axes[0, 0].set_xlim(t[0], t[-1])
     figure_title(figure, verdict_of(tracking))

@@ -203,14 +203,9 @@ def _sticks(device: Any, every: FloatArray) -> Iterator[tuple[FloatArray, float]
         joined[joint].append(ends[1])
         if joint != arm:
             yield ends, 0.0  # a slide: from where it begins to where it is
-    for closure in device.chain.closures:
-        if closure.kind.is_coupling:
-            continue
-        for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):
-            frame = model.frames[model.getFrameId(name)]
-            joined[frame.parentJoint].append(
-                _placed(every[frame.parentJoint], frame.placement.act(np.array(place.translation)))
-            )
+    loops = device.chain._state.topology
+    for body, at in zip(loops.joints.ravel().tolist(), loops.local[:, :, 3].reshape(-1, 3), strict=True):
+        joined[body].append(_placed(every[body], at))
     for body, places in enumerate(joined):
         if body in (0, arm):
             continue

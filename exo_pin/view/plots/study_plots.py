@@ -91,8 +91,8 @@ def _joint(ax: Any, at: FloatArray, force: FloatArray, bare: FloatArray) -> None
 
 def in_rank_order(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
     """Rows of a table from the best, with the labels of the bars; as they are where nothing ranks them."""
-    names = [str(name) for name in table["design"]]
-    ranks = table.ranks
+    names = [str(name) for name in (table["design"] if "design" in table else range(1, table.row_count + 1))]
+    ranks = table.ranks if "design" in table else ()
     if len(ranks) < 2:
         return np.arange(len(names)), names
     rows = np.array(table.ranking)
@@ -197,32 +197,23 @@ def _say(ax: Any, rows: FloatArray, words: str) -> None:
         _at_end(ax, 0.0, row, words, "0.4")
 
 
-#: Figures of a study in words.
+#: Figures of a study in words, and which way they are better.
 _WORDS = {
-    "contact_N": "force in the joint with muscles, median, N",
-    "peak_contact_N": "largest force in the joint with muscles, N",
-    "contact_without_N": "force in the joint without the device, median, N",
-    "common_peak_F_s_N": "peak of |F_s| over the poses that all hold, N",
-    "peak_F_s_N": "peak of the shoulder force |F_s|, N",
-    "p95_F_s_N": "95th percentile of the shoulder force |F_s|, N",
-    "median_F_s_N": "median of the shoulder force |F_s|, N",
-    "can_hold": "share of the poses that are known to be held",
-    "holdable": "share of the poses held, as far as limits are known",
-    "least_margin": "least distance from a singular pose",
-    "one_side": "share of the poses on one side of the singular ones",
-    "reach": "share of the poses within all strokes",
+    "contact_N": ("force in the joint with muscles, median, N", "less"),
+    "peak_contact_N": ("largest force in the joint with muscles, N", "less"),
+    "contact_without_N": ("force in the joint without the device, median, N", ""),
+    "common_peak_F_s_N": ("peak of |F_s| over the poses that all hold, N", "less"),
+    "peak_F_s_N": ("peak of the shoulder force |F_s|, N", "less"),
+    "p95_F_s_N": ("95th percentile of the shoulder force |F_s|, N", "less"),
+    "median_F_s_N": ("median of the shoulder force |F_s|, N", "less"),
+    "can_hold": ("share of the poses that are known to be held", "more"),
+    "holdable": ("share of the poses held, as far as limits are known", "more"),
+    "least_margin": ("least distance from a singular pose", "more"),
+    "one_side": ("share of the poses on one side of the singular ones", "more"),
+    "reach": ("share of the poses within all strokes", "more"),
 }
 #: Units at the end of a column's name, as they are written.
 _UNITS = {"mm": "mm", "m": "m", "deg": "°", "N": "N", "kg": "kg"}
-
-
-#: Which way a figure of a comparison is better.
-_BETTER = {
-    **dict.fromkeys(
-        ("contact_N", "peak_contact_N", "common_peak_F_s_N", "peak_F_s_N", "p95_F_s_N", "median_F_s_N"), "less"
-    ),
-    **dict.fromkeys(("can_hold", "holdable", "least_margin", "one_side", "reach"), "more"),
-}
 
 
 @checked
@@ -236,16 +227,17 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     canvas, axes = new_figure(6.8, 4.2)
     tidy(axes)
     if not varied or len(varied) > 2:
-        rows, names = np.arange(table.row_count), [str(number) for number in range(1, table.row_count + 1)]
-        rows, names = in_rank_order(table) if "design" in table else (rows, names)
+        rows, names = in_rank_order(table)
         values, at = values[rows], np.arange(len(names))
         axes.barh(at, values, color=BLUE, height=0.65)
         axes.set_yticks(at, names)
-        better = f" ({_BETTER[figure]} is better)" if "rank" in table and figure in _BETTER else ""
-        axes.set(xlabel=column_words(figure) + better, ylabel="" if "design" in table else "design, row of the table")
-        axes.set_ylim(len(names) - 0.4, -0.6)
+        better = _WORDS.get(figure, ("", ""))[1] if "rank" in table else ""
+        axes.set(xlabel=column_words(figure) + (f" ({better} is better)" if better else ""))
+        axes.set(ylabel="" if "design" in table else "design, row of the table", ylim=(len(names) - 0.4, -0.6))
         axes.grid(False, axis="y")
-        _name_gaps(axes, values, np.arange(len(names), dtype=float), upright=True)
+        for place in np.flatnonzero(~np.isfinite(values.astype(float))):
+            look = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": 9}
+            axes.annotate("no pose is held", (0.01, place), **look)
         return canvas
     first, *second = varied
     groups: Any = np.unique(table[second[0]]) if second else [None]
@@ -255,26 +247,16 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
         name = f"{column_words(second[0])}: {group:.4g}" if second else None
         axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
     axes.set(xlabel=column_words(first), ylabel=column_words(figure))
-    _name_gaps(axes, values, np.asarray(table[first], dtype=float), upright=False)
+    lost = ~np.isfinite(values.astype(float))
+    if lost.any():
+        foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False, "linestyle": ""}
+        axes.plot(table[first][lost], np.full(lost.sum(), 0.02), "x", color=BLACK, **foot)
+        axes.set_title("crosses: designs that hold no pose", fontsize=9, loc="right", color="0.3")
+    if lost.all():
+        axes.set_yticks([])
     if second:
         legend_below(axes, 3)
     return canvas
-
-
-def _name_gaps(axes: Any, values: FloatArray, places: FloatArray, upright: bool) -> None:
-    """Say where a design has no value: a word for each bar, or crosses at the foot of curves, and one note."""
-    lost = ~np.isfinite(values.astype(float))
-    if not lost.any():
-        return
-    if upright:
-        for place in places[lost]:
-            axes.annotate("no pose is held", (0.01, place), xycoords=("axes fraction", "data"), va="center", fontsize=9)
-        return
-    foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False, "linestyle": ""}
-    axes.plot(places[lost], np.full(lost.sum(), 0.02), "x", color=BLACK, **foot)
-    axes.set_title("crosses: designs that hold no pose", fontsize=9, loc="right", color="0.3")
-    if lost.all():
-        axes.set_yticks([])
 
 
 def column_words(name: str) -> str:
@@ -283,7 +265,7 @@ def column_words(name: str) -> str:
 
     full = with_unit(name)
     if full in _WORDS:
-        return _WORDS[full]
+        return _WORDS[full][0]
     stem, _, unit = full.rpartition("_")
     if not stem or unit not in _UNITS:
         return full.replace("_", " ")

@@ -16,8 +16,8 @@ from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
 from ..figure.figure import Figure
-from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLimbs, DrawnLinks, Placed
-from ..picture.mechanism_picture import Offset, offset_notes, offsets
+from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLinks, Offset, Placed
+from ..picture.drawn_limbs import DrawnLimbs, offset_notes, offsets
 from ..stage.force_arrows import DrawnForce, ForcePicture, ShownForces
 from ..stage.stage import Stage
 from .page_output import Pages, drawable, viewpoint

@@ -41,13 +41,11 @@ _SAME_PLACE = 1e-9
 
 @dataclass
 class _Node:
-    """Last commands of a path in the scene."""
+    """What was last said of a path in the scene."""
 
     object: bytes | None = None
-    transform: bytes | None = None
     matrix: FloatArray | None = None
-    properties: dict[str, bytes] = field(default_factory=dict)
-    colour: tuple[float, ...] | None = None
+    properties: dict[str, Any] = field(default_factory=dict)
 
 
 class Stage(OneProcess):
@@ -137,27 +135,18 @@ class Stage(OneProcess):
         matrix : ndarray
             Shape (4, 4), homogeneous, may scale.
         """
-        node = self._nodes.get(path)
-        if node is not None and node.matrix is not None and np.abs(node.matrix - matrix).max() <= _SAME_PLACE:
-            return
-        self._apply({"type": "set_transform", "path": path, "matrix": matrix.T.ravel().tolist()})
-        self._nodes[path].matrix = np.array(matrix)
+        known = self._nodes[path].matrix if path in self._nodes else None
+        if known is None or np.abs(known - matrix).max() > _SAME_PLACE:
+            self._apply(_placed(path, matrix), np.array(matrix))
 
     def set_colour(self, path: str, colour: ArrayLike) -> None:
         """Colour a node and all below it, (red, green, blue, alpha) in 0 to 1, unless it has that colour."""
-        rgba = tuple(np.asarray(colour, dtype=float).tolist())
-        node = self._nodes.get(path)
-        if node is not None and node.colour == rgba:
-            return
-        self._apply({"type": "set_property", "path": path, "property": "color", "value": list(rgba)})
-        self._nodes[path].colour = rgba
+        self.set_property(path, "color", tuple(np.asarray(colour, dtype=float).tolist()))
 
     def set_property(self, path: str, name: str, value: Any) -> None:
         """Set a property of a node in three.js, unless it has that value; Meshcat's own way makes the name small."""
-        data = {"type": "set_property", "path": path, "property": name, "value": value}
-        node = self._nodes.get(path)
-        if node is None or node.properties.get(name) != _packed(data):
-            self._apply(data)
+        if path not in self._nodes or self._nodes[path].properties.get(name) != value:
+            self._apply(_property(path, name, value))
 
     def plain(self) -> None:
         """A light background and soft light, without Meshcat's grid and axes."""
@@ -195,12 +184,12 @@ class Stage(OneProcess):
         """The whole scene as a run of commands."""
         with self._lock:
             commands = []
-            for node in self._nodes.values():
+            for path, node in self._nodes.items():
                 if node.object is not None:
                     commands.append(node.object)
-                commands += node.properties.values()
-                if node.transform is not None:
-                    commands.append(node.transform)
+                commands += [_packed(_property(path, *each)) for each in node.properties.items()]
+                if node.matrix is not None:
+                    commands.append(_packed(_placed(path, node.matrix)))
             commands += [_packed({"type": "panel", "name": name, "data": data}) for name, data in self._panels.items()]
             return _run([*commands, self._stamp()])
 
@@ -214,17 +203,17 @@ class Stage(OneProcess):
 
     def colours(self) -> dict[str, tuple[float, ...]]:
         """Colours given to nodes, path to (red, green, blue, alpha)."""
-        return {path: node.colour for path, node in self._nodes.items() if node.colour is not None}
+        return {path: node.properties["color"] for path, node in self._nodes.items() if "color" in node.properties}
 
     @property
     def serial(self) -> int:
         """Number of the last update; the page shows it as ``data-serial`` once the update is drawn."""
         return self._serial
 
-    def _apply(self, data: dict[str, Any]) -> None:
-        """Remember a command and pass it on.
+    def _apply(self, data: dict[str, Any], matrix: FloatArray | None = None) -> None:
+        """Remember a command, with its matrix if it places a node, and pass it on.
 
-        The server's thread reads the same commands, so they change only inside of the lock.
+        The server's thread reads the same nodes, so they change only inside of the lock.
         """
         kind, path = data["type"], data["path"]
         packed = _packed(data)
@@ -240,11 +229,10 @@ class Stage(OneProcess):
                     node.object = packed
                     # The viewer makes a new object, which does not have the colours of the old one.
                     node.properties.pop("color", None)
-                    node.colour = None
                 elif kind == "set_transform":
-                    node.transform = packed
+                    node.matrix = matrix
                 elif kind == "set_property":
-                    node.properties[data["property"]] = packed
+                    node.properties[data["property"]] = data["value"]
         if self._outgoing is None:
             self._publish([packed])
         else:
@@ -259,6 +247,14 @@ class Stage(OneProcess):
 
     def _stamp(self) -> bytes:
         return _packed({"type": "serial", "value": self._serial})
+
+
+def _placed(path: str, matrix: FloatArray) -> dict[str, Any]:
+    return {"type": "set_transform", "path": path, "matrix": matrix.T.ravel().tolist()}
+
+
+def _property(path: str, name: str, value: Any) -> dict[str, Any]:
+    return {"type": "set_property", "path": path, "property": name, "value": value}
 
 
 def _packed(data: dict[str, Any]) -> bytes:

@@ -44,13 +44,11 @@ def grid(*angles):
         (lambda: plots.rotation_ball(3), "found to be a Workspace"),
         (lambda: plots.workspace_slices(3), "found to be a Workspace"),
         (lambda: plots.workspace_slices(grid([0.0, 10.0])), "grid of three angles"),
-        (lambda: plots.rate_slices(prototype(), grid([0.0, 10.0])), "grid of three angles"),
         (lambda: plots.design_drawing(ep.load("prototype").replace(arm=None), prototype().pose()), "wearer"),
         (lambda: plots.posture_drawing(worn(), worn().pose([10.0]), ["a", "b"]), r"titles .* got 2 of \(1,\)"),
         (lambda: plots.posture_drawing(worn(), worn().pose(10.0), ["a"]), "flat stack"),
         (lambda: plots.task_status_figure({}), "at least one"),
         (lambda: plots.elbow_paths_figure({}), "at least one"),
-        (lambda: plots.plot_responses({}), "one to three"),
         (lambda: plots.plot_force_map(muscle_model("best", 0.15), steady_states()), "scaled"),
     ],
 )

@@ -180,11 +180,6 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
             block[5, s] -= p[0] * block[1, s] - p[1] * block[0, s]
 
 
-def terms_size(rows: int, nv: int, joints: int) -> int:
-    """Size of the block of :func:`split_terms`."""
-    return rows * (nv + 6) + 18 * joints
-
-
 @kernel(inline=True)
 def split_terms(flat: Any, shape: Any) -> Any:
     """Windows on one block of numbers, and where it goes on.
@@ -194,7 +189,7 @@ def split_terms(flat: Any, shape: Any) -> Any:
     Parameters
     ----------
     flat : ndarray
-        Shape (size,), see :func:`terms_size`.
+        Shape (at least rows (nv + 6) + 18 njoints,).
     shape : tuple of int
         rows, nv, njoints.
 
@@ -212,19 +207,6 @@ def split_terms(flat: Any, shape: Any) -> Any:
         flat[tree:place].reshape((count, 6)),
         flat[place:end].reshape((count, 4, 3)),
         end,
-    )
-
-
-@kernel
-def equations(
-    poses: Any, J: Any, dJ: Any, forces: Any, local: bool, v: Any, a: Any, moves: bool, loops: Any, q: Any,
-    scales: Any, rate: Any, flat: Any,
-) -> Any:  # fmt: skip
-    """:func:`fill_equations` with memory of its own."""
-    height = len(scales[0])
-    terms = split_terms(flat, (height, len(v), len(poses)))
-    return fill_equations(
-        poses, J, dJ, forces, local, v, a, moves, loops, q, scales, rate, terms, new_scratch(), np.empty((2, height))
     )
 
 

@@ -170,12 +170,7 @@ def _action_of_drives(
     shape, n, state, placed = case.poses.shape, device.limb_count, stack.state, stack.placed
     assert placed is not None
     unit = np.swapaxes(state.attached_of_f.sum(axis=1), 1, 2)  # type: ignore[attr-defined]
-<<<<<<< HEAD
     alone = state.wrenches(*np.zeros((2, len(loads[2]), n)))[0].sum(axis=1) + loads[2]
-    words, least = given_by or "given efforts of the drives", "effort"
-=======
-    alone = state.attached.sum(axis=1) + loads[2]  # type: ignore[attr-defined]
->>>>>>> main
     if isinstance(forces, str) and device.structure.held:
         raise InvalidInput(
             f"{device.name} can move while the arm rests, and its drives hold that: efforts that are chosen together "

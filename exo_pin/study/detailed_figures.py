@@ -121,7 +121,7 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
     answer = exo.reaction(poses, **(question | {"limits": "none"} if passive else question))
     # 1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes.
     held, clear = np.asarray(answer.held), np.full(poses.shape, np.nan)
-    if not unknown_for_gaps(exo.device):
+    if not exo.device.gaps(np.empty((0, 3, 3))).unknown:
         clear = np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
     return {
         "not_evaluated": float((answer.status == "not_evaluated").mean()),
@@ -139,16 +139,6 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
     }
 
 
-<<<<<<< HEAD
-def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
-    """1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes."""
-    if exo.device.gaps(np.empty((0, 3, 3))).unknown:
-        return np.full(poses.shape, np.nan)
-    return np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
-
-
-=======
->>>>>>> main
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
     """Of the reached poses: share that is singular or nearly, and median margin."""
     none = {"singular": np.nan, "median_margin": np.nan}

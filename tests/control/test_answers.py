@@ -6,6 +6,7 @@ import numpy as np
 from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_turn, of_run
 from asked_plants import PATH, POSE, SHOVE, SPASTIC, SPIN, STOPS, TISSUE, device, waves
+from scipy.interpolate import PchipInterpolator
 
 import exo_pin as ep
 from exo_pin import control
@@ -144,7 +145,8 @@ def chains():
     for name, limit in (("spring-support", None), ("six-cables", 90.0), ("nesm", 20.0), ("spherical-3rrr", None)):
         options = control.PlantOptions(joint_motor=replace(OF_JOINT, limit=limit), shoulder_viscous=0.1)
         turn = control.AnglePath([0.0, 0.5], [[0.1, 0.0, 0.0], [0.3, 0.2, -0.1]])
-        torso = control.Torso(turn, ([0.0, 0.01, 0.03], [[0.0, 0.0, 1.0], [2.0, 0.0, -1.0], [0.0, 3.0, 0.0]]))
+        jolt = PchipInterpolator([0.0, 0.01, 0.03], [[0.0, 0.0, 1.0], [2.0, 0.0, -1.0], [0.0, 3.0, 0.0]])
+        torso = control.Torso(turn, jolt)
         found[name] = lambda name=name, options=options, torso=torso: brief(
             ep.Plant(device(name), options, wearer=TISSUE, torso=torso)
         )
@@ -154,7 +156,7 @@ def chains():
     return in_turn(
         **found, ends=lambda: brief(ends, beyond), below=lambda: brief(ends, below),
         slow=lambda: brief(ep.Plant(ep.load("four-cables"), lacking, wearer=TISSUE)),
-        limit=lambda: ep.Plant(device("six-cables")), times=lambda: control.Torso(None, ([0.0, 0.0], np.zeros((2, 3)))),
+        limit=lambda: ep.Plant(device("six-cables")),
         moment=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: np.full(3, np.nan))),
     )  # fmt: skip
 

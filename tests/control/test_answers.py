@@ -23,13 +23,9 @@ def moved(plant, start, faults=(), *more, sensor=None):
 
 
 def muscles():
-    """In line, with every option: manifold, both kinds of valves, friction, springs, the ends of the shoulder."""
+    """In line, with every option: manifold, valves, friction, springs, the ends of the shoulder."""
     path, vent, narrow = Valve(2e-10, 0.4), Valve(3e-10, 0.25), Valve(1e-10, 0.5)
-    valves = [
-        ValveUnit(path, vent, restrictor=narrow, frequency=17.0),
-        ValveUnit(path, vent, layout="fill and vent", frequency=31.0),
-        ValveUnit(path, vent),
-    ]
+    valves = ValveUnit(path, vent, restrictor=narrow, frequency=17.0)
     options = ep.PlantOptions(
         supply=Supply(3.7e5, Valve(1e-10, 0.3), 5e-5), valves=valves, polytropic_exponent=1.23, dead_volume=3.1e-6,
         braid_stiffness=2500.0, muscle_damping=Damping.from_bar(-1.3, 0.9),
@@ -215,14 +211,13 @@ def refused():
     parts = ("supply", "muscle_damping", "winch", "linear_actuator", "joint_motor", "muscle_friction", "valves")
     return in_turn(
         **{f"{name} as 3": lambda name=name: options(**{name: 3}) for name in parts},
-        valves=lambda: options(valves=[]), valve=lambda: options(valves=[1]), flange=lambda: options(second_flange=1),
+        flange=lambda: options(second_flange=1),
         adiabatic=lambda: options(polytropic_exponent=1.41), isothermal=lambda: options(polytropic_exponent=0.99),
         ends=lambda: [ep.Fault("supply drop", 0, command=c, share=s) for c, s in ((-1.0, 0.0), (1.0, 1.0))],
         edges=lambda: [options(polytropic_exponent=kappa).polytropic_exponent for kappa in (1.0, 1.4)],
         dead=lambda: options(dead_volume=0.0), supply=lambda: options(supply=4e5),
         law=lambda: options(muscle_friction=3.0),
-        field=lambda: options().replace(valve=1), count=lambda: ep.Plant(ep.load("prototype"),
-        options(valves=[options().valves] * 2)),
+        field=lambda: options().replace(valve=1),
         gear=lambda: motor(play=0.1), beyond=lambda: motor(stiffness=9.0), inertia=lambda: motor(inertia=-1.0),
         winch=lambda: control.Winch(gear_ratio=0.0), screw=lambda: control.LinearActuator(lead=-1.0),
         unknown=lambda: ep.Plant(ep.load("nesm")), options=lambda: ep.Plant(ep.load("prototype"), 3),
@@ -289,7 +284,6 @@ def lacking():
     pad = control.Padding(damping_time=0.01, mass=0.0, source="a test")
     far = control.Turn(ep.shoulder_rotation(-60.0, 0.0, 80.0, degrees=True), [0.0, 0.0, 0.1], 1.0)
     abduction, muscles = control.experiment("abduction"), ep.Plant(prototype)
-    mixed = [replace(ep.PlantOptions().valves, layout=each) for each in ("3/2", "fill and vent", "3/2")]
     blind = control.Experiment("lift", "Lift", worn.replace(measures=["lengths"]).mechanism, PATH, "model")
     damped = ep.Plant(cables, ep.PlantOptions(winch=control.Winch(damping_time=0.3)))
     whole = ep.Plant(cables, wearer=lambda t, arm: np.zeros(3))
@@ -305,7 +299,7 @@ def lacking():
             replace(muscles.state(), angular_velocity=np.full(3, 1e11)), [0.0] * 3, 0.1),
         weightless=lambda: ep.Plant(prototype.replace(gravity=(0.0, 0.0, 0.0)),
                                     ep.PlantOptions(second_flange=True)).rest(near=POSE),
-        layouts=lambda: abduction.replace(valves=mixed).run(), once=lambda: prototype.track(Standing()),
+        once=lambda: prototype.track(Standing()),
         stroke=lambda: ep.load("four-linear-actuators").track(far), blind=lambda: blind.foreseen,
         gains=lambda: prototype.track("flexion", feedback=control.FeedbackGains()),
         limb=lambda: abduction.replace(faults=ep.Fault("burst", 9)),

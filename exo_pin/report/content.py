@@ -73,13 +73,15 @@ def foot_words(report: DesignReport) -> str:
 
 def sections_of(report: DesignReport) -> list[PagePart]:
     """All sections in their order."""
+    hazards = [[each.name, each.computed, each.not_computed] for each in report.hazards]
+    head, widths = ("hazard", "computed", "not computed"), (2.0, 4.0, 2.6)
     return [
         _postures(report),
         _tasks(report),
         _workspace(report),
         _drives(report),
         _fit(report),
-        _hazards(report),
+        PagePart("Hazards", (), head, hazards, report.hazard_source, widths, 3),
         PagePart("What was assumed", report.assumed),
         PagePart("What was not checked", report.not_checked),
     ]
@@ -206,13 +208,6 @@ def _off(report: DesignReport) -> str:
     if math.isfinite(report.off_by_10_mm_N) or not math.isfinite(report.off_on_cuff_N):
         return _with_unit(report.off_by_10_mm_N, "N")
     return f"cannot follow; on a soft cuff {shown(report.off_on_cuff_N)} N"
-
-
-def _hazards(report: DesignReport) -> PagePart:
-    rows = [[each.name, each.computed, each.not_computed] for each in report.hazards]
-    return PagePart(
-        "Hazards", (), ("hazard", "computed", "not computed"), rows, report.hazard_source, (2.0, 4.0, 2.6), 3
-    )
 
 
 def as_text(report: DesignReport) -> str:

@@ -120,11 +120,6 @@ class ChainPicture(OneProcess):
                 frames[closure.frame_b] * se3(closure.placement_b),
             )
 
-    def joint_points(self, q: FloatArray) -> dict[str, FloatArray]:
-        """Positions of the joints, m, by name."""
-        frames = self._chain.placements(q)
-        return {name: frames[name].translation for name in self._chain.model.names[1:] if name in frames}
-
     def corners(self, q: FloatArray) -> FloatArray:
         """Joints, closures, links' origins and corners of the boxes about what is drawn, shape (k, 3), m."""
         frames = [place.translation for place in self._chain.placements(q).values()]

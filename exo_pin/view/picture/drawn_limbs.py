@@ -50,9 +50,11 @@ _BESIDE, _FROM_CUFF = 0.032, 0.015
 
 
 def offsets(
-    given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str | Split = "spherical"
-) -> list[Offset]:
-    """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
+    given: CentreOffset | CentrePath | ArrayLike | None, poses: Rotation, split: str | Split
+) -> list[Offset] | list[None]:
+    """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them; None without one."""
+    if given is None:
+        return [None] * (1 if poses.single else len(poses))
     known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)
     base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)

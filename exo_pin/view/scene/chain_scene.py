@@ -213,11 +213,11 @@ class ChainScene(Pages):
             self._stage.set_panel("numbers", self._numbers(q))
 
     def _labels(self, q: FloatArray) -> list[dict[str, Any]]:
-        joints = self._picture.joint_points(q)
+        frames = self._chain.placements(q)
         labels = [
-            {"text": name, "at": joints[name].tolist(), "colour": BLUE}
+            {"text": name, "at": frames[name].translation.tolist(), "colour": BLUE}
             for name in self._chain.roles.actuated
-            if name in joints
+            if name in frames
         ]
         for closure, (a, _) in zip(self._picture.loops, self._picture.closure_frames(q), strict=True):
             labels.append({"text": closure_words(closure), "at": a.translation.tolist(), "colour": PURPLE})

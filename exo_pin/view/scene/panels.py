@@ -12,7 +12,6 @@ from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import ExoPinError
 from ...core.records import OneProcess
 from ...person.contact.result import NO_RESULT
-from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..colours import CIVIDIS, hexadecimal, scale_colours
 from ..page.live_server import Angles
@@ -65,7 +64,8 @@ def numbers_panel(
         if forces.cuff_text:
             remarks.append({"text": forces.cuff_text, "warn": False})
         if forces.split is not None:
-            remarks.append({"text": _assumption(exo, forces.split), "warn": False})
+            text = f"{forces.split.caption(exo.device)} (split “{forces.split.name}”)"
+            remarks.append({"text": text, "warn": False})
     if np.isfinite(determinant):
         # Adding zero turns -0 into 0.
         shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
@@ -101,11 +101,6 @@ def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, s
     if size is not None and np.isfinite(contact.bare):
         text += f"; without the device {_newtons(contact.bare)}"
     return [{"name": "load of the joint", "value": _newtons(load)}, *alone], [{"text": text, "warn": False}]
-
-
-def _assumption(exo: ShoulderExo, split: Split) -> str:
-    """What the numbers rest on, in words."""
-    return f"{split.caption(exo.device)} (split “{split.name}”)"
 
 
 def notebook_cell(source: str, height: int) -> Any:

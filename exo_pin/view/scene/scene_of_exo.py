@@ -16,7 +16,7 @@ from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
 from ..figure.figure import Figure
-from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLinks, Offset, Placed
+from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLinks, Placed
 from ..picture.drawn_limbs import DrawnLimbs, offset_notes, offsets
 from ..stage.force_arrows import DrawnForce, ForcePicture, ShownForces
 from ..stage.stage import Stage
@@ -268,31 +268,23 @@ class Scene(Pages):
         """The answer for poses of shape () or (k,), and 1 or k frames."""
         answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
         frames = []
-        places = self._drawn.places(poses, self._offsets(poses, query))
+        off = offsets(query.get("centre_offset"), poses, query.get("split", "spherical"))
+        places = self._drawn.places(poses, off)
         for placed, forces in zip(places, self._forces(poses, answer, query), strict=True):
             frames.append(Frame(placed, forces, [] if forces is None else self._drawn.forces(placed, forces)))
         return answer, frames
-
-    def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
-        """Where the device's centre is in each pose, None if it is the shoulder's."""
-        given = query.get("centre_offset")
-        if given is None:
-            return [None] * (1 if poses.single else len(poses))
-        return offsets(given, poses, query.get("split", "spherical"))
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]
         if answer is None:
             return [None for _ in indices]
-        person = self._figure.person
-        if person is None:
-            return [ShownForces.of(answer, index) for index in indices]
-        motion, load = query.get("motion"), query.get("load")
-        if self._device:
+        person, contact, motion, load = self._figure.person, None, query.get("motion"), query.get("load")
+        if person is not None and self._device:
             contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
-            return [ShownForces.of(answer, index, contact) for index in indices]
-        contact = person.joint_contact(poses, motion, load, gravity=self._exo.device.gravity, outside="mark")
-        return [ShownForces.of(answer, index, contact).without_device() for index in indices]
+        elif person is not None:
+            contact = person.joint_contact(poses, motion, load, gravity=self._exo.device.gravity, outside="mark")
+        shown = [ShownForces.of(answer, index, contact) for index in indices]
+        return [each if self._device else each.without_device() for each in shown]
 
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend()

@@ -151,13 +151,12 @@ class ShownForces(Record):
 
     def without_device(self) -> ShownForces:
         """The contact force alone."""
-        none = {
-            name: np.zeros_like(getattr(self, name))
-            for name in ("shoulder", "tensions", "side_forces", "limb_wrenches", "cuff_wrench")
+        none: dict[str, Any] = {
+            name: np.zeros_like(value) for name, value in vars(self).items() if isinstance(value, np.ndarray)
         }
-        alone = {"determinant": float("nan"), "status": "ok", "percent": None, "split": None, "verdict": ""}
-        more = {"is_near_singular": False, "has_device": False, "cuff_pull": 0.0, "cuff_slip": None, "cuff_text": ""}
-        return replace(self, **none, **alone, **more)  # type: ignore[arg-type]
+        none |= {"determinant": float("nan"), "status": "ok", "percent": None, "split": None, "verdict": ""}
+        none |= {"is_near_singular": False, "has_device": False, "cuff_pull": 0.0, "cuff_slip": None, "cuff_text": ""}
+        return replace(self, **none)
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> ShownForces:

@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width
 from ..workspace import CRITERIA
-from .digits import ends, shown
 
 if TYPE_CHECKING:
     from .record import DesignReport
@@ -25,6 +27,28 @@ _CRITERIA = {
     "evaluated": "within the data of the springs",
     "shoulder_range": "within the range of the shoulder",
 }
+
+
+def shown(value: float) -> str:
+    """A number with three significant digits, without exponent."""
+    if not math.isfinite(value):
+        return "–"
+    if abs(value) < 5e-4:
+        return "0"
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.{max(0, 2 - math.floor(math.log10(abs(rounded))))}f}"
+
+
+def ends(low: float, high: float) -> str:
+    """Two ends of a range."""
+    return "–" if not (math.isfinite(low) or math.isfinite(high)) else f"{shown(low)} to {shown(high)}"
+
+
+def worst(values: ArrayLike) -> float:
+    """The largest of those that are known, else NaN."""
+    given = np.asarray(values, dtype=float)
+    known = given[np.isfinite(given)]
+    return float(known.max()) if known.size else math.nan
 
 
 class PagePart(NamedTuple):

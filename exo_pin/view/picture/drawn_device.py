@@ -97,7 +97,7 @@ class DrawnDevice(OneProcess, ABC):
     def _on_arm(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Weight of arm and device, force of the shoulder, contact force."""
         arm, here = self.exo.device.arm, np.zeros(3)
-        at, weight = placed.pose.apply(arm.centre_of_mass), arm.mass * self.exo.device.gravity
+        at, weight = placed.pose.as_matrix() @ arm.centre_of_mass, arm.mass * self.exo.device.gravity
         found = [DrawnForce("weight", "weight", at, weight, "weight")]
         found.append(DrawnForce("shoulder", "shoulder", here, forces.shoulder, "shoulder"))
         if forces.contact is not None:
@@ -164,7 +164,7 @@ class DrawnLinks(DrawnDevice):
             # Nobody wears it: the arm is one body with what is fixed to it.
             wrench = forces.limb_wrenches.sum(axis=0)
         else:
-            at, own = placed.pose.apply(person.centre_of_mass), person.mass * self.exo.device.gravity
+            at, own = placed.pose.as_matrix() @ person.centre_of_mass, person.mass * self.exo.device.gravity
             weight = DrawnForce("weight", "own weight", at, own, "weight")
         if np.isnan(placed.q).any() or not forces.has_device:
             return [weight, *found]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width
+from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width, three_digits
 from ..workspace import CRITERIA
 
 if TYPE_CHECKING:
@@ -33,10 +33,7 @@ def shown(value: float) -> str:
     """A number with three significant digits, without exponent."""
     if not math.isfinite(value):
         return "–"
-    if abs(value) < 5e-4:
-        return "0"
-    rounded = float(f"{value:.3g}")
-    return f"{rounded:.{max(0, 2 - math.floor(math.log10(abs(rounded))))}f}"
+    return three_digits(float(f"{value:.3g}")) if abs(value) >= 5e-4 else "0"
 
 
 def ends(low: float, high: float) -> str:

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from published_devices import device_texts
 from published_devices.dummy_shoulder import dummy_shoulder
 
@@ -13,7 +15,7 @@ from exo_pin.core.files import write_files
 from exo_pin.design import preset, published
 from exo_pin.device.files.device_writing import device_text
 from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
-from exo_pin.wrist_chain.wrist_urdf import PUBLISHED, closures_beside
+from exo_pin.wrist_chain.wrist_urdf import closures_beside
 
 #: Cables in place of limbs: a few grams, for simulators.
 _CABLES = AssumedMasses(0.01, 0.01, base_half_radius=0.002, platform_half_radius=0.002, cross_mass=0.002)
@@ -38,4 +40,4 @@ def published_urdf() -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    write_files(PUBLISHED, published_urdf())
+    write_files(Path(__file__).parents[2] / "urdf", published_urdf())

@@ -7,9 +7,9 @@ but for y, which is turned round so that they stay right-handed. All frames do s
 and closures: a vector v in the axes of any of them goes to S v, a moment m, which is a pseudovector, to -S m.
 
 A joint of one coordinate **keeps its coordinate**, its limits, and the sign of its effort. A slide's axis goes to S a;
-a hinge turns about -S a, because the mirror image of a turn by θ about a is one by -θ about S a; the pitch of a screw
-changes its sign. Other joints stay of their kind, and some of their numbers change their sign (:class:`MirrorSigns`):
-a quaternion (x, y, z, w) goes to (-x, y, -z, w), and an angular velocity ω to -S ω.
+a hinge turns about -S a, because the mirror image of a turn by θ about a is one by -θ about S a. Other joints stay of
+their kind, and some of their numbers change their sign (:class:`MirrorSigns`): a quaternion
+(x, y, z, w) goes to (-x, y, -z, w), and an angular velocity ω to -S ω.
 """
 
 from __future__ import annotations
@@ -122,10 +122,9 @@ def with_joint(
     moved : mapping, optional
         Shifts of joints, by index, shape (3,), m, in the axes of the body that carries them.
     """
-    old, places = state.model, dict[int, pin.SE3]()
-    for index, shift in (moved or {}).items():
-        places[index] = pin.SE3(old.jointPlacements[index].rotation, old.jointPlacements[index].translation + shift)
-    new = rebuilt(old, {joint: kind}, places)
+    at = state.model.jointPlacements
+    places = {k: pin.SE3(at[k].rotation, at[k].translation + shift) for k, shift in (moved or {}).items()}
+    new = rebuilt(state.model, {joint: {"": kind}}, places)
     if inertia is not None:
         new.inertias[joint] = inertia
     return new
@@ -310,27 +309,17 @@ def _signs_of(joint: Any) -> tuple[tuple[int, ...], tuple[int, ...]]:
 
 
 def _one_coordinate(joint: Any) -> Any:
-    """A hinge, slide or screw that keeps its coordinate."""
+    """A hinge or slide that keeps its coordinate."""
     alone = pin.Model()
     alone.addJoint(0, joint, pin.SE3.Identity(), "joint")
     motion = motion_axes(alone)[1][:, 0]
     along, about = _vector(motion[:3]), -_vector(motion[3:]) + 0.0
-    if not about.any():
-        return axis_joint(True, along)
-    # There are special ones for x, y and z.
-    letter = next((name for name, axis in zip("XYZ", np.eye(3), strict=True) if np.array_equal(axis, about)), None)
-    if joint.nq == 2:
-        return _endless(about) if letter is None else getattr(pin, f"JointModelRUB{letter}")()
-    if not along.any():
-        return axis_joint(False, about)
-    pitch = float(along @ about)
-    screw = getattr(pin, f"JointModelH{letter}", None)
-    return pin.JointModelHelicalUnaligned(about, pitch) if screw is None else screw(pitch)
-
-
-def _endless(axis: FloatArray) -> Any:
-    """A hinge about any axis that counts no turns; Pinocchio makes those of a URDF alone."""
-    return pin.buildModelFromXML(_ENDLESS_HINGE.format(" ".join(map(repr, axis.tolist())))).joints[1]
+    if along.any() and about.any():
+        raise InvalidInput(f"expected joints whose mirror image is known, got a {joint.shortname()}")
+    if joint.nq == 1:
+        return axis_joint(not about.any(), along if along.any() else about)
+    # Pinocchio makes hinges that count no turns, about any axis, of a URDF alone.
+    return pin.buildModelFromXML(_ENDLESS_HINGE.format(" ".join(map(repr, about.tolist())))).joints[1]
 
 
 def _row_signs(closure: Closure) -> tuple[int, ...]:

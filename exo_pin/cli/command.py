@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import make_dataclass
 from functools import partial
 from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.help import DefaultFormatter, PanelSpec
@@ -35,6 +36,8 @@ from ..device.protocol import described
 from . import COMMANDS, width
 
 PICTURES = (".png", ".svg", ".pdf")
+#: What was asked, as it was typed: of a parameter that is no option.
+Words = Annotated[Sequence[str], Parameter(parse=False)]
 #: Several numbers of which the first is negative: a value, and no option.
 _NEGATIVE = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
@@ -52,13 +55,13 @@ def answer(name: str, words: list[str]) -> int:
         print(help_text(name))
         return 0
     try:
-        function, bound, _ = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
+        function, bound, unread = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
     except CycloptsError as error:
         if isinstance(error.__cause__, ExoPinError):
             raise error.__cause__ from None
         text = str(error).replace("into float", "into a number").replace("into int", "into a whole number")
         raise InvalidInput(f"{shown(' '.join(text.split()))} (see {app.name[0]} --help)") from None
-    return int(function(*bound.args, **bound.kwargs) or 0)
+    return int(function(*bound.args, **bound.kwargs, **dict.fromkeys(unread, words)) or 0)
 
 
 def command(name: str) -> App:
@@ -133,17 +136,44 @@ def shown_default(value: Any) -> str | None:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def writes(*endings: str, picture: bool = True) -> Parameter:
-    """``--out`` of files with these endings; ``picture`` tells that the command has ``--plot``, too."""
-    check = partial(check_file, "--out", endings, picture)
-    return Parameter(metavar="FILE", help=f"Also write the data: {', '.join(endings)}.", validator=check)
+def writes(
+    *endings: str, json: bool = True, plot: str = "", also: Sequence[str] = ()
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Give a command options of its own for what it prints and writes, as its parameter ``files``.
+
+    Parameters
+    ----------
+    *endings : str
+        Of the files that ``--out`` writes.
+    json : bool
+        Whether there is ``--json``.
+    plot : str
+        What ``--plot`` draws; there is no such option if it is empty.
+    also : sequence of str
+        Endings of ``--plot`` besides those of pictures.
+    """
+    fields: list[Any] = []
+    if json:
+        fields.append(("json", Annotated[bool, Parameter(help="Print JSON instead of text.")], False))
+    fields.append(("out", _file("--out", "Also write the data", endings, bool(plot)), None))
+    if plot:
+        fields.append(("plot", _file("--plot", f"Also draw a picture to this file, {plot}", (*PICTURES, *also)), None))
+    # The parser takes classes of the module types, which is that of classes made without one, for Python's own.
+    own = {"__module__": __name__}
+    made = Parameter(name="*")(make_dataclass("OwnFiles", fields, bases=(Files,), namespace=own, frozen=True))
+
+    def with_files(function: Callable[..., Any]) -> Callable[..., Any]:
+        function.__annotations__["files"] = made
+        function.__kwdefaults__ = {**(function.__kwdefaults__ or {}), "files": made()}
+        return function
+
+    return with_files
 
 
-def draws(what: str, *more: str) -> Parameter:
-    """``--plot`` of a picture, and of what the endings ``more`` name."""
-    endings = (*PICTURES, *more)
-    said = f"Also draw a picture to this file, {what}: {', '.join(endings)}."
-    return Parameter(metavar="FILE", help=said, validator=partial(check_file, "--plot", endings, False))
+def _file(option: str, said: str, endings: tuple[str, ...], picture: bool = False) -> Any:
+    """The type of an option that names a file; ``picture`` tells that a picture is another option's."""
+    check = partial(check_file, option, endings, picture)
+    return Annotated[Path | None, Parameter(metavar="FILE", help=f"{said}: {', '.join(endings)}.", validator=check)]
 
 
 def check_file(option: str, endings: tuple[str, ...], picture: bool, _: Any, path: Path | None) -> None:
@@ -162,71 +192,75 @@ def check_file(option: str, endings: tuple[str, ...], picture: bool, _: Any, pat
         require_extra("plot")
 
 
-def deliver(
-    text: object,
-    answer: Any = None,
-    *,
-    out: Path | None = None,
-    plot: Path | None = None,
-    json: bool = False,
-    data: Callable[[], Mapping[str, Any]] | None = None,
-    exo: Any = None,
-    columns: Callable[[], Mapping[str, Any]] | None = None,
-    notes: Callable[[], Mapping[str, Any]] | None = None,
-    save: Callable[[Path], Any] | None = None,
-    figure: Callable[[], Any] | None = None,
-    page: Callable[[], Any] | None = None,
-) -> None:
-    """Print an answer and write the files that were asked for.
+class Files:
+    """What a command prints, and the files that it writes."""
 
-    Parameters
-    ----------
-    text : object
-        What a person reads.
-    answer : object, optional
-        An answer with ``document``, ``columns``, ``notes`` and ``plot``, for those of the callables below that are left
-        out.
-    out, plot, json : optional
-        The options of these names.
-    data, columns, notes : callable, optional
-        Make the document that ``--json`` prints and a .json file holds, what a .csv, .xlsx or .npz file holds, and what
-        is to be known about such a table.
-    exo : ShoulderExo, optional
-        The device, which documents and notes describe.
-    save : callable, optional
-        Writes a file where there are no ``columns``.
-    figure, page : callable, optional
-        Make the picture, and the page.
-    """
-    data, figure = data or getattr(answer, "document", None), figure or getattr(answer, "plot", None)
-    columns = columns or (None if save else getattr(answer, "columns", None))
-    written: tuple[Path | None, ...] = (out, plot)
+    json: bool = False
+    out: Path | None = None
+    plot: Path | None = None
 
-    def about() -> dict[str, Any]:
-        return {} if exo is None or not exo.has_arm else {"device": described(exo.device)}
+    def deliver(
+        self,
+        text: object,
+        answer: Any = None,
+        *,
+        data: Callable[[], Mapping[str, Any]] | None = None,
+        exo: Any = None,
+        columns: Callable[[], Mapping[str, Any]] | None = None,
+        notes: Callable[[], Mapping[str, Any]] | None = None,
+        save: Callable[[Path], Any] | None = None,
+        figure: Callable[[], Any] | None = None,
+        page: Callable[[], Any] | None = None,
+    ) -> None:
+        """Print an answer and write the files that were asked for.
 
-    def as_json() -> str:
-        return dumps(plain({**(data() if data else {}), **about()}), indent=2, ensure_ascii=False)
+        Parameters
+        ----------
+        text : object
+            What a person reads.
+        answer : object, optional
+            An answer with ``document``, ``columns``, ``notes`` and ``plot``, for those of the callables below that are
+            left out.
+        data, columns, notes : callable, optional
+            Make the document that ``--json`` prints and a .json file holds, what a .csv, .xlsx or .npz file holds, and
+            what is to be known about such a table.
+        exo : ShoulderExo, optional
+            The device, which documents and notes describe.
+        save : callable, optional
+            Writes a file where there are no ``columns``.
+        figure, page : callable, optional
+            Make the picture, and the page.
+        """
+        out, plot = self.out, self.plot
+        data, figure = data or getattr(answer, "document", None), figure or getattr(answer, "plot", None)
+        columns = columns or (None if save else getattr(answer, "columns", None))
+        written: tuple[Path | None, ...] = (out, plot)
 
-    try:
-        print(as_json() if json and data is not None else text, flush=True)
-    finally:
-        # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
-        if out is not None:
-            if data is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
-                write_text(out, as_json() + "\n")
-            elif columns is not None:
-                said = notes() if notes else getattr(answer, "notes", None)
-                written = (*write_columns(out, columns(), said and plain({**said, **about()})), plot)
-            elif save is not None:
-                save(out)
-        if plot is not None and page is not None and plot.suffix.lower() == ".html":
-            page().save(plot)
-        elif plot is not None and figure is not None:
-            from ..view.plots.plot_style import pyplot
+        def about() -> dict[str, Any]:
+            return {} if exo is None or not exo.has_arm else {"device": described(exo.device)}
 
-            pyplot().switch_backend("agg")  # to files only, so that no screen is needed
-            write_figure(plot, figure())
-    for path in written:
-        if path is not None and not json:
-            print(path)
+        def as_json() -> str:
+            return dumps(plain({**(data() if data else {}), **about()}), indent=2, ensure_ascii=False)
+
+        try:
+            print(as_json() if self.json and data is not None else text, flush=True)
+        finally:
+            # Also where a reader such as ``head`` has closed the pipe: a search of an hour is not lost for that.
+            if out is not None:
+                if data is not None and (out.suffix.lower() == ".json" or (columns is None and save is None)):
+                    write_text(out, as_json() + "\n")
+                elif columns is not None:
+                    said = notes() if notes else getattr(answer, "notes", None)
+                    written = (*write_columns(out, columns(), said and plain({**said, **about()})), plot)
+                elif save is not None:
+                    save(out)
+            if plot is not None and page is not None and plot.suffix.lower() == ".html":
+                page().save(plot)
+            elif plot is not None and figure is not None:
+                from ..view.plots.plot_style import pyplot
+
+                pyplot().switch_backend("agg")  # to files only, so that no screen is needed
+                write_figure(plot, figure())
+        for path in written:
+            if path is not None and not self.json:
+                print(path)

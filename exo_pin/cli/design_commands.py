@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from cyclopts import Parameter
 
 from ..calibration import calibrate as calibrated
@@ -15,8 +14,7 @@ from ..calibration.calibrate_device import JOINTS
 from ..calibration.length_model import UNITS
 from ..control import read_run
 from ..core.errors import InvalidInput, SuspectMeasurements
-from ..core.files import as_file_stem, require_folder, write_text
-from ..core.progress import processes
+from ..core.files import as_file_stem, write_text
 from ..core.tables import filled
 from ..design import DEFAULT_PRESET, preset, preset_file
 from ..design import presets as names_of_presets
@@ -29,9 +27,8 @@ from ..study import StudyTable, adl_box
 from ..study import compare as compared
 from ..study import sweep as swept
 from ..wrist_chain import PARTS
-from ..wrist_chain.wrist_urdf import write_published_urdf
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 from .options.recording_options import ReadAs, Recording
 
 Step = Annotated[
@@ -39,12 +36,8 @@ Step = Annotated[
 ]
 
 
-def presets(
-    name: Annotated[str | None, options.called("NAME")] = None,
-    /,
-    *,
-    out: Annotated[Path | None, writes(".toml", picture=False)] = None,
-) -> None:
+@writes(".toml", json=False)
+def presets(name: Annotated[str | None, options.called("NAME")] = None, /, *, files: Files = Files()) -> None:
     """List the designs that come with the package. Each name can be used wherever a command takes a design.
 
     With a name, print the file of that design, as a start for your own.
@@ -60,22 +53,22 @@ def presets(
     exo-pin presets four-linear-actuators --out mine.toml
     """
     if name is None:
-        options.refuse("a list of names is not a design", out=out)
+        options.refuse("a list of names is not a design", out=files.out)
         width = max(map(len, names_of_presets()))
         print("\n".join(f"{each:{width}}  {preset(each).title}" for each in names_of_presets()))
     else:
         text = preset_file(name)
-        deliver(text.rstrip("\n"), save=lambda path: write_text(path, text), out=out)
+        files.deliver(text.rstrip("\n"), save=lambda path: write_text(path, text))
 
 
+@writes(".json")
 def check(
     design: options.Design = DEFAULT_PRESET,
     /,
     *,
     side: options.Side = None,
     leave_out: options.LeaveOut = (),
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> int:
     """Check that a design or a robot is consistent.
 
@@ -89,10 +82,11 @@ def check(
     """
     exo = load(design, side=side, leave_out=leave_out)
     report = exo.check()
-    deliver(report, report, exo=exo, json=json, out=out)
+    files.deliver(report, report, exo=exo)
     return 0 if report.passed else 1
 
 
+@writes(".urdf", ".xml", ".sdf", json=False)
 def export(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -100,14 +94,11 @@ def export(
     side: options.Side = None,
     worn: options.Worn = options.Worn(),
     part: Annotated[str, Parameter(choices=tuple(PARTS))] = "whole",
-    published: Annotated[
-        Path | None, options.called("FOLDER", validator=lambda _, folder: require_folder(folder) if folder else None)
-    ] = None,
     on_person: Annotated[str | None, options.called("FILE")] = None,
     cuff: Literal["weld", "spring"] = "weld",
     locked: Annotated[options.Texts, options.called("NAME")] = (),
     bones_only: bool = False,
-    out: Annotated[Path | None, writes(".urdf", ".xml", ".sdf", picture=False)] = None,
+    files: Files = Files(),
 ) -> int:
     """Write a design for other programs, in the format of the ending: .urdf, .xml (MJCF) or .sdf.
 
@@ -119,8 +110,6 @@ def export(
     part : str
         What to write: limbs and shoulder (whole), the limbs alone (wrist), the shoulder alone, or limbs and a free arm
         (floating).
-    published : Path, optional
-        Write all published designs as URDF to this folder instead, as in the folder urdf.
     on_person : str, optional
         MJCF of the person, with the bodies of MyoArm; myoarm for that of the package myo_sim (extra person).
     cuff : str
@@ -140,17 +129,13 @@ def export(
         options.refuse("--on-person was not given", cuff=cuff != "weld", locked=locked, bones_only=bones_only)
     else:
         options.refuse("--on-person has a body of its own, and the whole device", **vars(worn), part=part != "whole")
-    if published is not None:
-        options.refuse("--published writes URDF to a folder", out=out, on_person=on_person)
-        print("\n".join(map(str, write_published_urdf(published))))
-        return 0
     exo = worn.load(design, side)
     if on_person is None:
-        path = out or Path(f"{as_file_stem(exo.name)}.urdf")
+        path = files.out or Path(f"{as_file_stem(exo.name)}.urdf")
         written = exo.export(path, part)
         said = [EXPORTS[path.suffix.lower()], written.statement]
     else:
-        path = out or Path(f"{as_file_stem(exo.name)}-on-person.xml")
+        path = files.out or Path(f"{as_file_stem(exo.name)}-on-person.xml")
         person = None if on_person == "myoarm" else on_person
         written = exo.export_on_person(path, person, cuff, locked, bones_only)
         said = [ON_PERSON, written.statement]
@@ -158,6 +143,7 @@ def export(
     return int(bool(written.lost))
 
 
+@writes(".toml", json=False)
 def calibrate(
     design: options.Design,
     measured: Annotated[str, options.called("CSV")],
@@ -166,10 +152,9 @@ def calibrate(
     side: options.Side = None,
     unknowns: Annotated[str, options.called("NAMES")] = ",".join(JOINTS),
     length_noise: options.Millimetres | None = None,
-    orientation_noise: options.Degrees = 0.0,
     tolerance: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
     read_as: ReadAs = ReadAs(),
-    out: Annotated[Path | None, writes(".toml", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """Find joint centres and offsets of a device from measured poses and limb lengths, with their standard deviations.
 
@@ -185,8 +170,6 @@ def calibrate(
         cuff_offset, torso_mounting, arm_mounting.
     length_noise : float, optional
         Standard deviation of a length, mm (default: found from the data).
-    orientation_noise : float
-        Standard deviation of an orientation about each axis, degrees.
     tolerance : tuple of str
         Standard deviation of what is known before, mm, degrees or % (of the scale), such as base_points=1 of the
         design or torso_mounting=2 of a sensor; may be repeated. What is not unknown is known to it.
@@ -206,20 +189,17 @@ def calibrate(
         run = read_run(measured, nominal.side, read_as.options)
     if length_noise is not None and not length_noise > 0.0:
         raise InvalidInput(f"expected --length-noise in mm, above zero, got {length_noise:g}")
-    if not orientation_noise >= 0.0:
-        raise InvalidInput(f"expected --orientation-noise in degrees, zero or more, got {orientation_noise:g}")
     found = calibrated(
         run.poses,
         run.lengths,
         nominal,
         unknowns=names,
         length_noise=None if length_noise is None else 1e-3 * length_noise,
-        orientation_noise=float(np.radians(orientation_noise)),
         tolerances=dict(_tolerance(text) for text in tolerance),
     )
     beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
     note = f"The design holds the joints. Found besides, and no part of it: {', '.join(beside)}." if beside else ""
-    deliver(f"{found}\n{note}".rstrip(), save=found.exo.save, out=out)
+    files.deliver(f"{found}\n{note}".rstrip(), save=found.exo.save)
 
 
 def _tolerance(text: str) -> tuple[str, float]:
@@ -248,6 +228,7 @@ def _poses(
     return query | {"poses": pose.of(exo) if any(pose.angles) else adl_box(step, exo.side)}
 
 
+@writes(".csv", ".xlsx", ".json", plot="peak of the shoulder force of every design")
 def sweep(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -263,11 +244,8 @@ def sweep(
     split: options.Split | None = None,
     payload_at: Annotated[str | None, options.called("X,Y,Z")] = None,
     muscles: options.Muscled = None,
-    jobs: Literal[1, 2] = 1,
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[Path | None, draws("peak of the shoulder force of every design")] = None,
+    files: Files = Files(),
 ) -> None:
     """Vary one or more parameters of a design and rank the results by the poses that they hold.
 
@@ -284,8 +262,6 @@ def sweep(
     muscles : bool, optional
         First the force in the joint with the wearer's own muscles, over the held of at most 100 poses, at rest
         (default: with --person, if the extra 'person' is installed, and of no movement and no payload_kg).
-    jobs : int
-        Number of processes.
 
     Examples
     --------
@@ -314,13 +290,10 @@ def sweep(
     exo = worn.load(design, side)
     place = None if payload_at is None else options.numbers(payload_at, "numbers for --payload-at")
     query = _poses(exo, pose, way, recording, step, limits, split)
-    with processes(jobs) as executor:
-        counted = options.counts_muscles(muscles, worn, bool(recording) or place is not None)
-        table = swept(
-            exo, assigned(vary), executor=executor, progress=progress, payload_at=place, joint=counted, **query
-        )
+    counted = options.counts_muscles(muscles, worn, bool(recording) or place is not None)
+    table = swept(exo, assigned(vary), progress=progress, payload_at=place, joint=counted, **query)
     above = _as_it_stands(exo, table)
-    deliver(f"{above}\n{table}" if above else table, table, exo=exo, json=json, out=out, plot=plot)
+    files.deliver(f"{above}\n{table}" if above else table, table, exo=exo)
 
 
 def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
@@ -337,6 +310,12 @@ def _as_it_stands(exo: ShoulderExo, table: StudyTable) -> str:
     return f"{exo.name} as it is: {', '.join(found)}" if found else ""
 
 
+@writes(
+    ".csv",
+    ".xlsx",
+    ".json",
+    plot="what ranks the designs, the best on top; with --detailed: all that tells the designs apart",
+)
 def compare(
     design: options.Design = DEFAULT_PRESET,
     *others: str,
@@ -351,12 +330,7 @@ def compare(
     muscles: options.Muscled = None,
     detailed: Annotated[bool, options.needs("person")] = False,
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[
-        Path | None,
-        draws("what ranks the designs, the best on top; with --detailed: all that tells the designs apart"),
-    ] = None,
+    files: Files = Files(),
 ) -> None:
     """Compare designs on one arm over the same poses.
 
@@ -393,4 +367,4 @@ def compare(
     person = None if worn.person is None else worn.size
     counted = options.counts_muscles(muscles, worn, bool(recording) or detailed)
     table = compared(exo, *rest, **query, person=person, joint=counted, detailed=detailed, progress=progress)
-    deliver(table, table, exo=exo, json=json, out=out, plot=plot)
+    files.deliver(table, table, exo=exo)

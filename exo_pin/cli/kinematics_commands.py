@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from ..chain import ClosedChain
 from ..chain.kinematics.assemblies import Assemblies
 from ..core.conventions import shoulder_angles, thesis_angles
 from ..core.errors import InvalidInput
-from ..core.schema import joined
+from ..core.schema import OnDesign, joined
 from ..core.tables import aligned, filled
 from ..core.validation import FloatArray
 from ..design import DEFAULT_PRESET
@@ -26,7 +25,7 @@ from ..wrist import AssemblyModes, NearestSingularity, RangeCrossing, Singularit
 from ..wrist.kinematics.inverse import LimbState
 from ..wrist.singularities.singular_surface import side_of_rest
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 from .robot_commands import configuration, joint_value
 
 #: Assembly modes that a table has room for.
@@ -34,15 +33,11 @@ _MOST_MODES = 6
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class Kinematics(OnDesign):
     """Poses that fit positions of the drives, and how well these place the arm.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     modes : AssemblyModes or ndarray
         The poses; of a device that is not a wrist coordinates of all joints, m and rad, a row a mode.
     limbs : LimbState or None
@@ -51,42 +46,30 @@ class Kinematics:
         Of the pose.
     """
 
-    mechanism: str
-    side: str
     modes: AssemblyModes | FloatArray
     accuracy: PoseAccuracy
     limbs: LimbState | None = None
 
 
 @dataclass(frozen=True)
-class ClosedConfigurations:
+class ClosedConfigurations(OnDesign):
     """Closed configurations of a robot without an arm.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the robot.
-    side : str
-        Side of the body.
     assemblies : Assemblies
         What was found.
     """
 
-    mechanism: str
-    side: str
     assemblies: Assemblies
 
 
 @dataclass(frozen=True)
-class SingularPose:
+class SingularPose(OnDesign):
     """How far a pose is from a singular one.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     singularity : Singularity
         Of the pose.
     accuracy : PoseAccuracy
@@ -97,15 +80,13 @@ class SingularPose:
         How much of daily life lies beyond singular poses.
     """
 
-    mechanism: str
-    side: str
     singularity: Singularity
     accuracy: PoseAccuracy
     nearest: NearestSingularity | None
     ranges: list[Any]
 
 
-def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
+def _device_kinematics(exo: Any, pose: options.Pose, files: Files) -> None:
     """Joints of the device in a pose, in the assembly modes that were found."""
     poses, idle = pose.of(exo), exo.chain_device.structure.idle
     from_rest = exo.configurations(poses)
@@ -129,25 +110,20 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: dict[str, Any]) -> N
         parts.append("\n".join(aligned([header, *rows])))
     seen = exo.accuracy(poses, twins=False)
     parts.append(filled(str(seen)))
-    deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, accuracy=seen), **files)
+    files.deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, accuracy=seen), exo=exo)
 
 
-def _robot_kinematics(
-    exo: Any, pose: options.Pose, joints: options.Texts, frame: str | None, files: dict[str, Any]
-) -> None:
+def _robot_kinematics(exo: Any, pose: options.Pose, joints: options.Texts, files: Files) -> None:
     """All closed configurations of a robot without an arm, with joints set, or else its actuated ones as drawn."""
     chain = exo.chain
     held = tuple(joint_value(text)[0] for text in joints) or chain.roles.actuated
-    found = chain.assemblies(held, configuration(exo, pose, joints), frame)
+    found = chain.assemblies(held, configuration(exo, pose, joints))
     count = min(len(found), _MOST_MODES)
     head = filled(f"{', '.join(held) or 'no joint'} held: {str(found).splitlines()[0]}")
     header = ["joint", *(f"{hits} hits" for hits in found.hits[:count])]
     table = "\n".join(aligned([header, *joint_rows(chain, 0, found.configurations[:count])])) if count else ""
-    deliver(
-        f"{exo.name}\n{head}\n\n{table}".rstrip(),
-        data=lambda: joined(ClosedConfigurations, exo, assemblies=found),
-        **files,
-    )
+    said = f"{exo.name}\n{head}\n\n{table}".rstrip()
+    files.deliver(said, data=lambda: joined(ClosedConfigurations, exo, assemblies=found), exo=exo)
 
 
 def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str]]:
@@ -172,9 +148,9 @@ def joint_rows(chain: ClosedChain, arm: int, modes: FloatArray) -> list[list[str
     return rows
 
 
-def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> None:
+def _device_singularity(exo: Any, pose: options.Pose, files: Files) -> None:
     """Singularities of a device that is not a wrist."""
-    options.refuse("the singular surface is of wrists with three limbs", plot=files["plot"])
+    options.refuse("the singular surface is of wrists with three limbs", plot=files.plot)
     state: Any = exo.singularity(pose.of(exo))
     head = f"{exo.device.title or exo.name}\n{pose.words(exo)}: {state.kind}"
     lines = [
@@ -185,19 +161,14 @@ def _device_singularity(exo: Any, pose: options.Pose, files: dict[str, Any]) -> 
     axis = describe_axis(state.lost_direction)
     seen = filled(str(exo.accuracy(pose.of(exo), twins=False)))
     text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}.", seen])
-    deliver(text, data=state.document, exo=exo, **files)
+    files.deliver(text, data=state.document, exo=exo)
 
 
 #: Limb lengths, mm, below which all of them are likely to be metres.
 _SHORT = 3.0
 
 
-def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
-    if text is None:
-        return None
-    return np.array(options.numbers(text, f"--{name} as {count} numbers with commas between", count))
-
-
+@writes(".json")
 def kinematics(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -206,14 +177,10 @@ def kinematics(
     pose: options.Pose = options.Pose(),
     set: options.Joints = (),
     leave_out: options.LeaveOut = (),
-    frame: Annotated[str | None, options.called("NAME")] = None,
     lengths: Annotated[str | None, options.called("MM,...")] = None,
-    theta_x: Annotated[str | None, options.called("DEG,...")] = None,
-    theta_y: Annotated[str | None, options.called("DEG,...")] = None,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
-    """Compute limb lengths and joint angles in a pose, or the poses that fit measured lengths or angles.
+    """Compute limb lengths and joint angles in a pose, or the poses that fit measured lengths.
 
     Without measurements: lengths and angles in the pose, and every other pose with the same lengths. With measurements:
     every pose that fits them, and which is closest to the pose (default: rest). Of a device that is no wrist: its
@@ -222,14 +189,8 @@ def kinematics(
 
     Parameters
     ----------
-    frame : str, optional
-        Of a robot without an arm: count configurations with this body at one pose as one (default: all bodies).
     lengths : str, optional
         Measured limb lengths between joint centres, mm, one for each limb.
-    theta_x : str, optional
-        Measured angles θ_xA of the base joints, degrees.
-    theta_y : str, optional
-        Measured angles θ_yA of the base joints, degrees.
 
     Examples
     --------
@@ -237,40 +198,32 @@ def kinematics(
     exo-pin kinematics prototype --lengths 262.96,330.50,384.21
     """
     exo = load(design, side=side, leave_out=leave_out)
-    files: dict[str, Any] = {"json": json, "out": out, "exo": exo}
     if exo.has_arm:
-        options.refuse(
-            "--set and --frame are for robots without an arm: joints of a device follow its arm", set=set, frame=frame
-        )
+        options.refuse("--set is for robots without an arm: joints of a device follow its arm", set=set)
     if exo.wrist is None:
-        measured = {"lengths": lengths, "theta_x": theta_x, "theta_y": theta_y}
-        options.refuse("poses from measured lengths or angles are of wrists", **measured)
+        options.refuse("poses from measured lengths are of wrists", lengths=lengths)
         if exo.has_arm:
             _device_kinematics(exo, pose, files)
         else:
-            _robot_kinematics(exo, pose, set, frame, files)
+            _robot_kinematics(exo, pose, set, files)
         return
-    n = exo.geometry.limb_count
-    given = _numbers("lengths", lengths, n)
-    x, y = (_numbers(name, text, n) for name, text in (("theta-x", theta_x), ("theta-y", theta_y)))
-    if given is not None and 0.0 < np.abs(given).max() < _SHORT:
-        raise InvalidInput(f"expected --lengths in mm, got {lengths} (metres?)")
-    is_angles = x is not None or y is not None
-    if given is not None and is_angles:
-        raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
-    near = pose.of(exo)
-    limbs: Any = exo.inverse_kinematics(near) if given is None and not is_angles else None
-    if is_angles:
-        x, y = (None if angles is None else np.radians(angles) for angles in (x, y))
-        modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
-        unit, scale = "°", np.degrees(1.0)
+    near, parts, limbs = pose.of(exo), [exo.device.title or exo.name], None
+    if lengths is None:
+        limbs = exo.inverse_kinematics(near)
+        own = limbs.lengths
+        parts.append(f"{pose.words(exo)}\n{_limb_table(limbs)}")
     else:
-        modes = exo.forward_kinematics(limbs.lengths if given is None else given * 1e-3, near=near)
-        unit, scale = "mm", 1e3
-    parts = [] if limbs is None else [f"{pose.words(exo)}\n{_limb_table(limbs)}"]
-    seen = exo.accuracy(near)
-    parts = [exo.device.title or exo.name, *parts, _modes_table(exo, modes, unit, scale), filled(str(seen))]
-    deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, limbs=limbs, accuracy=seen), **files)
+        n = exo.geometry.limb_count
+        given = np.array(options.numbers(lengths, f"--lengths as {n} numbers with commas between", n))
+        if 0.0 < np.abs(given).max() < _SHORT:
+            raise InvalidInput(f"expected --lengths in mm, got {lengths} (metres?)")
+        own = 1e-3 * given
+    modes, seen = exo.forward_kinematics(own, near=near), exo.accuracy(near)
+    files.deliver(
+        "\n\n".join([*parts, _modes_table(exo, modes), filled(str(seen))]),
+        data=lambda: joined(Kinematics, exo, modes=modes, limbs=limbs, accuracy=seen),
+        exo=exo,
+    )
 
 
 def _limb_table(state: Any) -> str:
@@ -282,15 +235,14 @@ def _limb_table(state: Any) -> str:
     return "\n".join(lines)
 
 
-def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float) -> str:
+def _modes_table(exo: ShoulderExo, modes: AssemblyModes) -> str:
     count = int(modes.count)
     if count == 0:
         return f"no pose fits: {modes.status}"
     noun = "pose fits" if count == 1 else "poses fit"
     lines = [
         f"{count} {noun}{', some of them modes that meet' if modes.status == 'meeting' else ''}",
-        f"     {'flexion, abduction, internal, °':>32} {'(4-7) θx, θy, θz, °':>32} "
-        f"{'residual, ' + unit:>14} {'margin':>9}",
+        f"     {'flexion, abduction, internal, °':>32} {'(4-7) θx, θy, θz, °':>32} {'residual, mm':>14} {'margin':>9}",
     ]
     for k in np.flatnonzero(modes.valid):
         mode = modes.rotations[int(k)]
@@ -299,22 +251,21 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
         lines.append(
             f"{mark}{k + 1:>3} "
             + " ".join("".join(f"{round(angle, 4) + 0.0:11.4f}" for angle in triple) for triple in (clinical, printed))
-            + f" {modes.residual[k] * scale:14.1e} {modes.margin[k]:9.4f}"
+            + f" {1e3 * modes.residual[k]:14.1e} {modes.margin[k]:9.4f}"
         )
     doubt = "; another may be meant" if modes.ambiguous else ""
     lines.append(f"* closest to the given pose{doubt}. Two modes meet where the margin is 0.")
     return "\n".join(lines)
 
 
+@writes(".json", plot="det X over flexion and abduction")
 def singularity(
     design: options.Design = DEFAULT_PRESET,
     /,
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json")] = None,
-    plot: Annotated[Path | None, draws("det X over flexion and abduction")] = None,
+    files: Files = Files(),
 ) -> None:
     """Show how far a pose is from a singular one, in which the limbs cannot resist a moment about some axis.
 
@@ -326,7 +277,6 @@ def singularity(
     exo-pin singularity prototype --abduction 90 --plot map.png
     """
     exo = load(design, side=side)
-    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
     if exo.wrist is None:
         _device_singularity(exo, pose, files)
         return
@@ -347,12 +297,11 @@ def singularity(
 
         return determinant_map(exo, internal_rotation=pose.internal_rotation).figure
 
-    deliver(
+    files.deliver(
         "\n\n".join(parts),
         data=lambda: joined(SingularPose, exo, singularity=state, accuracy=seen, nearest=nearest, ranges=crossings),
         figure=figure,
         exo=exo,
-        **files,
     )
 
 
@@ -401,6 +350,6 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
     return "\n".join(lines)
 
 
-def _bounded(value: float, unit: str, digits: int = 1) -> str:
+def _bounded(value: float, unit: str) -> str:
     """A number with its unit; in words where it has no bound."""
-    return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"
+    return f"{value:.1f} {unit}".rstrip() if value < 1e9 else "without bound"

@@ -23,7 +23,7 @@ from ..load_case import Load
 from ..reaction import SPLITS
 from ..thesis.rows import Row
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 from .options.recording_options import ReadAs
 
 if TYPE_CHECKING:
@@ -97,6 +97,7 @@ class Thesis:
     without_row: list[MissingRow]
 
 
+@writes(".csv", ".xlsx", ".json", plot="everything over time; as a page an animation", also=(".html",))
 def track(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -106,23 +107,16 @@ def track(
     experiment: Annotated[str | None, options.called("NAME")] = None,
     list: bool = False,
     controller: Literal["pi", "model"] | None = None,
-    flange: bool = False,
     supply: options.Bar | None = None,
     play: options.Millimetres | None = None,
     lost_imu: Annotated[str | None, options.called("FROM,TO")] = None,
-    drift: Annotated[float | None, options.called("DEG_S")] = None,
-    noise: options.Degrees | None = None,
-    delay: options.Seconds | None = None,
-    seed: Annotated[int, options.called("N")] = 0,
     fault: Annotated[options.Texts, options.called("KIND,LIMB,START")] = (),
     lost_beyond: options.Millimetres | None = None,
     lower_in: options.Seconds | None = None,
     worn: options.Worn = options.Worn(),
     read_as: ReadAs = ReadAs(),
     no_progress: bool = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[Path | None, draws("everything over time; as a page an animation", ".html")] = None,
+    files: Files = Files(),
 ) -> None:
     """Simulate the built machine with drives, sensor and controller.
 
@@ -140,8 +134,6 @@ def track(
     controller : str, optional
         One PI controller for each limb (pi), or a model-based controller (model) (default: as in the
         experiment; of a redundant design that measures more than lengths model, else pi).
-    flange : bool
-        With the second flange bearing of Section 5.4.3.
     supply : float, optional
         Gauge pressure of the air for muscles, bar (default: as in the experiment).
     play : float, optional
@@ -149,14 +141,6 @@ def track(
         none).
     lost_imu : str, optional
         Interval without readings of the inertial sensor, s.
-    drift : float, optional
-        Drift of the inertial sensor, degrees a second (default 0).
-    noise : float, optional
-        Noise of the inertial sensor, degrees (default 0).
-    delay : float, optional
-        Delay of the inertial sensor, s (default 0).
-    seed : int
-        Seed of the noise.
     fault : tuple of str
         Kind (torn, burst, stuck-open, stuck-shut, no-current, jam, encoder-loss or supply-drop), number of the limb
         from 1, or all, and time in s; may be repeated.
@@ -176,7 +160,7 @@ def track(
     exo-pin track prototype --trajectory examples/lift.csv --fault burst,3,1
     exo-pin track four-linear-actuators-worn --fault torn,1,1 --lost-beyond 10 --lower-in 3
     """
-    from ..control import Fault, experiments
+    from ..control import Fault, Imu, experiments
     from ..control import experiment as named
     from ..control.controllers.model_controller import gains_for
     from ..control.experiments.tracking_report import labelled
@@ -192,10 +176,6 @@ def track(
         raise InvalidInput(f"expected the design first: exo-pin track DESIGN --trajectory {design}")
     chosen = _of_design(design, side, trajectory, worn, read_as) if experiment is None else named(experiment)
     changes: dict[str, Any] = {} if controller is None else {"controller": controller}
-    if flange:
-        if chosen.mechanism.shoulder.half_diagonal is None:
-            raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
-        changes["second_flange"] = True
     if supply is not None:
         from ..muscle.valve.flow import Supply
 
@@ -206,8 +186,9 @@ def track(
         if not any(hasattr(drive, "play") for drive in chosen.plant.drives):
             raise InvalidInput(f"--play is for winches and linear actuators, and {chosen.mechanism.name} has none")
         changes["play"] = 1e-3 * play
-    if any(value is not None for value in (noise, drift, delay, lost_imu)):
-        changes["imu"] = _imu(noise, drift, delay, lost_imu, seed)
+    if lost_imu is not None:
+        start, end = options.numbers(lost_imu, "2 numbers with a comma between them for --lost-imu", 2)
+        changes["imu"] = Imu(lost=((start, end),))
     if fault:
         count = chosen.plant.count
         texts = [text.replace(",all,", f",{limb},", 1) for text in fault for limb in _limbs(text, count)]
@@ -231,16 +212,12 @@ def track(
         felt = exo.joint_contact_of_run(tracking, worn.muscles(), progress).summary()
     report: dict[str, Any] = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
     report |= {"cautions": tracking.cautions, "findings": tracking.findings}
-    deliver(
+    files.deliver(
         "\n".join([str(tracking), *(f"{labelled(key):26} {value:.4g}" for key, value in felt.items())]),
         tracking,
         data=lambda: document(TrackSummary, {**report, "numbers": {**tracking.summary(), **felt}}),
         exo=exo,
-        figure=tracking.plot,
         page=lambda: _recording(exo, tracking),
-        json=json,
-        out=out,
-        plot=plot,
     )
 
 
@@ -267,22 +244,6 @@ def _limbs(fault: str, count: int) -> range:
     return range(1, count + 1) if ",all," in fault else range(1)
 
 
-def _imu(noise: float | None, drift: float | None, delay: float | None, lost: str | None, seed: int) -> Any:
-    """The inertial sensor."""
-    from ..control import Imu
-
-    given: dict[str, Any] = {}
-    for name, value, unit in (("noise", noise, "degrees"), ("drift", drift, "degrees a second"), ("delay", delay, "s")):
-        if value is None:
-            continue
-        if name != "drift" and not value >= 0.0:
-            raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
-        given[name] = value if unit == "s" else np.radians(value)
-    if lost is not None:
-        given["lost"] = (tuple(options.numbers(lost, "2 numbers with a comma between them for --lost-imu", 2)),)
-    return Imu(seed=seed, **given)
-
-
 def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     from ..view import Scene
     from ..view.scene.scene_recording import record_run
@@ -290,13 +251,13 @@ def _recording(exo: ShoulderExo, tracking: Tracking) -> Any:
     return record_run(Scene(exo), tracking.run)
 
 
+@writes(".json", ".csv", ".xlsx")
 def thesis(
     *,
     section: Annotated[str | None, options.called("LABEL")] = None,
     all: bool = False,
     reasons: bool = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """Count the numbers that the thesis prints, chapter by chapter, beside what is computed here, with a verdict.
 
@@ -330,21 +291,22 @@ def thesis(
         parts.append(_reasons(sections))
     else:
         parts.append("--section LABEL shows one section, --reasons the numbers that have no row")
-    deliver(
+    files.deliver(
         "\n\n".join(part for part in parts if part),
         data=lambda: document(Thesis, _as_data(sections, rows)),
         columns=lambda: {name: [getattr(row, name) for row in rows] for name in _TEXTS},
-        json=json,
-        out=out,
     )
+
+
+def _without_row(sections: list[Section]) -> list[tuple[Section, Any]]:
+    """Sections and entries of numbers without a row."""
+    return [(section, entry) for section in sections for entry in section.entries if entry.reason]
 
 
 def _reasons(sections: list[Section]) -> str:
     lines = [
         f"{section.label}: {entry.about}: {entry.printed or f'{entry.cells} numbers'}: {entry.reason}"
-        for section in sections
-        for entry in section.entries
-        if entry.reason
+        for section, entry in _without_row(sections)
     ]
     return "\n".join(["Numbers without a row, and why:", *lines]) if lines else ""
 
@@ -356,9 +318,7 @@ def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
         "rows": rows,
         "without_row": [
             {"section": section.label, **{name: getattr(entry, name) for name in names}}
-            for section in sections
-            for entry in section.entries
-            if entry.reason
+            for section, entry in _without_row(sections)
         ],
     }
 
@@ -373,70 +333,40 @@ def warm_up() -> None:
     exo-pin warm-up
     """
     from ..core.compiled import compilations, kernels, mode
-
-    with mode("compiled"):
-        exo = load("prototype")
-        _compile_kinematics(exo)
-        _compile_forces(exo)
-        _compile_workspaces()
-        _compile_motion(exo)
-        _compile_report()
-    ready = sum(each.is_ready for each in kernels())
-    print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
-
-
-def _few(count: int) -> Any:
-    """A pose, and a stack of poses, which compile apart."""
-    return shoulder_rotation(np.linspace(20.0, 60.0, count), 10.0, 5.0, degrees=True)
-
-
-def _compile_kinematics(exo: ShoulderExo) -> None:
-    for pose in (_few(1)[0], _few(2)):
-        state = exo.inverse_kinematics(pose)
-        x, y = state.base_theta_x, state.base_theta_y
-        exo.forward_kinematics(state.lengths)
-        for angles in ({"theta_x": x}, {"theta_y": y}, {"theta_x": x, "theta_y": y}):
-            exo.forward_kinematics_from_base_angles(**angles)
-        exo.jacobian(pose)
-        exo.singularity(pose)
-    chain = exo.chain
-    q, v = chain.close(chain.neutral()), np.zeros(chain.model.nv)
-    chain.mobility(q)
-    chain.inverse_dynamics(q, v, v)
-
-
-def _compile_forces(exo: ShoulderExo) -> None:
-    rigid = [name for name, law in SPLITS.items() if not law.determines_sides]
-    for pose in (_few(1)[0], _few(2)):
-        for split in rigid:
-            exo.reaction(pose, split=split)
-            exo.reaction(pose, split=split, limits="pull")
-        exo.reaction(pose, constraint_bounds="actuator", split="minimal")
-    for split in rigid:
-        exo.reaction_map(_few(3), split=split)
-
-
-def _compile_report() -> None:
-    # Suggestions, margins and twins, too; its pictures need an extra, which may be missing.
-    with contextlib.suppress(MissingExtra), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        load(DEFAULT_PRESET).report(Wearer(1.75, 75, "male"))
-
-
-def _compile_workspaces() -> None:
     from ..workspace import Criteria
 
-    for name in ("prototype", "four-cables"):
-        exo = load(name)
+    exo, cables = load("prototype"), load("four-cables")
+    rigid = [name for name, law in SPLITS.items() if not law.determines_sides]
+    many = shoulder_rotation(np.linspace(20.0, 60.0, 3), 10.0, 5.0, degrees=True)
+    with mode("compiled"):
+        # A pose and a stack of poses compile apart.
+        for pose in (many[0], many):
+            state = exo.inverse_kinematics(pose)
+            x, y = state.base_theta_x, state.base_theta_y
+            exo.forward_kinematics(state.lengths)
+            for angles in ({"theta_x": x}, {"theta_y": y}, {"theta_x": x, "theta_y": y}):
+                exo.forward_kinematics_from_base_angles(**angles)
+            exo.jacobian(pose)
+            exo.singularity(pose)
+            for split in rigid:
+                exo.reaction(pose, split=split)
+                exo.reaction(pose, split=split, limits="pull")
+            exo.reaction(pose, constraint_bounds="actuator", split="minimal")
+        for split in rigid:
+            exo.reaction_map(many, split=split)
+        chain = exo.chain
+        q, v = chain.close(chain.neutral()), np.zeros(chain.model.nv)
+        chain.mobility(q)
+        chain.inverse_dynamics(q, v, v)
         criteria = Criteria(largest_shoulder_force=100.0, wearers=(Wearer(1.75, 75, "male"),))
-        exo.workspace(40.0, criteria)
-        exo.workspace(_few(2), criteria, Load(np.array([0.0, 0.0, -5.0])))
-
-
-def _compile_motion(exo: ShoulderExo) -> None:
-    from ..control.plant import Plant
-
-    plant = Plant(exo)
-    plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, plant.rest())
-    for each in (exo, load("four-cables")):
-        each.track("abduction", "model", duration=0.02)
+        for each in (exo, cables):
+            each.workspace(40.0, criteria)
+            each.workspace(many, criteria, Load(np.array([0.0, 0.0, -5.0])))
+            for controller in ("pi", "model"):
+                each.track("abduction", controller, duration=0.02)
+        # Suggestions, margins and twins, too; its pictures need an extra, which may be missing.
+        with contextlib.suppress(MissingExtra), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            load(DEFAULT_PRESET).report(Wearer(1.75, 75, "male"))
+    ready = sum(each.is_ready for each in kernels())
+    print(f"{ready} kernels are ready; {compilations()} functions were compiled now")

@@ -16,17 +16,24 @@ from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ..muscle.identification.static_identification import StaticIdentification, identify_static
-from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic, save_dynamic
 from ..muscle.io.measurement_files import read_measurements, read_response
-from ..muscle.io.model_files import load_parameters, muscle_model, muscle_models, save_parameters
+from ..muscle.io.model_files import (
+    dynamic_model,
+    dynamic_models,
+    load_dynamic,
+    load_parameters,
+    muscle_model,
+    muscle_models,
+    save_dynamic,
+    save_parameters,
+)
 from ..muscle.laws.dynamic import DynamicModel, G
-from ..muscle.laws.friction import ConstantFriction
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse
 from ..muscle.simulation.step_response import simulate
 from ..view.plots.muscle_plots import plot_force_map, plot_motion
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 
 _Identification = StaticIdentification | DynamicIdentification
 
@@ -64,11 +71,36 @@ class Law:
         return model if self.length_mm is None else model.scaled(self.length_mm / 1e3)
 
 
+@options.group
+@dataclass(frozen=True)
+class Hung:
+    """What hangs on the muscle.
+
+    Attributes
+    ----------
+    mass_kg : float, optional
+        Hung mass, kg.
+    weight_N : float, optional
+        Weight of the hung mass, N, instead of its mass.
+    """
+
+    mass_kg: options.Kilograms | None = None
+    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None
+
+    @property
+    def mass(self) -> float:
+        """The hung mass, kg."""
+        if (self.mass_kg is None) == (self.weight_N is None):
+            raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
+        return self.weight_N / G if self.weight_N is not None else float(self.mass_kg or 0.0)
+
+
 def named_static(name: str) -> StaticModel:
     """Return the static model of a published name or of the path of a .toml file."""
     return load_parameters(name) if name.endswith(".toml") else muscle_model(name)
 
 
+@writes(".toml", json=False)
 def muscle_identify(
     csv: Annotated[str | None, options.called("FILE")] = None,
     /,
@@ -78,11 +110,9 @@ def muscle_identify(
     diameter_mm: options.Millimetres | None = None,
     static: Annotated[str, _model("Force law that responses are fitted with", muscle_models())] = _STATIC,
     all: bool = False,
-    level: Annotated[float, options.called("SHARE")] = 0.95,
-    minutes: Annotated[float, options.called("MIN")] = 5.0,
     progress: options.Progress = False,
     name: Annotated[str, options.called("NAME")] = "identified",
-    out: Annotated[Path | None, writes(".toml", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """Fit a force law to measurements at rest, or friction and damping to responses, and write a parameter set.
 
@@ -100,10 +130,6 @@ def muscle_identify(
         Diameter of the muscle at rest, mm, against which the pull is checked.
     all : bool
         Fit every measurement instead of the region where the law holds.
-    level : float
-        Confidence of the intervals, 0 to 1.
-    minutes : float
-        When the fit to responses ends at the latest, with the best coefficients so far.
     name : str
         Name of the parameter set.
 
@@ -117,8 +143,7 @@ def muscle_identify(
         law = named_static(static)
         recordings = [_recording(path, weight, law) for path, weight in response]
         source = f"identified from {', '.join(Path(path).name for path, _ in response)}"
-        limit = 60.0 * as_positive("--minutes", minutes)
-        found: Any = identify_dynamic(recordings, law, name=name, source=source, time_limit=limit, progress=progress)
+        found: Any = identify_dynamic(recordings, law, name=name, source=source, progress=progress)
         print(taken_as_known(found.known))
         print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
         table: dict[str, Any] = {"samples": found.samples, "sigma_m": found.sigma}
@@ -143,7 +168,7 @@ def muscle_identify(
         print(taken_as_known(found.known))
         print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
         table = {"measurements": used, "rms_N": found.rms, "leave_one_out_rms_N": found.leave_one_out_rms}
-    intervals = found.intervals(level)
+    intervals = found.intervals()
     for text in found.cautions:
         print(f"Caution: {text}")
     for key, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
@@ -157,18 +182,18 @@ def muscle_identify(
                 f"pulls like a muscle of {least:.0f} to {most:.0f} mm diameter (--diameter-mm checks the force by it)"
             )
         print(f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {low:.2f} to {high:.2f} bar")
-    if out:
+    if files.out:
         table |= {
-            "level": level,
+            "level": 0.95,
             "indistinct": list(found.indistinct),
             "intervals": {key: list(map(float, pair)) for key, pair in zip(found.names, intervals, strict=True)},
         }
         if csv is None:
-            save_dynamic(found.model, out, identification=table)
+            save_dynamic(found.model, files.out, identification=table)
         else:
             table["covariance"] = [list(map(float, row)) for row in found.covariance]
-            save_parameters(found.model, out, identification=table)
-        print(out)
+            save_parameters(found.model, files.out, identification=table)
+        print(files.out)
 
 
 def _recording(path: str, weight: str, law: StaticModel) -> Recording:
@@ -177,13 +202,7 @@ def _recording(path: str, weight: str, law: StaticModel) -> Recording:
     return read_response(path, as_positive(f"the weight behind {path}", newtons) / G, law.length)
 
 
-def _deliver(
-    model: StaticModel,
-    columns: dict[str, FloatArray],
-    digits: Sequence[int],
-    out: Path | None,
-    plot: Path | None = None,
-) -> None:
+def _deliver(model: StaticModel, columns: dict[str, FloatArray], digits: Sequence[int], files: Files) -> None:
     cells = [
         [
             "none" if not np.isfinite(v) else f"{v:.{d}f}" + ("*" if masked else "")
@@ -194,22 +213,20 @@ def _deliver(
     lines = [f"{model.name}, {model.length * 1e3:g} mm", *aligned([list(columns), *zip(*cells, strict=True)])]
     if any(np.ma.getmaskarray(c).any() for c in columns.values()):
         lines.append("* outside the validity range of the model")
-    deliver(
+    files.deliver(
         "\n".join(lines),
         columns=lambda: {name: np.ma.getdata(column) for name, column in columns.items()},
         figure=lambda: plot_force_map(model),
-        out=out,
-        plot=plot,
     )
 
 
+@writes(".csv", ".xlsx", ".npz", json=False, plot="the whole force map")
 def muscle_force(
     *,
     contraction_mm: Annotated[list[options.Millimetres], Several],
     pressure_bar: Annotated[list[options.Bar], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("the whole force map")] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute the force of a muscle at a contraction and a pressure, or at a list of each.
 
@@ -234,15 +251,16 @@ def muscle_force(
         "stiffness_N_per_mm": model.stiffness(*si, outside=outside) / 1e3,
         "gain_N_per_bar": model.pressure_gain(*si, outside=outside) * BAR,
     }
-    _deliver(model, columns, (2, 3, 2, 3, 2), out, plot)
+    _deliver(model, columns, (2, 3, 2, 3, 2), files)
 
 
+@writes(".csv", ".xlsx", ".npz", json=False)
 def muscle_pressure(
     *,
     force_N: Annotated[list[options.Newtons], Several, Parameter(name="--force-N")],
     contraction_mm: Annotated[list[options.Millimetres], Several],
     law: Law = Law(),
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute the pressure that makes a muscle pull a force at a contraction.
 
@@ -260,25 +278,24 @@ def muscle_pressure(
     model = law.static
     f, x = (a.ravel() for a in np.meshgrid(force_N, contraction_mm, indexing="ij"))
     pressure = model.pressure_for(f, x / 1e3, outside=_outside(law.mark))
-    _deliver(model, {"force_N": f, "contraction_mm": x, "pressure_bar": pressure / BAR}, (2, 2, 3), out)
+    _deliver(model, {"force_N": f, "contraction_mm": x, "pressure_bar": pressure / BAR}, (2, 2, 3), files)
 
 
 def _outside(mark: bool) -> str:
     return "mark" if mark else "raise"
 
 
+@writes(".csv", ".xlsx", ".npz", json=False, plot="contraction and pressure over time")
 def muscle_step(
     *,
     to_bar: options.Bar,
-    mass_kg: options.Kilograms | None = None,
-    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    hung: Hung = Hung(),
     from_bar: options.Bar = 0.0,
     lag_s: options.Seconds = 0.1,
     duration_s: options.Seconds = 4.0,
     model: Annotated[str, _model("Dynamic model", dynamic_models())] = _DYNAMIC,
     mark: bool = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("contraction and pressure over time")] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute the response of a hung mass to a step of pressure.
 
@@ -286,10 +303,6 @@ def muscle_step(
     ----------
     to_bar : float
         Gauge pressure after the step, bar.
-    mass_kg : float, optional
-        Hung mass, kg.
-    weight_N : float, optional
-        Weight of the hung mass, N, instead of its mass.
     from_bar : float
         Gauge pressure before the step, bar.
     lag_s : float
@@ -303,7 +316,7 @@ def muscle_step(
     --------
     exo-pin muscle step --weight-N 10 --to-bar 3.6 --mark --out response.csv
     """
-    mass = _mass(mass_kg, weight_N)
+    mass = hung.mass
     law: DynamicModel = load_dynamic(model) if model.endswith(".toml") else dynamic_model(model)
     pressure = PressureStep(from_bar * BAR, to_bar * BAR, time_constant=lag_s)
     end = options.duration("--duration-s", duration_s)
@@ -316,14 +329,7 @@ def muscle_step(
     lines += _step_facts(response)
 
     columns = _columns(response)
-    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns), out=out, plot=plot)
-
-
-def _mass(mass_kg: float | None, weight_N: float | None) -> float:
-    """The hung mass, kg."""
-    if (mass_kg is None) == (weight_N is None):
-        raise InvalidInput("expected one of --mass-kg and --weight-N, got both or neither")
-    return weight_N / G if weight_N is not None else float(mass_kg or 0.0)
+    files.deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns))
 
 
 def _step_facts(response: StepResponse) -> list[str]:
@@ -343,19 +349,15 @@ def _columns(response: StepResponse) -> dict[str, Any]:
     return columns | {"inside": response.inside.astype(int)}
 
 
+@writes(".csv", ".xlsx", ".npz", json=False, plot="contraction, pressure and duty over time")
 def muscle_loop(
     *,
     to_percent: options.Percent,
-    mass_kg: options.Kilograms | None = None,
-    weight_N: Annotated[options.Newtons | None, Parameter(name="--weight-N")] = None,
+    hung: Hung = Hung(),
     length_mm: options.Millimetres = 250.0,
-    friction_N: Annotated[options.Newtons, Parameter(name="--friction-N")] = 2.5,
-    gain: Annotated[float | None, options.called("K_C")] = None,
-    integral_s: options.Seconds | None = None,
     duration_s: options.Seconds = 5.0,
     model: Annotated[str, _model("Force law", muscle_models())] = "best",
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("contraction, pressure and duty over time")] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute a step of one muscle under its PI controller, with a hung mass (Figure 5-10 of the thesis).
 
@@ -363,18 +365,8 @@ def muscle_loop(
     ----------
     to_percent : float
         Wanted contraction, % of the nominal length.
-    mass_kg : float, optional
-        Hung mass, kg.
-    weight_N : float, optional
-        Weight of the hung mass, N, instead of its mass.
     length_mm : float
         Nominal length of the muscle, mm.
-    friction_N : float
-        Dry friction of the muscle, N.
-    gain : float, optional
-        Proportional gain, share of time the valve fills per percent of error (default: Table 5-5).
-    integral_s : float, optional
-        Integral time, s (default: Table 5-5).
     duration_s : float
         How long to simulate, s.
 
@@ -382,17 +374,12 @@ def muscle_loop(
     --------
     exo-pin muscle loop --to-percent 15 --weight-N 12.74
     """
-    from ..control.controllers.thesis_controller import PIGains, table_5_5_gains
+    from ..control.controllers.thesis_controller import table_5_5_gains
     from ..control.experiments.muscle_loop import muscle_loop as simulated
-    from ..control.plant.options import PlantOptions
 
     law = named_static(model).scaled(as_positive("--length-mm", length_mm) / 1e3)
-    printed = table_5_5_gains([law.length])[0]
-    gains = PIGains(printed.K_c if gain is None else gain, printed.T_i if integral_s is None else integral_s)
-    estimates = PlantOptions(muscle_friction=ConstantFriction(as_positive("--friction-N", friction_N, zero=True)))
-    mass = _mass(mass_kg, weight_N)
-    end = options.duration("--duration-s", duration_s)
-    run = simulated(law, mass, to_percent / 100.0, gains=gains, options=estimates, duration=end)
+    gains, mass = table_5_5_gains([law.length])[0], hung.mass
+    run = simulated(law, mass, to_percent / 100.0, duration=options.duration("--duration-s", duration_s))
     settled = f"{run.settling_time:.2f} s (5 %)" if np.isfinite(run.settling_time) else "longer than the run (5 %)"
     lines = [
         f"{law.name}, {1e3 * law.length:g} mm, {mass:.3f} kg, K_c {gains.K_c:g} a percent, T_i {gains.T_i:g} s",
@@ -410,4 +397,4 @@ def muscle_loop(
         "duty": run.duty,
         "inside": run.inside.astype(int),
     }
-    deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns), out=out, plot=plot)
+    files.deliver("\n".join(lines), columns=lambda: columns, figure=lambda: plot_motion(columns))

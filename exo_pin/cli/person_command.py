@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -16,47 +14,20 @@ from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX
-from ..person import ContactOptions
 from ..view.plots.contact_plots import contact_over_box, contact_over_elevation, elevation_in_plane
 from ..view.plots.plot_style import figure_title
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 from .options.recording_options import Recording
 
 
-@options.group
-@dataclass(frozen=True)
-class Muscles:
-    """How the wearer's muscles share the load.
-
-    Attributes
-    ----------
-    cubes : bool
-        Minimise the sum of cubed instead of squared activations.
-    volumes : bool
-        Weight the activations by muscle volume.
-    passive : bool
-        Include the passive forces of stretched muscles.
-    any_direction : bool
-        Let the contact force point outside the socket's rim.
-    """
-
-    cubes: bool = False
-    volumes: bool = False
-    passive: bool = False
-    any_direction: bool = False
-
-    @property
-    def options(self) -> ContactOptions:
-        """The assumptions that the options name."""
-        return ContactOptions(
-            power=3 if self.cubes else 2,
-            weights="volume" if self.volumes else "equal",
-            passive=self.passive,
-            cone=None if self.any_direction else ContactOptions().cone,
-        )
-
-
+@writes(
+    ".json",
+    ".csv",
+    ".xlsx",
+    ".npz",
+    plot="contact force over the elevation in the plane of the pose, over the box of --map, or over time",
+)
 def person(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -75,14 +46,8 @@ def person(
     limits: options.LimitsText = "design",
     side_force_limit: options.Newtons | None = None,
     moving_centre: bool = False,
-    muscles: Muscles = Muscles(),
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[
-        Path | None,
-        draws("contact force over the elevation in the plane of the pose, over the box of --map, or over time"),
-    ] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute the contact force in the shoulder joint with the wearer's own muscles, with the device and without it.
 
@@ -125,7 +90,7 @@ def person(
         raise InvalidInput(f"{' and '.join(ways)} do not go together: give one of them")
     if map or recording:
         options.refuse(f"{ways[0]} has poses of its own", **vars(pose))
-    query: dict[str, Any] = {"options": muscles.options}
+    query: dict[str, Any] = {}
     bounds = options.limits_of(limits)
     if bare:
         given = (share, least, None if bounds == "design" else bounds)
@@ -134,7 +99,7 @@ def person(
                 "--bare is without a device: leave out --share, --least, --limits, --side-force-limit, --moving-centre"
             )
     else:
-        query |= {"person": wearer, "limits": bounds, "constraint_bounds": side_force_limit}
+        query = {"person": wearer, "limits": bounds, "constraint_bounds": side_force_limit}
         query |= {"forces": _forces(share, least), "centre_offset": wearer.centre_path() if moving_centre else None}
     asked = _Asked(exo, wearer if bare else exo, query, progress)
     if recording:
@@ -145,7 +110,7 @@ def person(
         orientation, heading = pose.of(exo), pose.words(exo)
         more = dict(zip(CLINICAL_ANGLES, pose.angles, strict=True))
         if range:
-            options.refuse("--range prints a table of assumptions", out=out)
+            options.refuse("--range prints a table of assumptions", out=files.out)
             result, figure = asked.subject.contact_range(orientation, **query), None
         else:
             result, figure = asked.subject.joint_contact(orientation, **query), lambda: asked.raised(orientation)
@@ -156,15 +121,12 @@ def person(
         figure_title(drawn, "No device" if bare else exo.name, f"{size}; {said}")
         return drawn
 
-    deliver(
+    files.deliver(
         f"{'No device' if bare else exo.device.title or exo.name}\n{heading}\n\n{result}\n\nPerson\n{wearer}",
         result,
         exo=None if bare else exo,
         columns=lambda: more | result.columns(),
         figure=titled if figure else None,
-        json=json,
-        out=out,
-        plot=plot,
     )
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,10 +13,11 @@ from cyclopts import Parameter
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
 from ..core.optional_packages import require_extra
-from ..core.schema import document
+from ..core.results import drawn
+from ..core.schema import OnDesign, document
 from ..core.tables import aligned, filled, under_verdict
 from ..core.validation import FloatArray, as_choice
-from ..design import DEFAULT_PRESET, LimbGuide, Shoulder
+from ..design import DEFAULT_PRESET
 from ..design.parameters.names import assigned
 from ..exo.pose_report import PoseReport, moving_mass, report_on_pose, with_muscles
 from ..exo.shoulder_exo import ShoulderExo
@@ -25,20 +25,16 @@ from ..person.contact.result import JointContact
 from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reaction_table
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
-from .command import deliver, draws, writes
+from .command import Files, writes
 from .options.recording_options import Recording
 
 
 @dataclass(frozen=True)
-class PoseDocument:
+class PoseDocument(OnDesign):
     """Forces in a pose, a member a split, with what stands beside them.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the design.
-    side : str
-        Side of the body.
     pose : dict of str to float
         Clinical angles as they were asked for, degrees.
     centre_offset_mm : list of float
@@ -51,8 +47,6 @@ class PoseDocument:
         The load of the joint with the wearer's own muscles.
     """
 
-    mechanism: str
-    side: str
     pose: dict[str, float]
     report: PoseReport
     centre_offset_mm: list[float] | None = None
@@ -64,6 +58,7 @@ class PoseDocument:
     with_muscles: JointContact | None = None
 
 
+@writes(".json", ".csv", ".xlsx", ".npz", plot="the pose, the poses of --to, or the movement")
 def reaction(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -81,17 +76,13 @@ def reaction(
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
     split: options.Split | None = None,
     compare: Annotated[list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1))] = None,
-    shoulder_stiffness: Annotated[float | None, options.called("N_PER_M")] = None,
-    guide: Annotated[tuple[float, float] | None, options.called("EI GJ")] = None,
     require_hold: bool = False,
     explain: bool = False,
     muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
     strength: options.Percent | None = None,
     table: bool = False,
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("the pose, the poses of --to, or the movement")] = None,
+    files: Files = Files(),
 ) -> int:
     """Compute the force on the shoulder and the forces in the limbs, in one pose of the arm or along a movement.
 
@@ -106,10 +97,6 @@ def reaction(
         For --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force.
     compare : list of str, optional
         A table with a column for each of these assumptions (default: all that need no stiffness).
-    shoulder_stiffness : float, optional
-        For --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says).
-    guide : tuple of float, optional
-        For --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed).
     require_hold : bool
         End with exit status 1 unless the device is known to hold the pose.
     explain : bool
@@ -148,7 +135,7 @@ def reaction(
       0.02,0.3,0.0,0.0
     or .mot and .sto of OpenSim, .mvnx, Xsens DOT and Awinda, APDM, .c3d; exo-pin record FILE says what it holds
     """
-    exo = _fitted(worn.load(design, side), shoulder_stiffness, guide)
+    exo = worn.load(design, side)
     query = {
         "split": split or Assumptions.split,
         "constraint_bounds": _bounds(side_force_limit),
@@ -157,7 +144,6 @@ def reaction(
         "limits": options.limits_of(limits),
         "posture": options.posture_of(posture),
     }
-    files: dict[str, Any] = {"json": json, "out": out, "plot": plot}
     of_one_pose: dict[str, Any] = {"compare": compare, "muscles": muscles, "table": table, "explain": explain}
     of_one_pose |= {"over_postures": over_postures, "strength": strength}
     if recording:
@@ -169,7 +155,7 @@ def reaction(
         answers = [_way(exo, query, way.angles(pose), files)]
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
-        wearer = _wearer(worn, muscles, json or table or compare is not None, strength)
+        wearer = _wearer(worn, muscles, files.json or table or compare is not None, strength)
         report = report_on_pose(exo, answers[0], wearer, muscles is True, pose.angles, offset)
         parts = [] if compare is None and not table and not explain else [_head(exo, pose, offset)]
         if compare is None and not table:
@@ -177,16 +163,15 @@ def reaction(
         else:
             parts += [reaction_table(answers), *([] if report.contact is None else [with_muscles(report.contact)])]
         if over_postures:
-            options.refuse("--over-postures prints a line", json=json)
+            options.refuse("--over-postures prints a line", json=files.json)
             parts.append(filled(f"|F_s| {posture_range(exo, answers[0].case, answers[0].assumptions)}."))
-        deliver(
+        files.deliver(
             "\n\n".join(parts),
             data=lambda: _pose_document(exo, answers, report, pose, offset),
             columns=lambda: _columns(answers, pose.angles),
             notes=lambda: answers[0].notes,
             exo=exo,
-            figure=lambda: _overview(exo, answers[0]),
-            **files,
+            figure=lambda: drawn("angle_maps:overview", exo, answers[0].case.poses, answers[0]),
         )
     # 1 with --require-hold where the device is not known to hold the pose or movement.
     return int(require_hold and not all(answer.can_hold.all() for answer in answers))
@@ -200,17 +185,6 @@ def _head(exo: ShoulderExo, pose: options.Pose, offset: options.Offset) -> str:
     return "\n".join(head)
 
 
-def _fitted(exo: ShoulderExo, stiffness: Any, rigidity: tuple[float, float] | None) -> ShoulderExo:
-    """The design with the stiffnesses that the options give."""
-    if stiffness is not None:
-        own = exo.device.shoulder
-        exo = exo.replace(shoulder=Shoulder(own.abduction_centre, own.half_diagonal, stiffness))
-    if rigidity is not None:
-        guide = LimbGuide(*rigidity)
-        exo = exo.replace(limbs=tuple(replace(limb, guide=guide) for limb in exo.limbs))
-    return exo
-
-
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
@@ -218,20 +192,18 @@ def _bounds(limit: str | None) -> ConstraintBounds:
     return (-newtons, newtons)
 
 
-def _movement(
-    exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: dict[str, Any]
-) -> Reaction:
+def _movement(exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: Files) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
         warnings.simplefilter("ignore", NoisyMovement)
         answer = exo.follow(recording.movement(exo.side), static=recording.static, progress=progress, **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(answer.movement.times)} samples; "
     text = f"{head}{moving_mass(exo.device)}\n\n{answer}"
-    deliver(text, answer, exo=exo, figure=lambda: answer.plot(side=exo.side), **files)
+    files.deliver(text, answer, exo=exo, figure=lambda: answer.plot(side=exo.side))
     return answer.reaction
 
 
-def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, Any]) -> Reaction:
+def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: Files) -> Reaction:
     """Forces in poses on the way from one pose to another."""
     answer = exo.reaction(exo.pose(*angles.T), **query)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, {len(angles)} poses; {moving_mass(exo.device)}"
@@ -241,14 +213,13 @@ def _way(exo: ShoulderExo, query: dict[str, Any], angles: Any, files: dict[str, 
     parts += [filled(cuff)] if (cuff := answer.cuff_text()) else []
     most = int(np.ptp(angles, axis=0).argmax())
     along = f"{CLINICAL_ANGLES[most].removesuffix('_deg').replace('_', ' ')}, °"
-    deliver(
+    files.deliver(
         "\n\n".join([*parts, filled(str(answer.certificate))]),
         answer,
         exo=exo,
         columns=lambda: answer.columns() | dict(zip(CLINICAL_ANGLES, angles.T, strict=True)),
         # A way that goes nowhere is drawn pose by pose.
         figure=lambda: answer.plot(angles[:, most], along) if np.ptp(angles[:, most]) > 0.0 else answer.plot(),
-        **files,
     )
     return answer
 
@@ -267,12 +238,6 @@ def _way_table(angles: FloatArray, answer: Reaction) -> str:
         [f"{value + 0.0:.1f}" if np.isfinite(value) else "-" for value in np.round(c, 1)] for c in columns.values()
     ]
     return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
-
-
-def _overview(exo: ShoulderExo, answer: Reaction) -> Any:
-    from ..view.plots.angle_maps import overview
-
-    return overview(exo, answer.case.poses, answer)
 
 
 def _wearer(worn: options.Worn, muscles: bool | None, plain: bool, strength: float | None) -> Any:
@@ -333,6 +298,7 @@ def _pose_document(
     return document(PoseDocument, body | {"provenance": answers[0].provenance}, "pose")
 
 
+@writes(".csv", ".xlsx", ".json", plot="shoulder force with each quantity at its ends")
 def uncertainty(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -346,9 +312,7 @@ def uncertainty(
     split: options.Split = str(Assumptions.split),
     uncertain: Annotated[options.Texts, options.called("NAME=SIZE")] = (),
     all: Annotated[int | None, options.called("DRAWS")] = None,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[Path | None, draws("shoulder force with each quantity at its ends")] = None,
+    files: Files = Files(),
 ) -> None:
     """Change one uncertain quantity of device, fit, pose and masses at a time, and show how the shoulder force changes.
 
@@ -390,6 +354,6 @@ def uncertainty(
             options.refuse("--all is of a pose", trajectory=recording.trajectory, offset=offset)
         person = worn.muscles(side=exo.side) if worn.person else None
         del query["centre_offset"]
-        answer = exo.total_uncertainty(poses, person, **query, uncertainties=stated, draws=all, progress=not json)
+        answer = exo.total_uncertainty(poses, person, **query, uncertainties=stated, draws=all, progress=not files.json)
     head = f"{exo.device.title or exo.name}\n{exo.side} shoulder, split {split}"
-    deliver(f"{head}\n\n{answer}", answer, exo=exo, json=json, out=out, plot=plot)
+    files.deliver(f"{head}\n\n{answer}", answer, exo=exo)

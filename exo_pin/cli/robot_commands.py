@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import Parameter
 
-from ..chain import PULL, ClosedChain
+from ..chain import ClosedChain
 from ..chain.dynamics.reactions import ClosedForces
 from ..chain.dynamics.wrenches import JointReaction, what_is_open
-from ..chain.kinematics.mobility import PARTS_OF_POSE
 from ..core.errors import InvalidInput
-from ..core.schema import joined
+from ..core.schema import OnDesign, joined
 from ..core.tables import three_digits
 from ..core.validation import FloatArray, as_finite
 from ..design import DEFAULT_PRESET
 from ..exo.loading import load
 from ..exo.shoulder_exo import ShoulderExo
 from . import options
-from .command import deliver, writes
+from .command import Files, writes
 from .reaction_command import reaction
 
 #: Units of a joint's value, longer endings first, in SI.
@@ -36,19 +33,10 @@ def mobility(
     pose: options.Pose = options.Pose(),
     set: options.Joints = (),
     leave_out: options.LeaveOut = (),
-    frame: Annotated[str | None, options.called("NAME")] = None,
-    part: Annotated[str, Parameter(choices=tuple(PARTS_OF_POSE))] = "pose",
 ) -> None:
     """Count the degrees of freedom of a design or of any robot with closed loops.
 
     Names redundant closures, and prints the distance from a singular configuration.
-
-    Parameters
-    ----------
-    frame : str, optional
-        Body whose motion is counted (default: the arm that the closures file names).
-    part : str
-        Which part of its motion is counted: position, orientation, or both (pose).
 
     Examples
     --------
@@ -57,7 +45,7 @@ def mobility(
     """
     exo = load(design, side=side, leave_out=leave_out)
     chain, q = exo.chain, configuration(exo, pose, set)
-    print(f"{exo.name}\n{chain.mobility(q, frame=frame, part=part)}")
+    print(f"{exo.name}\n{chain.mobility(q)}")
     beyond = chain.beyond_limits(q)
     if beyond:
         print(f"beyond their limits  {', '.join(beyond)}")
@@ -66,15 +54,11 @@ def mobility(
 
 
 @dataclass(frozen=True)
-class RobotForces:
+class RobotForces(OnDesign):
     """Efforts and joint reactions of a chain at rest.
 
     Attributes
     ----------
-    mechanism : str
-        Name of the robot.
-    side : str
-        Side of the body.
     forces : ClosedForces
         Of all joints, N and N m.
     efforts : dict
@@ -85,14 +69,13 @@ class RobotForces:
         What to mind.
     """
 
-    mechanism: str
-    side: str
     forces: ClosedForces
     efforts: dict[str, Any]
     reactions: dict[str, JointReaction]
     cautions: list[str]
 
 
+@writes(".json")
 def forces(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -105,12 +88,7 @@ def forces(
     joint: Annotated[options.Texts, options.called("NAME")] = (),
     actuated: Annotated[str | None, options.called("NAME,...")] = None,
     external: Annotated[options.Texts, options.called("FRAME=FX,FY,FZ[,MX,MY,MZ]")] = (),
-    pull: bool = False,
-    least: Annotated[str | None, options.called("NAME")] = None,
-    at: Annotated[str, options.called("FRAME")] = "origin",
-    in_frame: Annotated[str, options.called("FRAME", name="--in")] = "world",
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> int:
     """Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops.
 
@@ -125,14 +103,6 @@ def forces(
         Joints with an actuator (default: as in the file).
     external : tuple of str
         Force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up.
-    pull : bool
-        Let actuators only pull (slides only shorten).
-    least : str, optional
-        Minimise the force in this joint or closure.
-    at : str
-        Report moments about the origin of this frame (origin: the joint's own).
-    in_frame : str
-        Report along the axes of this frame.
 
     Examples
     --------
@@ -142,8 +112,8 @@ def forces(
     exo = worn.load(design, side, leave_out)
     chain = exo.chain
     if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
-        if not any((joint, actuated, external, pull, least, set, leave_out)):
-            return reaction(design, side=side, pose=pose, worn=worn, json=json, out=out)
+        if not any((joint, actuated, external, set, leave_out)):
+            return reaction(design, side=side, pose=pose, worn=worn, files=files)
         device = exo.chain_device
         parts: list[Any] = [*device.springs, *(drive for drive in device.drives if drive.route is not None)]
         if parts:
@@ -152,22 +122,16 @@ def forces(
                 f"pose without options of the chain, or exo-pin reaction {design}"
             )
     driven = chain.roles.actuated if actuated is None else tuple(actuated.split(","))
-    found = chain.inverse_dynamics(
-        configuration(exo, pose, set),
-        external=_wrenches(external),
-        actuated=driven,
-        effort_bounds=dict.fromkeys(driven, PULL) if pull else None,
-        objective=None if least is None else {least: [1.0] * 3 + [0.0] * 3},
-    )
+    found = chain.inverse_dynamics(configuration(exo, pose, set), external=_wrenches(external), actuated=driven)
     names = joint or _default_joints(chain)
-    reactions = {name: found.joint_reaction(name, at=at, in_frame=in_frame) for name in names}
+    reactions = {name: found.joint_reaction(name) for name in names}
     lines = [exo.name, *(f"Caution: {text}" for text in found.cautions)]
     lines += [f"Left out: {text}" for text in chain.description.left_out]
     lines += [line for name in driven for line in _effort_lines(chain, found, name)]
     if any(chain.metres[chain.velocity_slice(name)].any() for name in driven):
         lines.append("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
     efforts = {name: {"value": found.effort(name), "interval": found.effort_interval(name)} for name in driven}
-    deliver(
+    files.deliver(
         "\n".join([*lines, *(f"\n{each}" for each in reactions.values())]),
         data=lambda: joined(
             RobotForces,
@@ -178,8 +142,6 @@ def forces(
             cautions=found.cautions,
         ),
         exo=exo,
-        json=json,
-        out=out,
     )
     return 0
 
@@ -237,14 +199,8 @@ def configuration(exo: ShoulderExo, pose: options.Pose, joints: options.Texts) -
     return chain.close(q, hold=held)
 
 
-def joint_value(text: str) -> tuple[str, float]:
-    """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, value, _ = _parsed(text)
-    return joint, value
-
-
-def _parsed(text: str) -> tuple[str, float, bool]:
-    """The joint, its value in SI, and whether that is a length."""
+def joint_value(text: str) -> tuple[str, float, bool]:
+    """The joint and the number, rad or m, of JOINT=VALUE, and whether that is a length."""
     joint, _, value = text.partition("=")
     unit = next((unit for unit in _UNITS if value.endswith(unit)), None)
     expected = "--set JOINT=VALUE with a unit, such as hip=23deg or rod=40mm"
@@ -255,7 +211,7 @@ def _parsed(text: str) -> tuple[str, float, bool]:
 
 def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
     """Put JOINT=VALUE into q and return the joint's name."""
-    joint, value, is_length = _parsed(text)
+    joint, value, is_length = joint_value(text)
     part, moved = chain.configuration_slice(joint), chain.velocity_slice(joint)
     if moved.stop - moved.start != 1:
         raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")

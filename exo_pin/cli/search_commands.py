@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import shlex
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,14 +29,15 @@ from ..workspace.optimisation import OBJECTIVES
 from ..workspace.optimisation.starting_designs import joints_and_variables, starting_actuator
 from ..workspace.summary import workspace_document
 from . import options
-from .command import deliver, draws, writes
-from .options.criteria_options import Judged, metres
+from .command import Files, Words, writes
+from .options.criteria_options import Judged
 
 #: In place of a design whose moving part rides on the arm: the cuff that each design's own joints ask for.
 _BY_GEOMETRY = "geometry"
 Interval = Annotated[str | None, options.called("LOW:HIGH")]
 
 
+@writes(".json", ".csv", ".xlsx", ".npz", plot="the poses inside and outside")
 def workspace(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -53,9 +54,7 @@ def workspace(
     limb_loss: bool = False,
     draw: Literal["slices", "ball"] = "slices",
     muscles: options.Muscled = None,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".json", ".csv", ".xlsx", ".npz")] = None,
-    plot: Annotated[Path | None, draws("the poses inside and outside")] = None,
+    files: Files = Files(),
 ) -> None:
     """List which poses of a grid a design reaches, holds and keeps safe, and how many poses each criterion excludes.
 
@@ -90,10 +89,10 @@ def workspace(
         joint = joint_figures(exo, inside, {})
     parts = [_joint_words(joint, len(inside)), str(found), *([str(found.one_by_one())] if one_by_one else [])]
     if limb_table:
-        options.refuse("--limb-table prints a table", json=json)
+        options.refuse("--limb-table prints a table", json=files.json)
         parts.append(limb_sheet(exo.device, table_of_limbs(exo.device, found)))
     if limb_loss:
-        options.refuse("--limb-loss prints a table", json=json)
+        options.refuse("--limb-loss prints a table", json=files.json)
         left = loss_of_limbs(exo.device, found)
         parts += [str(left), filled(limb_loss_words(left))]
 
@@ -103,15 +102,12 @@ def workspace(
         return rotation_ball(found) if draw == "ball" else workspace_slices(found)
 
     asked = {"centre_offset_mm": list(offset or (0.0, 0.0, 0.0)), "moving_centre": moving_centre}
-    deliver(
+    files.deliver(
         "\n\n".join(part for part in parts if part),
         found,
         data=lambda: workspace_document(found, asked | joint),
         exo=exo,
         figure=figure,
-        json=json,
-        out=out,
-        plot=plot,
     )
 
 
@@ -170,7 +166,7 @@ class Start:
         self, design: str | None, side: Literal["left", "right"] | None, worn: options.Worn, name: str
     ) -> ShoulderExo:
         """The design to start from."""
-        travel = metres(self.travel)
+        travel = None if self.travel is None else 1e-3 * self.travel
         if design is not None or not self.is_new:
             of_new = {key: getattr(self, key) for key in ("limbs", "family", "force_law", "device", "supply")}
             options.refuse("a new design has no file", **of_new)
@@ -190,6 +186,7 @@ class Start:
         return ShoulderExo.from_mechanism(starting_design(actuator, arm, self.limbs or 4, on, name, device))
 
 
+@writes(".toml", ".json", plot="the runs and the front, by the first two objectives")
 def optimise(
     design: Annotated[str | None, options.called("DESIGN")] = None,
     /,
@@ -214,9 +211,8 @@ def optimise(
     storage: Annotated[str | None, options.called("FILE|URL")] = None,
     name: Annotated[str, options.called("NAME")] = "study",
     progress: options.Progress = False,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".toml", ".json")] = None,
-    plot: Annotated[Path | None, draws("the runs and the front, by the first two objectives")] = None,
+    files: Files = Files(),
+    words: Words = (),
 ) -> None:
     """Search for a design that reaches and holds as many poses as it can.
 
@@ -260,7 +256,6 @@ def optimise(
     exo-pin optimise --limbs 4 --family cable --person 1.75,75,male --budget 20000 --progress --out best.toml
     exo-pin optimise four-cables --refine --vary cuff_height_mm=150:250 --budget 200 --run-length 200
     """
-    given = dict(locals())
     require_extra("optimise")
     exo = start.load(design, side, worn, name)
     wearer = worn.muscles(side=exo.side) if "contact_force" in objective and worn.person is not None else None
@@ -289,7 +284,7 @@ def optimise(
         name=name,
         progress=progress,
     )
-    command = _command(given, design or (None if start.is_new else DEFAULT_PRESET))
+    command = _command(words, None if design or start.is_new else DEFAULT_PRESET)
 
     def save(path: Path) -> None:
         # The best first; of several objectives the whole front, numbered in the order in which it is printed.
@@ -299,33 +294,20 @@ def optimise(
             sources = {**best.device.sources, "mechanism": f"found by: {command}"}
             best.replace(name=name, sources=sources).save(where)
 
-    deliver(found, found, save=save, exo=exo, json=json, out=out, plot=plot)
+    files.deliver(found, found, save=save, exo=exo)
 
 
-def _command(given: dict[str, Any], design: str | None) -> str:
-    """The command that finds the same design again, whatever the storage."""
-    flat: dict[str, Any] = {}
-    own_defaults = inspect.signature(optimise).parameters
-    for name, value in given.items():
-        group = is_dataclass(value)
-        own = {each.name: each.default for each in fields(value)} if group else {name: own_defaults[name].default}
-        # What is empty or zero is said where it is not so by default.
-        flat |= {
-            key: each for key, each in (vars(value) if group else {name: value}).items() if each or each != own[key]
-        }
-    words = ["exo-pin optimise", *([] if design is None else [design])]
-    for name, value in flat.items():
-        option = f"--{name.replace('_', '-')}"
-        if name in ("design", "storage", "name", "progress", "json", "out", "plot"):
-            continue
-        if value is True:
-            words.append(option)
-        elif name == "offset":
-            words += [option, *(f"{each:g}" for each in value)]
-        else:
-            for each in value if isinstance(value, tuple) else (value,):
-                words += [option, shlex.quote(f"{each:g}" if isinstance(each, float) else str(each))]
-    return " ".join(words)
+def _command(words: Sequence[str], design: str | None) -> str:
+    """The command that finds the same design again, whatever the storage and files; with ``design`` if it has none."""
+    kept, left = ["exo-pin", "optimise", *([] if design is None else [design])], iter(words)
+    for word in left:
+        option, has_value, _ = word.partition("=")
+        if option in ("--storage", "--name", "--out", "--plot"):
+            if not has_value:
+                next(left, None)
+        elif option not in ("--progress", "--json"):
+            kept.append(word)
+    return shlex.join(kept)
 
 
 def _interval(name: str, text: str) -> tuple[float, float]:

@@ -47,7 +47,6 @@ def view(
     worn: options.Worn = options.Worn(),
     limbs: Annotated[str, Parameter(choices=tuple(LIMB_STYLES))] = "rods",
     mannequin: bool = False,
-    bare: bool = False,
     no_human: bool = False,
     scale: options.Newtons | None = None,
     size: Annotated[str, options.called("WxH")] = "1280x800",
@@ -73,8 +72,6 @@ def view(
         How limbs are drawn.
     mannequin : bool
         With --person: draw a human figure instead of bones and muscles (those need the extra 'person').
-    bare : bool
-        With --person: bones and muscles without the device (needs the extra 'person').
     no_human : bool
         Draw no person.
     scale : float, optional
@@ -102,22 +99,18 @@ def view(
         why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
         options.refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
         scene = ChainScene(exo.chain, exo.urdf)
-        scene.move(dict(map(joint_value, set)))
+        scene.move({joint: value for joint, value, _ in map(joint_value, set)})
         said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
     else:
         if plot is not None and plot.suffix.lower() == ".png":
             find_browser()  # a missing one is told before anything is drawn
         drawn = worn.person is not None and not mannequin and not no_human
-        if bare and not drawn:
-            raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
         looks: dict[str, Any] = {}
         if drawn:
             try:
                 require_extra("person")
-                looks = {"person": worn.muscles(), "device": not bare}
+                looks = {"person": worn.muscles()}
             except MissingExtra as error:
-                if bare:
-                    raise
                 options.caution(f"bones and muscles are not drawn: {error}")
         arrow = None if scale is None else 0.1 / as_positive("--scale", scale)
         scene = Scene(exo, human=False if no_human else None, limbs=limbs, metres_per_newton=arrow, **looks)

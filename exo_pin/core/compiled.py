@@ -190,29 +190,25 @@ class Kernel:
     @property
     def plain(self) -> Any:
         """The form that Python runs: a function, to be called with NumPy numbers under ``np.errstate``."""
-        if self._plain is None:
-            with lock:
-                if self._plain is None:
-                    self._plain = self._make_plain()
-        return self._plain
+        return self._made("_plain", self._make_plain)
 
     @property
     def compiled(self) -> Any:
         """The form that Numba compiles: a dispatcher, which compiles for the types it is called with."""
-        if self._compiled is None:
-            with lock:
-                if self._compiled is None:
-                    self._compiled = self._make_compiled()
-        return self._compiled
+        return self._made("_compiled", self._make_compiled)
 
     @property
     def part(self) -> Any:
         """The compiled form that compiled forms of other kernels call: Python cannot."""
-        if self._part is None:
+        return self._made("_part", functools.partial(self._make_compiled, part=True))
+
+    def _made(self, name: str, make: Callable[[], Any]) -> Any:
+        """A form, made once by the first thread that asks for it."""
+        if getattr(self, name) is None:
             with lock:
-                if self._part is None:
-                    self._part = self._make_compiled(part=True)
-        return self._part
+                if getattr(self, name) is None:
+                    setattr(self, name, make())
+        return getattr(self, name)
 
     @functools.cached_property
     def stamp(self) -> str:
@@ -302,27 +298,17 @@ class Kernel:
                 update(f"{name} {_identity(scope[name])} ".encode())
 
 
-def kernel(
-    function: Callable[..., Any] | None = None,
-    *,
-    inline: bool = False,
-    fills: bool = False,
-    stack: bool = False,
-    cost: int = 1,
-) -> Any:
+def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
 
     Parameters
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, fills, stack : bool
-    cost : int
+    **options
         See :class:`Kernel`.
     """
-    if function is None:
-        return lambda decorated: Kernel(decorated, inline, fills, stack, cost)
-    return Kernel(function, inline, fills, stack, cost)
+    return functools.partial(kernel, **options) if function is None else Kernel(function, **options)
 
 
 def kernels() -> tuple[Kernel, ...]:

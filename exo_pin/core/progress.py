@@ -8,7 +8,6 @@ import os
 import pickle
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -99,19 +98,6 @@ def _require_picklable(task: Any) -> None:
         pickle.dumps(task)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise InvalidInput(f"expected values and options that another process can be sent: {error}") from error
-
-
-def processes(count: int) -> AbstractContextManager[Executor | None]:
-    """A pool of so many processes, for a ``with``; None for one, which is here.
-
-    Fresh processes: a fork would copy locks that compiled code may hold.
-    """
-    if count == 1:
-        return nullcontext()
-    from concurrent.futures import ProcessPoolExecutor  # here: they take time to import
-    from multiprocessing import get_context
-
-    return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=end_with_parent)
 
 
 def end_with_parent() -> None:

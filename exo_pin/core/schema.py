@@ -149,6 +149,22 @@ def _present(units: Mapping[str, Any], body: Any) -> dict[str, Any]:
     return found
 
 
+@dataclasses.dataclass(frozen=True)
+class OnDesign:
+    """Base of records with several answers on a design.
+
+    Attributes
+    ----------
+    mechanism : str
+        Name of the design.
+    side : str
+        Side of the body.
+    """
+
+    mechanism: str
+    side: str
+
+
 def joined(kind: type, exo: Any, **answers: Any) -> dict[str, Any]:
     """A document of several answers on a design."""
     return document(kind, {"mechanism": exo.name, "side": exo.side, **answers})

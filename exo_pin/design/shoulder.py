@@ -23,6 +23,7 @@ from ..core.validation import (
     as_real,
     frozen,
     require_type,
+    require_types,
     set_fields,
     set_positive,
 )
@@ -351,8 +352,7 @@ class Interfaces:
         set_positive(self, "cuff_area", optional=True)
         if self.cuff_area is not None and self.cuff_area > _LARGEST_AREA:
             raise InvalidInput(f"expected cuff_area in m², at most {_LARGEST_AREA:g}, got {self.cuff_area:g} (cm²?)")
-        for name in ("harness", "cuff"):
-            require_type(name, getattr(self, name), Interface | None)
+        require_types(self, harness=Interface | None, cuff=Interface | None)
 
     @property
     def are_rigid(self) -> bool:

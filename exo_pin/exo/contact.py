@@ -328,7 +328,8 @@ def total_uncertainty(
         wearer = person.on_side(self.side)
 
         def joint(device: Device, found: Reaction, tone: float) -> float:
-            return _joint_of(type(self).from_device(device), wearer, found, 0.01 * tone)
+            inside = with_kept(type(self).from_device(device), found, wearer, 0.01 * tone)
+            return float(inside.magnitude) if inside.has_result else np.nan
 
     assumed = Assumptions(split, limits=limits)
     return spread_of(self.device, case, assumed, title, stated, tone, draws, seed, joint, progress)
@@ -343,13 +344,12 @@ def loaded(answer: Reaction, person: Person, kept: float = 0.0) -> dict[str, Any
     return {"load": load, "options": ContactOptions(kept_activation=kept, load_on="forearm" if beyond else "upper arm")}
 
 
-def _joint_of(exo: ShoulderExo, person: Person, found: Reaction, kept: float) -> float:
-    """Force in the joint, N, where muscles keep a share of their activation and the device carries the rest."""
+def with_kept(exo: ShoulderExo, answer: Reaction, person: Person, kept: float) -> JointContact:
+    """What the joint carries at rest where muscles keep a share of their activation and the device carries the rest."""
     from ..person.contact.device import load_of_share  # here: few answers need it
 
-    case, forces = found.case, found
+    case, forces = answer.case, answer
     if kept > 0.0:
-        rest = load_of_share(1.0 - kept, person, exo.device.gravity, case.poses, None, case.load)
-        forces = solve(exo.device, replace(case, load=rest), found.assumptions)
-    inside = joint_contact(exo, case.poses, person, forces, outside="mark", **loaded(found, person, kept))
-    return float(inside.magnitude) if inside.has_result else np.nan
+        rest = load_of_share(1.0 - kept, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
+        forces = solve(exo.device, replace(case, load=rest), answer.assumptions)
+    return exo.joint_contact(case.poses, person, forces, outside="mark", **loaded(answer, person, kept))

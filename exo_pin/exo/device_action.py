@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,16 +133,9 @@ def action_of_limbs(
         if part.device:
             carried_part += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
     allowed = as_limb_limits(limits, mechanism, shape, partial(limb_lengths, mechanism, query.matrices, (base, cuff)))
-    if isinstance(forces, str):
-        as_choice("choice of limb forces", forces, _CHOSEN)
-        # A length that an actuator cannot take at all is marked by its bounds.
-        lost = np.isinf(allowed.length_error).any(axis=1, keepdims=True)
-        lower, upper = (np.where(lost, np.nan, ends) for ends in (allowed.lower, allowed.upper))
-        words, least, violated = _CHOSEN[forces], forces.removeprefix("least_"), ~allowed.reachable
-    else:
-        lower = upper = _given(forces, shape, n)
-        words, least = given_by or "given limb forces", "effort"
-        violated = hold_check(mechanism, allowed, lower, np.ones(count, dtype=bool)).violated
+    lower, upper, least, words, violated = _bounds(
+        forces, mechanism, allowed, np.ones(count, dtype=bool), shape, given_by or "given limb forces"
+    )
     sides = 0
     if constraint_bounds is None:
         words = f"{words}; no side forces"
@@ -177,7 +171,6 @@ def _action_of_drives(
     assert placed is not None
     unit = np.swapaxes(state.attached_of_f.sum(axis=1), 1, 2)  # type: ignore[attr-defined]
     alone = state.attached.sum(axis=1) + loads[2]  # type: ignore[attr-defined]
-    words, least = given_by or "given efforts of the drives", "effort"
     if isinstance(forces, str) and device.structure.held:
         raise InvalidInput(
             f"{device.name} can move while the arm rests, and its drives hold that: efforts that are chosen together "
@@ -185,15 +178,9 @@ def _action_of_drives(
         )
     known = placed.reached & placed.evaluated
     alone[~known], unit[~known] = 0.0, 0.0
-    if isinstance(forces, str):
-        as_choice("choice of limb forces", forces, _CHOSEN)
-        lost = ~known[:, None] | np.isinf(stack.limits.length_error).any(axis=1, keepdims=True)
-        lower, upper = (np.where(lost, np.nan, ends) for ends in (stack.limits.lower, stack.limits.upper))
-        words, least = _CHOSEN[forces], forces.removeprefix("least_")
-        violated = ~stack.limits.reachable
-    else:
-        lower = upper = np.where(known[:, None], _given(forces, shape, n), np.nan)
-        violated = hold_check(device, stack.limits, lower, known).violated  # type: ignore[arg-type]
+    lower, upper, least, words, violated = _bounds(
+        forces, device, stack.limits, known, shape, given_by or "given efforts of the drives"
+    )
     violated = violated | ~placed.reached | (placed.status == QUERY_STATUS.index("no_equilibrium"))
     whole = (alone.reshape(*shape, 6), unit.reshape(*shape, n, 6), lower.reshape(*shape, n), upper.reshape(*shape, n))
     caution = _caution(violated.reshape(shape))
@@ -215,7 +202,19 @@ def _side_bounds(
     return np.where(mechanism.is_upu, low, 0.0), np.where(mechanism.is_upu, high, 0.0)
 
 
-def _given(forces: ArrayLike, shape: tuple[int, ...], n: int) -> FloatArray:
-    """Limb forces of a stack of shape (...), as (N, n), N."""
-    given = as_finite("forces", forces, (n,), stack=True)
-    return np.array(broadcast_to("forces", given, (*shape, n)).reshape(-1, n))
+def _bounds(
+    forces: ArrayLike | str, device: Any, limits: Any, known: NDArray[np.bool_], shape: tuple[int, ...], given_by: str
+) -> tuple[FloatArray, FloatArray, str, str, NDArray[np.bool_]]:
+    """Bounds of the forces of N poses, shape (N, n), what is least, words on both, and where limits are broken.
+
+    A pose that is not ``known``, and a length that an actuator cannot take at all, are marked by their bounds.
+    """
+    if isinstance(forces, str):
+        as_choice("choice of limb forces", forces, _CHOSEN)
+        lost = ~known[:, None] | np.isinf(limits.length_error).any(axis=1, keepdims=True)
+        lower, upper = (np.where(lost, np.nan, ends) for ends in (limits.lower, limits.upper))
+        return lower, upper, forces.removeprefix("least_"), _CHOSEN[forces], ~limits.reachable
+    n = device.limb_count
+    given = broadcast_to("forces", as_finite("forces", forces, (n,), stack=True), (*shape, n)).reshape(-1, n)
+    given = np.where(known[:, None], given, np.nan)
+    return given, given, "effort", given_by, hold_check(device, limits, given, known).violated

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from .. import Criteria, Workspace
+from .. import Criteria, Workspace, wrist
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
@@ -95,7 +95,8 @@ def inverse_kinematics(self: ShoulderExo, poses: Rotation) -> Any:
     array([[0.3051, 0.3654, 0.3663],
            [0.315 , 0.3586, 0.3593]])
     """
-    return drive_positions(self.chain_device, poses) if self.wrist is None else self.wrist.inverse_kinematics(poses)
+    own = self.wrist
+    return drive_positions(self.chain_device, poses) if own is None else wrist.inverse_kinematics(own.geometry, poses)
 
 
 def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
@@ -119,7 +120,8 @@ def jacobian(self: ShoulderExo, poses: Rotation) -> FloatArray:
     >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
     array([-0.152, -0.015, -0.122,  0.193])
     """
-    return position_rates(self.chain_device, poses) if self.wrist is None else self.wrist.jacobian(poses)
+    own = self.wrist
+    return position_rates(self.chain_device, poses) if own is None else wrist.limb_jacobian(own.geometry, poses)
 
 
 def singularity(self: ShoulderExo, poses: Rotation) -> Any:
@@ -142,9 +144,10 @@ def singularity(self: ShoulderExo, poses: Rotation) -> Any:
     >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
     array([-0.0143,  0.0198])
     """
-    wrist = self.wrist
-    found = device_singularity(self.chain_device, poses) if wrist is None else wrist.singularity(poses)
-    return with_doubts(self.device, poses, found)
+    own = self.wrist
+    if own is None:
+        return with_doubts(self.device, poses, device_singularity(self.chain_device, poses))
+    return with_doubts(self.device, poses, wrist.singularity(own.geometry, poses, own.is_upu))
 
 
 def accuracy(

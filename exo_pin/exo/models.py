@@ -137,21 +137,12 @@ def to_urdf(
     >>> path.name, sorted(file.name for file in path.parent.iterdir())
     ('prototype.urdf', ['prototype.closures.toml', 'prototype.device.toml', 'prototype.urdf'])
     """
-    if not _is_record(self):
-        return _write_chain(self, folder, part)
-    written = write_urdf(self.mechanism, folder, part, assumed)
-    robot, own = written.name, self.mechanism
-    text = device_text(self.chain_device, robot) if part == "whole" else side_text(own.name, robot, own.side)
-    if text:
-        write_text(written.with_suffix(ENDING), text)
-    return written
-
-
-def _write_chain(exo: ShoulderExo, folder: str | PathLike[str], part: str) -> Path:
-    """Write a chain that is no wrist's record as URDF, as it is."""
-    written = Path(chain_with_masses(exo, part).to_urdf(folder))
+    if _is_record(self):
+        written, is_whole = write_urdf(self.mechanism, folder, part, assumed), part == "whole"
+    else:
+        written, is_whole = Path(chain_with_masses(self, part).to_urdf(folder)), self.has_arm
     robot = written.name
-    text = device_text(exo.chain_device, robot) if exo.has_arm else side_text(exo.name, robot, exo.side)
+    text = device_text(self.chain_device, robot) if is_whole else side_text(self.name, robot, self.side)
     if text:
         write_text(written.with_suffix(ENDING), text)
     return written

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -26,13 +26,13 @@ from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
-from ..reaction import SPLITS, Reaction, solve
+from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
-from .contact import loaded
+from .contact import loaded, with_kept
 from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
 from .pose_numbers import PoseNumbers
 
@@ -347,29 +347,15 @@ def report_on_pose(
         contact = exo.joint_contact(pose, person, answer, motion, outside="mark", **loaded(answer, person))
         if not must_have_muscles and str(contact.status) == "outside":
             contact = None
-    if rests and contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0:
-        assert person is not None
-        kept = _kept(exo, answer, person)
+    is_relieved = contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0
+    if person is not None and rests and is_relieved and exo.device.driven_moments == 3 and exo.device.holds_alone:
+        kept = {share: with_kept(exo, answer, person, share) for share in KEPT}
     words = "" if angles is None else words_of_angles(angles)
     if words and offset is not None:
         words += f", device off by ({', '.join(f'{value:g}' for value in offset)}) mm"
     if words and answer.case.load is not None:
         words += f", pushed with {newtons(float(np.linalg.norm(answer.case.load.force)))} N"
     return PoseReport(answer, remedy, contact, words, kept)
-
-
-def _kept(exo: ShoulderExo, answer: Reaction, person: Person) -> dict[float, JointContact]:
-    """What the joint carries where muscles keep some of their activation and the device carries the rest."""
-    from ..person.contact.device import load_of_share  # here: few answers need it
-
-    case, found = answer.case, dict[float, Any]()
-    if exo.device.driven_moments < 3 or not exo.device.holds_alone:
-        return found
-    for share in KEPT:
-        load = load_of_share(1.0 - share, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
-        less = solve(exo.device, replace(case, load=load), answer.assumptions)
-        found[share] = exo.joint_contact(case.poses, person, less, outside="mark", **loaded(answer, person, share))
-    return found
 
 
 def nearby_query(answer: Reaction) -> dict[str, Any]:

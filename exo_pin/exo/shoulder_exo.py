@@ -22,34 +22,10 @@ from ..device.chain_roles import with_arm
 from ..person.on_person import export_on_person
 from . import contact, forces, kinematics, models
 from .models import drives_limbs, mirrored_looks, robot_parts
-from .wrist import INSTEAD, Partly, Wrist
+from .wrist import INSTEAD, Partly, Wrist, has_record
 
 if TYPE_CHECKING:
     from ..design import Wearer
-
-
-def _is_wrist(exo: ShoulderExo) -> bool:
-    return exo.wrist is not None
-
-
-def _wrist_of(exo: ShoulderExo) -> Wrist | None:
-    return exo.wrist
-
-
-def _has_record(exo: ShoulderExo) -> bool:
-    """Whether it is a wrist whose record holds all of it, so that the closed forms give its forces."""
-    return exo.wrist is not None and exo.has_arm and not exo.wrist.beyond_record
-
-
-def _mechanism(exo: ShoulderExo) -> Mechanism:
-    """The frozen record of the design."""
-    assert exo.wrist is not None
-    return exo.wrist.record
-
-
-def _limbs(exo: ShoulderExo) -> tuple[Limb, ...]:
-    """The limbs."""
-    return exo.device.limbs
 
 
 @checked
@@ -256,14 +232,14 @@ class ShoulderExo(Record):
         """Whether an arm hangs in it: a robot without one has no :attr:`device` and no forces."""
         return not self._why_not
 
-    mechanism = Partly(_has_record, property(_mechanism))
-    geometry = Partly(_is_wrist, Wrist.geometry, _wrist_of)
-    limbs = Partly(_has_record, property(_limbs))
+    mechanism = Partly(Wrist.mechanism, of_record=True)
+    geometry = Partly(Wrist.geometry)
+    limbs = Partly(Wrist.limbs, of_record=True)
 
     @property
     def moved_record(self) -> Mechanism | Device:
         """What a plant moves: the record of a wrist that holds all of it, or the device."""
-        return _mechanism(self) if _has_record(self) else self.device
+        return self.wrist.record if self.wrist and has_record(self) else self.device
 
     @cached_property
     def chain_device(self) -> ChainDevice:
@@ -290,7 +266,7 @@ class ShoulderExo(Record):
         """The closed kinematic chain in Pinocchio, with the ball joint and the arm of who wears it."""
         if self._robot is None:
             return self.device.chain
-        fixed = not self.has_arm or _has_record(self)
+        fixed = not self.has_arm or has_record(self)
         return self._robot if fixed else with_arm(self._robot, self.device.arm)
 
     def __repr__(self) -> str:
@@ -430,9 +406,9 @@ class ShoulderExo(Record):
     configurations = kinematics.configurations
     assembly_modes = kinematics.assembly_modes
     workspace = kinematics.workspace
-    forward_kinematics = Partly(_is_wrist, Wrist.forward_kinematics, _wrist_of)
-    forward_kinematics_from_base_angles = Partly(_is_wrist, Wrist.forward_kinematics_from_base_angles, _wrist_of)
-    nearest_singularity = Partly(_is_wrist, Wrist.nearest_singularity, _wrist_of)
+    forward_kinematics = Partly(Wrist.forward_kinematics)
+    forward_kinematics_from_base_angles = Partly(Wrist.forward_kinematics_from_base_angles)
+    nearest_singularity = Partly(Wrist.nearest_singularity)
     track = kinematics.track
     save = models.save
     to_urdf = models.to_urdf

@@ -5,7 +5,6 @@ What only a wrist of limbs between torso and arm has: joint centres, closed-form
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,6 @@ from .. import wrist
 from ..core.errors import AbsentAttribute
 from ..core.errors.checked import checked
 from ..core.records import OneProcess, Record
-from ..core.validation import FloatArray
 from ..design import Limb, Mechanism, WristGeometry
 
 #: What only a wrist has, and what serves another device in its place.
@@ -28,30 +26,31 @@ INSTEAD = {
     "forward_kinematics": "chain.close and chain.forward_kinematics serve any chain",
     "forward_kinematics_from_base_angles": "",
     "nearest_singularity": "singularity(poses) gives the margin of each pose",
-    "track": "its controllers drive limbs of wrists; chain.simulate moves any chain",
-    "joint_contact_of_run": "",
 }
 
 
-class Partly(OneProcess):
-    """An attribute of a class whose objects have it only where a test holds.
+def has_record(exo: Any) -> bool:
+    """Whether it is a wrist whose record holds all of it, so that the closed forms give its forces."""
+    return exo.wrist is not None and exo.has_arm and not exo.wrist.beyond_record
 
-    Where it does not, access raises :class:`exo_pin.core.errors.AbsentAttribute`, so that ``hasattr`` is False.
+
+class Partly(OneProcess):
+    """An attribute of :class:`Wrist` as one of the face, which only wrists have.
+
+    Elsewhere access raises :class:`exo_pin.core.errors.AbsentAttribute`, so that ``hasattr`` is False.
 
     Parameters
     ----------
-    there : callable
-        Whether an object has the attribute.
     member : callable or property
         The method or property.
-    owner : callable, optional
-        Returns the object to which the member belongs; the object itself if left out.
+    of_record : bool
+        Whether only wrists have it whose record holds all of them.
     """
 
     _instead = "it is a part of a class"
 
-    def __init__(self, there: Callable[[Any], bool], member: Any, owner: Callable[[Any], Any] | None = None) -> None:
-        self._there, self._member, self._owner = there, member, owner
+    def __init__(self, member: Any, of_record: bool = False) -> None:
+        self._member, self._of_record = member, of_record
         self.__doc__ = member.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -60,10 +59,9 @@ class Partly(OneProcess):
     def __get__(self, instance: Any, owner: type) -> Any:
         if instance is None:
             return self._member
-        if not self._there(instance):
+        if instance.wrist is None or (self._of_record and not has_record(instance)):
             raise AbsentAttribute(self._name, INSTEAD[self._name])
-        own = instance if self._owner is None else self._owner(instance)
-        return self._member.__get__(own, type(own))
+        return self._member.__get__(instance.wrist, Wrist)
 
 
 @checked
@@ -85,6 +83,16 @@ class Wrist(Record):
     beyond_record: str = ""
 
     @property
+    def mechanism(self) -> Mechanism:
+        """The frozen record of the design."""
+        return self.record
+
+    @property
+    def limbs(self) -> tuple[Limb, ...]:
+        """The limbs."""
+        return self.record.limbs
+
+    @property
     def geometry(self) -> WristGeometry:
         """Joint centres and frames."""
         return self.record.geometry
@@ -97,49 +105,6 @@ class Wrist(Record):
     def limbs_alone(self) -> Mechanism:
         """Geometry and kinds of limbs without any mass: kinematics, no forces."""
         return self.record.replace(arm=None, limbs=[Limb(limb.kind) for limb in self.record.limbs])
-
-    def inverse_kinematics(self, poses: Rotation) -> wrist.LimbState:
-        """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        LimbState
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> exo.inverse_kinematics(exo.pose(abduction=[0, 30])).lengths.round(4)  # m
-        array([[0.3051, 0.3654, 0.3663],
-               [0.315 , 0.3586, 0.3593]])
-        """
-        return wrist.inverse_kinematics(self.geometry, poses)
-
-    def jacobian(self, poses: Rotation) -> FloatArray:
-        """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        ndarray
-            Shape (..., n, 3), m/rad; ω is in the base frame.
-
-        Examples
-        --------
-        >>> exo = ep.load("four-cables")
-        >>> J = exo.jacobian(exo.pose(60))  # m/rad
-        >>> (J @ [0.0, -1.0, 0.0]).round(3)  # lengths while flexion grows by 1 rad/s, m/s
-        array([-0.152, -0.015, -0.122,  0.193])
-        """
-        return wrist.limb_jacobian(self.geometry, poses)
 
     def forward_kinematics(
         self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
@@ -203,26 +168,6 @@ class Wrist(Record):
         1
         """
         return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
-
-    def singularity(self, poses: Rotation) -> wrist.Singularity:
-        """How far poses are from losing control; see :func:`exo_pin.wrist.singularities.measures`.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Pose, single or a stack of shape (...).
-
-        Returns
-        -------
-        Singularity
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> exo.singularity(exo.pose(abduction=[0, 20])).determinant.round(4)  # a singular pose lies between
-        array([-0.0143,  0.0198])
-        """
-        return wrist.singularity(self.geometry, poses, self.is_upu)
 
     def nearest_singularity(self, poses: Rotation) -> wrist.NearestSingularity:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`.

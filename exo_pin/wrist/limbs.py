@@ -34,7 +34,12 @@ STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
 
 @kernel
 def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
-    """:func:`limb_vectors` with the pose as a tuple of rows."""
+    """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
+
+    The pose is a tuple of rows. A folded limb has X = 0 and h = 0, a limb without length also s = 0.
+
+    Source: thesis (4-1), (D-4), (D-11), (D-12).
+    """
     count = 0
     for i in range(base.shape[0]):
         b_i, s_i, X_i, length[i], reach[i], folded = limb(R, vector(base, i), vector(platform, i))
@@ -44,22 +49,11 @@ def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
     return count
 
 
-@kernel
-def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
-    """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
-
-    A folded limb has X = 0 and h = 0, a limb without length also s = 0.
-
-    Source: thesis (4-1), (D-4), (D-11), (D-12).
-    """
-    return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
-
-
 @kernel(stack=True)
 def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
-    """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
+    """:func:`fill_limbs` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
     for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
+        fill_limbs(matrix(R[k]), base, platform, b[k], s[k], X[k], length[k], reach[k])
 
 
 @kernel
@@ -115,7 +109,7 @@ def classify_stack(R: Any, base: Any, platform: Any, upu: Any, limbs: Limbs) -> 
     """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
     for k in range(R.shape[0]):
         X, reach = limbs.X[k], limbs.reach[k]
-        limb_vectors(R[k], base, platform, limbs.b[k], limbs.s[k], X, limbs.length[k], reach)
+        fill_limbs(matrix(R[k]), base, platform, limbs.b[k], limbs.s[k], X, limbs.length[k], reach)
         limbs.status[k], limbs.margin[k] = pose_status(X, reach, upu)
         limbs.determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if base.shape[0] == 3 else np.nan
 

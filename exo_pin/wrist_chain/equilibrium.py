@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import threading
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -46,96 +46,8 @@ _PLACES = np.array([0, 1, 4, 2, 3])
 _CLOSED = 1e-12
 
 
-class LimbJoints(NamedTuple):
-    """Joints and ends of n limbs in a model.
-
-    Attributes
-    ----------
-    upu, sps : ndarray of int
-        Indices of the UPU and of the other limbs.
-    first : list of int
-        The joint of each limb at the arm.
-    q_index, angles : ndarray of int
-        Places of all joints in q, and among the 5 n angles and slides.
-    upu_columns, slides : ndarray of int
-        Columns in v of the joints of the UPU limbs, shape (u, 5), and of all slides, shape (n,).
-    ends : list of int
-        Frames of the limbs' ends on the torso.
-    targets, held : ndarray, tuple of ndarray
-        Where the ends belong, shape (n, 4, 4), and the indices of what the closures hold of it.
-    base_points, radii : ndarray
-        A_i, shape (n, 3), and |B_i|, shape (n,), m.
-    about_a, about_b : ndarray
-        Shape (n, 2, 3): sine and cosine per unit of X of its turn about -a_i, base frame, and about -b_i, arm frame.
-    neutral : ndarray
-        Angles, rad, and slides, m, in the neutral pose, where those of the joints are zero, shape (5 n,).
-    """
-
-    upu: NDArray[np.intp]
-    sps: NDArray[np.intp]
-    first: list[int]
-    q_index: NDArray[np.intp]
-    angles: NDArray[np.intp]
-    upu_columns: NDArray[np.intp]
-    slides: NDArray[np.intp]
-    ends: list[int]
-    targets: FloatArray
-    held: tuple[NDArray[np.intp], ...]
-    base_points: FloatArray
-    radii: FloatArray
-    about_a: FloatArray
-    about_b: FloatArray
-    neutral: FloatArray
-
-
-def limb_joints(mechanism: Mechanism, model: pin.Model, closures: Any) -> LimbJoints:
-    """Find the joints of the limbs in the model of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The design.
-    model : pinocchio.Model
-        Its tree.
-    closures : RobotDescription
-        Closures and frames, of :func:`exo_pin.wrist_chain.wrist_urdf.mechanism_urdf`.
-    """
-    upu, sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)
-    ids = [
-        [model.getJointId(f"limb_{i + 1}_{name}") for name in _NAMES[: 5 if i in upu else 3]]
-        for i in range(mechanism.limb_count)
-    ]
-    columns = [[model.idx_vs[j] for j in own] for own in ids]
-    places = [closure.placement_b for closure in closures.closures]
-    targets = np.array(
-        [pin.SE3(pin.Quaternion(np.array(p.quaternion)), np.array(p.translation)).homogeneous for p in places]
-    )
-    held = np.ones_like(targets, dtype=bool)
-    held[sps, :, :3] = False
-    # The kernels are compiled for arrays that can be written.
-    base_points = np.array(mechanism.geometry.base_points)
-    about_a, about_b, neutral = _neutral(mechanism, base_points)
-    return LimbJoints(
-        upu,
-        sps,
-        [own[0] for own in ids],
-        np.concatenate([[model.idx_qs[j] for j in own] for own in ids]),
-        np.concatenate([5 * i + _PLACES[: len(own)] for i, own in enumerate(ids)]),
-        np.array([columns[i] for i in upu], dtype=int).reshape(-1, 5),
-        np.array([own[2] for own in columns]),
-        [model.getFrameId(closure.frame_a) for closure in closures.closures],
-        targets,
-        held.nonzero(),
-        base_points,
-        np.linalg.norm(mechanism.geometry.platform_points, axis=1),
-        about_a,
-        about_b,
-        neutral,
-    )
-
-
 def _neutral(mechanism: Mechanism, base: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Turns of X and joint angles of the neutral pose, as of :class:`LimbJoints`."""
+    """Turns of X and joint angles of the neutral pose, as :class:`EquilibriumModel` holds them."""
     R, platform = mechanism.geometry.neutral.as_matrix(), mechanism.geometry.platform_points
     limbs = classify(mechanism, R[None])
     X = limbs.X[0] @ R
@@ -275,9 +187,42 @@ class EquilibriumModel:
         self.model = model = pin.buildModelFromXML(text, pin.JointModelSpherical(), self._closures.root.name)
         model.gravity.linear = mechanism.gravity
         self._massless = mechanism.limbs_are_massless
-        self._joints = limb_joints(mechanism, model, self._closures)
         self.radius = mechanism.geometry.platform_radius
         self._local = threading.local()
+        self._find_limbs(mechanism)
+
+    def _find_limbs(self, mechanism: Mechanism) -> None:
+        """Find the joints and ends of the n limbs in the model."""
+        model, geometry, closures = self.model, mechanism.geometry, self._closures.closures
+        #: Indices of the UPU and of the other limbs.
+        self._upu, self._sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)
+        ids = [
+            [model.getJointId(f"limb_{i + 1}_{name}") for name in _NAMES[: 5 if upu else 3]]
+            for i, upu in enumerate(mechanism.is_upu)
+        ]
+        columns = [[model.idx_vs[joint] for joint in own] for own in ids]
+        #: The joint of each limb at the arm; places of all joints in q, and among the 5 n angles and slides.
+        self._first = [own[0] for own in ids]
+        self._q_index = np.concatenate([[model.idx_qs[joint] for joint in own] for own in ids])
+        self._angles = np.concatenate([5 * i + _PLACES[: len(own)] for i, own in enumerate(ids)])
+        #: Columns in v of the joints of the UPU limbs, shape (u, 5), and of all slides, shape (n,).
+        self._upu_columns = np.array([columns[i] for i in self._upu], dtype=int).reshape(-1, 5)
+        self._slides = np.array([own[2] for own in columns])
+        #: Frames of the limbs' ends on the torso; where they belong, shape (n, 4, 4); what the closures hold of it.
+        self._ends = [model.getFrameId(closure.frame_a) for closure in closures]
+        places = [closure.placement_b for closure in closures]
+        self._targets = np.array(
+            [pin.SE3(pin.Quaternion(np.array(p.quaternion)), np.array(p.translation)).homogeneous for p in places]
+        )
+        held = np.ones_like(self._targets, dtype=bool)
+        held[self._sps, :, :3] = False
+        self._held = held.nonzero()
+        #: A_i, shape (n, 3), which can be written, as the kernels are compiled for, and |B_i|, shape (n,), m.
+        self._base_points = np.array(geometry.base_points)
+        self._radii = np.linalg.norm(geometry.platform_points, axis=1)
+        #: Shape (n, 2, 3): sine and cosine per unit of X of its turn about -a_i, base frame, and about -b_i, arm frame;
+        #: angles, rad, and slides, m, in the neutral pose, where those of the joints are zero, shape (5 n,).
+        self._about_a, self._about_b, self._neutral = _neutral(mechanism, self._base_points)
 
     def __reduce__(self) -> tuple[type[EquilibriumModel], tuple[Mechanism]]:
         return type(self), (self.mechanism,)
@@ -307,11 +252,12 @@ class EquilibriumModel:
 
     def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
         """Joint vectors of N poses, shape (N, nq)."""
-        own, angles = self._joints, np.empty((*limbs.length.shape, 5))
-        joint_angles(matrices, own.base_points, limbs, own.about_a, own.about_b, angles)
+        angles = np.empty((*limbs.length.shape, 5))
+        joint_angles(matrices, self._base_points, limbs, self._about_a, self._about_b, angles)
         q = np.empty((len(matrices), self.model.nq))
         q[:, :4] = quaternions
-        q[:, own.q_index] = (angles.reshape(len(matrices), 5 * limbs.length.shape[1]) - own.neutral)[:, own.angles]
+        flat = angles.reshape(len(matrices), len(self._neutral))
+        q[:, self._q_index] = (flat - self._neutral)[:, self._angles]
         return q
 
     @property
@@ -331,8 +277,8 @@ class EquilibriumModel:
             If the loops do not close to 1e-12.
         """
         pin.computeJointJacobians(self.model, data, q)
-        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._joints.ends])
-        if not np.abs(ends - self._joints.targets)[self._joints.held].max(initial=0.0) <= _CLOSED:
+        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._ends])
+        if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
             q = self.chain.close(q)
             pin.computeJointJacobians(self.model, data, q)
         return q
@@ -358,7 +304,7 @@ class EquilibriumModel:
 
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
-        model, data, count, own = self.model, self._data, len(query.matrices), self._joints
+        model, data, count = self.model, self._data, len(query.matrices)
         q = self._configurations(query.matrices, query.quaternions, limbs)
         closure, of_f, of_g, share = np.zeros((4, *limbs.length.shape, 6))
         wrench, tau, J = np.zeros((count, 6)), np.zeros((count, model.nv)), np.zeros((count, 6, model.nv))
@@ -372,15 +318,15 @@ class EquilibriumModel:
             tau[k] = pin.rnea(model, data, q_k, v, a)
             wrench[k] = data.oMi[1].act(data.f[1]).vector
             if not self._massless:
-                share[k] = [data.oMi[j].act(data.f[j]).vector for j in own.first]
+                share[k] = [data.oMi[j].act(data.f[j]).vector for j in self._first]
         wrench[:, :3] -= query.force
         wrench[:, 3:] -= query.moment
-        if own.upu.size:
-            light = self._massless
-            upu_closures(rows, own.upu, own.upu_columns, own.radii, light, J, tau, share, closure, of_f, of_g)
-        if own.sps.size:
-            sides = (own.base_points, limbs.length, limbs.b, tau, share, closure, of_f)
-            sps_closures(limbs.s, own.sps, own.slides, *sides)
+        if self._upu.size:
+            own = (self._upu, self._upu_columns, self._radii, self._massless)
+            upu_closures(rows, *own, J, tau, share, closure, of_f, of_g)
+        if self._sps.size:
+            sides = (self._base_points, limbs.length, limbs.b, tau, share, closure, of_f)
+            sps_closures(limbs.s, self._sps, self._slides, *sides)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(

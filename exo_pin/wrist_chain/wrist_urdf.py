@@ -70,10 +70,6 @@ PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
 #: Sine of the angle A_i O B_i below which the limb's plane has no direction.
 _FOLDED_SINE = 1e-9
 _TURN = float(np.pi)
-_BESIDE = Path(__file__).parents[1] / "urdf"
-#: Every published wrist, the prototype whole and its shoulder with the arm, the dummy's shoulder unit, and the devices
-#: that the wrist is compared with: in a wheel within the package, else the repository's folder ``urdf``.
-PUBLISHED = _BESIDE if _BESIDE.is_dir() else Path(__file__).parents[2] / "urdf"
 _SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
 
 
@@ -143,19 +139,6 @@ def arm_visuals(points: FloatArray, with_platform: bool, axis: FloatArray | None
             if np.hypot(point[0], point[1]) > _ARM_RADIUS
         ]
     return pictures
-
-
-def limb_visuals(
-    s: FloatArray, length: float, a: FloatArray, ring: Sequence[FloatArray], axis: FloatArray | None = None
-) -> dict[str, list[Picture]]:
-    """Pictures of a limb's links: halves that telescope, crosses, and the base ring if ``ring`` has its joints."""
-    zero = (0.0, 0.0, 0.0)
-    return {
-        "cross": [Picture("cross", _CROSS_RADIUS, zero)],
-        "platform_body": [Picture("platform_half", _OUTER_RADIUS, zero, _point(-0.55 * length * s))],
-        "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * length * s))],
-        "base": _ring(ring, axis, a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
-    }
 
 
 @checked
@@ -280,8 +263,14 @@ class _Limb:
         return LimbRole(name, self.limb.kind, f"{name}_slide", f"{name}_platform_y", f"{name}_base")
 
     def visuals(self, ring: list[FloatArray]) -> dict[str, list[Picture]]:
-        """What its links look like, with the base ring through the points ``ring``."""
-        return limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
+        """What its links look like: halves that telescope, crosses, and the base ring through the points ``ring``."""
+        zero, along = (0.0, 0.0, 0.0), self.length * self.s
+        return {
+            "cross": [Picture("cross", _CROSS_RADIUS, zero)],
+            "platform_body": [Picture("platform_half", _OUTER_RADIUS, zero, _point(-0.55 * along))],
+            "base_body": [Picture("base_half", _INNER_RADIUS, zero, _point(0.75 * along))],
+            "base": _ring(ring, self.ring_axis, self.a, "base") if ring else [Picture("base", _CROSS_RADIUS, zero)],
+        }
 
     def write(self, document: Document, assumed: AssumedMasses | None, looks: dict[str, list[Picture]]) -> None:
         """Add the limb's links and joints."""
@@ -384,12 +373,6 @@ def write_urdf(
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
     return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": closures_beside(closures, stem)})[0]
-
-
-@checked
-def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
-    """Write the files of :data:`PUBLISHED` to a folder and return the paths."""
-    return write_files(folder, {path.name: path.read_text(encoding="utf-8") for path in sorted(PUBLISHED.iterdir())})
 
 
 def closures_beside(closures: Closures, stem: str) -> str:

@@ -22,10 +22,9 @@ def endless(axis):
 
 
 KINDS = {
-    **{f"JointModel{kind}{axis}": None for kind in ("R", "RUB", "P", "H") for axis in "XYZ"},
+    **{f"JointModel{kind}{axis}": None for kind in ("R", "RUB", "P") for axis in "XYZ"},
     "slide": lambda: pin.JointModelPrismaticUnaligned(np.array([0.48, 0.6, 0.64])),
     "hinge": lambda: pin.JointModelRevoluteUnaligned(np.array([0.48, -0.6, 0.64])),
-    "screw": lambda: pin.JointModelHelicalUnaligned(np.array([0.48, 0.6, -0.64]), 0.07),
     "endless": lambda: endless("0.48 0.6 0.64").joints[1],
     "free": pin.JointModelFreeFlyer,
     "translation": pin.JointModelTranslation,
@@ -34,10 +33,7 @@ KINDS = {
 
 
 def joint_of(kind):
-    made = KINDS[kind]
-    if made is not None:
-        return made()
-    return getattr(pin, kind)(*([0.3] if "H" in kind else []))
+    return (KINDS[kind] or getattr(pin, kind))()
 
 
 def tree_of(kind, seed=0):

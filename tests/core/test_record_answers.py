@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core import schema, validation
-from exo_pin.core.progress import mapped, processes, track
+from exo_pin.core.progress import mapped, track
 from exo_pin.core.records import OneProcess, Record, keeps_read_only
 from exo_pin.core.results import Known, Result, frame_of, plain, taken_as_known
 
@@ -415,7 +415,7 @@ def asked_of_progress():
         return mapped(lambda x: x * x, list(range(count)), executor, "numbers", block=block)
 
     with ThreadPoolExecutor(2) as pool:
-        found = in_turn(
+        return in_turn(
             {
                 f"{count} by {block}": lambda count=count, block=block: squares(count, pool, block)
                 for count, block in ((0, 1), (5, 1), (5, 2))
@@ -424,10 +424,7 @@ def asked_of_progress():
             loses=lambda: squares(4, Loses(), 2),
             no_executor=lambda: squares(2, 3),
             tracked=lambda: (drawn([1, 2], False), drawn(iter([1, 2]), True, 2)),
-            two=lambda: type(processes(2)).__name__,
         )
-    with processes(1) as nothing:
-        return found | {"one": nothing}
 
 
 ASKED = {

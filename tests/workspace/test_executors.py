@@ -2,14 +2,11 @@
 
 import os
 import pickle
-import subprocess
-import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from process_tree import lives, wait_until
 
 import exo_pin as ep
 from exo_pin import InvalidInput, MissingData
@@ -45,29 +42,6 @@ def test_processes(here):
         assert_same(population(designs(), WEARERS, 12.0, LIMITS, executor=pool), here)
         with pytest.raises(MissingData, match="largest_shoulder_force"):
             population(designs(), WEARERS, 12.0, ["shoulder_force"], executor=pool)
-
-
-#: Starts processes, tells which, and waits to be ended.
-_STARTS = """
-import os, time
-from exo_pin.core.progress import processes
-if __name__ == "__main__":
-    with processes(2) as pool:
-        print(*{each.result() for each in [pool.submit(os.getpid) for _ in range(20)]}, flush=True)
-        time.sleep(600.0)
-"""
-
-
-@pytest.mark.full
-def test_processes_end_with_the_one_that_is_killed(tmp_path):
-    (tmp_path / "starts.py").write_text(_STARTS)
-    process = subprocess.Popen([sys.executable, tmp_path / "starts.py"], stdout=subprocess.PIPE, text=True)
-    with process:
-        started = [int(number) for number in process.stdout.readline().split()]
-        assert started
-        assert all(map(lives, started))
-        process.kill()
-    wait_until(lambda: not any(map(lives, started)))
 
 
 @pytest.mark.full

@@ -254,9 +254,9 @@ LIMITS = Criteria(
     [
         ("joint_angles", {"bend": [0.2, -0.1]}, [0.2, -0.1]),
         ("singularity", {"margin": [0.5, -0.05]}, [0.4, -0.15]),
-        ("connected", {"connection": lambda: np.array([0.3, -np.inf])}, [0.2, -np.inf]),
+        ("connected", {"connection": [0.3, -np.inf]}, [0.2, -np.inf]),
         ("forces", {"moment": [5.0, 1.0, NAN]}, [3.0, -1.0, NAN]),
-        ("shoulder_force", {"shoulder": [[30.0, 0.0, 40.0], [0.0, 60.0, 0.0], [NAN] * 3]}, [0.0, -10.0, NAN]),
+        ("shoulder_force", {"shoulder_size": [50.0, 60.0, NAN]}, [0.0, -10.0, NAN]),
         ("socket", {"pull_out": [-100.0, 40.0]}, [130.0, -10.0]),
         ("cuff_pull", {"cuff_pull": [5.0, 25.0]}, [15.0, -5.0]),
         ("cuff_slip", {"cuff_slip": [0.002, 0.02]}, [0.008, -0.01]),

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin import shoulder_rotation, thesis_rotation
 from exo_pin.chain import ClosedChain
-from exo_pin.cli import main
 from exo_pin.design import preset, published
 from exo_pin.wrist_chain import (
     mechanism_urdf,
@@ -44,12 +43,6 @@ def test_the_folder_is_up_to_date(tmp_path):
         assert now == then, f"{name} is stale"
         # The last digit is the processor's affair: linear algebra rounds as its instructions do.
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14, err_msg=f"{name} is stale")
-
-
-def test_the_published_files_are_written_as_they_stand(tmp_path, capsys):
-    assert main(["export", "--published", str(tmp_path)]) == 0
-    assert {Path(line).name for line in capsys.readouterr().out.split()} == set(PUBLISHED)
-    assert all((tmp_path / name).read_bytes() == (FOLDER / name).read_bytes() for name in PUBLISHED)
 
 
 def _skeleton_and_numbers(path):

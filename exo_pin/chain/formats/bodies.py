@@ -15,8 +15,8 @@ import pinocchio as pin
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from ..structure.motion_axes import motion_axes, q_slice, v_slice
-from .joint_data import JointData, joint_data, refuse_data
+from ..structure.motion_axes import motion_axes, v_slice
+from .joint_data import FIELDS, JointData, joint_data, part_of, refuse_data
 
 #: Frames of Pinocchio that are links and sites.
 LINKS_AND_SITES = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
@@ -27,15 +27,6 @@ _COMPOUND = {
     "JointModelTranslation": "translation",
     "JointModelPlanar": "planar",
 }
-
-_BY_POSITION = ("lowerPositionLimit", "upperPositionLimit")
-_BY_VELOCITY = (
-    "lowerEffortLimit", "upperEffortLimit", "lowerVelocityLimit", "upperVelocityLimit", "damping", "armature",
-    "lowerDryFrictionLimit", "upperDryFrictionLimit",
-)  # fmt: skip
-#: Data of a model that a new one takes over, by the coordinates of q and of v.
-COPIED = (_BY_POSITION, _BY_VELOCITY)
-
 
 #: Of the mass of an arm with what is welded to it: an arm of less has no mass of its own.
 _LEAST_SHARE = 1e-9
@@ -57,8 +48,6 @@ class TreeBody:
         "hinge", "slide", "ball", "free", "translation" or "planar".
     axis : ndarray or None
         Shape (3,), of a hinge or slide, in the joint's frame.
-    limits : tuple of float or None
-        Of a hinge or slide that has some, rad or m; infinite on a side that has none.
     inertia : pinocchio.Inertia
         In the joint's frame.
     data : JointData
@@ -74,7 +63,6 @@ class TreeBody:
     placement: pin.SE3
     kind: str
     axis: FloatArray | None
-    limits: tuple[float, float] | None
     inertia: pin.Inertia
     data: JointData
     is_limb: bool
@@ -100,22 +88,19 @@ def tree_bodies(chain: ChainState) -> list[TreeBody]:
     slides = {limb.slide for limb in chain.roles.limbs}
     axes, links, data = motion_axes(model), link_frames(model), joint_data(model, chain.description.joints)
     for index in range(1, model.njoints):
-        joint, limits, axis = model.joints[index], None, None
+        joint, axis = model.joints[index], None
         kind = _COMPOUND.get(joint.shortname(), "")
         if not kind and model.nvs[index] == 1:
             linear, angular = axes[index][:3, 0], axes[index][3:, 0]
             if not (linear.any() and angular.any()):
                 kind, axis = ("slide", linear) if linear.any() else ("hinge", angular)
-                low, high = (float(limit) for limit in data[index].position[0])
-                # An endless hinge has cosine and sine for coordinates, and no limits.
-                limits = (low, high) if model.nqs[index] == 1 and np.isfinite([low, high]).any() else None
         if not kind:
             raise InvalidInput(f"joint {model.names[index]!r} ({joint.shortname()}) cannot be written")
         called, inertia, link = model.names[index], model.inertias[index], links.get(index)
         name = called if link is None or not link.placement.isIdentity(1e-12) else link.name
         place, parent = model.jointPlacements[index], int(model.parents[index])
         more = data[index], called in slides
-        found.append(TreeBody(index, parent, name, called, place, kind, axis, limits, inertia, *more))
+        found.append(TreeBody(index, parent, name, called, place, kind, axis, inertia, *more))
     return found
 
 
@@ -223,16 +208,6 @@ def _is_massless(body: TreeBody) -> bool:
     return body.inertia.mass == 0.0 and not body.inertia.inertia.any()
 
 
-def refuse_massless(bodies: list[TreeBody], what: str) -> None:
-    """Raise InvalidInput if a body has no mass, which a simulator cannot do without."""
-    light = [body.name for body in bodies if body.inertia.mass <= 0.0]
-    if light:
-        raise InvalidInput(
-            f"{what} needs mass for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
-            "none: give them some, or join them to their neighbours"
-        )
-
-
 def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
     """Pinocchio's slide along an axis of length 1, or hinge about it; there are special ones for x, y and z."""
     along = np.flatnonzero(axis == 1.0)
@@ -279,14 +254,13 @@ def world_link(chain: ChainState) -> str:
 
 def copy_data(old: pin.Model, joint: int, new: pin.Model, to: int) -> None:
     """Give a joint the limits, damping, friction and armature of one of another tree."""
-    for group, part in zip(COPIED, (q_slice, v_slice), strict=True):
-        for key in group:
-            getattr(new, key)[part(new, to)] = getattr(old, key)[part(old, joint)]
+    for key in (key for keys in FIELDS.values() for key in keys):
+        getattr(new, key)[part_of(new, to, key)] = getattr(old, key)[part_of(old, joint, key)]
 
 
 def rebuilt(
     old: pin.Model,
-    kinds: Mapping[int, pin.JointModel] | None = None,
+    kinds: Mapping[int, Mapping[str, pin.JointModel]] | None = None,
     places: Mapping[int, pin.SE3] | None = None,
     joint_names: Mapping[str, str] | None = None,
     frame_names: Mapping[str, str] | None = None,
@@ -298,8 +272,11 @@ def rebuilt(
     ----------
     old : pinocchio.Model
         The tree.
-    kinds, places : mapping, optional
-        Of joints, by index: what they become, without the data that the joint had; and their placements.
+    kinds : mapping, optional
+        Of joints, by index: what they become, one joint after the other, by what is added to the name, without the data
+        that the joint had. A joint that has become several is still a frame.
+    places : mapping, optional
+        Of joints, by index: their placements.
     joint_names, frame_names : mapping, optional
         New names by old ones, of joints, and of frames that are no joint's.
     without : container of int
@@ -316,19 +293,24 @@ def rebuilt(
     new.inertias[0] = old.inertias[0]
     now = {0: 0}
     for index in (i for i in range(1, old.njoints) if i not in without):
-        name = old.names[index]
-        kind, place = kinds.get(index, old.joints[index]), places.get(index, old.jointPlacements[index])
-        now[index] = new.addJoint(now[old.parents[index]], kind, place, named.get(name, name))
-        new.inertias[now[index]] = old.inertias[index]
+        name, carrier = old.names[index], now[old.parents[index]]
+        place = places.get(index, old.jointPlacements[index])
+        for more, kind in kinds.get(index, {"": old.joints[index]}).items():
+            carrier, place = new.addJoint(carrier, kind, place, named.get(name, name) + more), pin.SE3.Identity()
+            if more:
+                new.addJointFrame(carrier, -1)
+        now[index] = carrier
+        new.inertias[carrier] = old.inertias[index]
     frames = {0: 0}
     for number, frame in enumerate(list(old.frames)[1:], 1):
         if frame.parentJoint not in now:
             continue
-        names = named if frame.type == pin.FrameType.JOINT else called
-        above = frames.get(frame.parentFrame, 0)
-        own = pin.Frame(
-            names.get(frame.name, frame.name), now[frame.parentJoint], above, frame.placement, frame.type, frame.inertia
-        )
+        kind = frame.type
+        names, above = named if kind == pin.FrameType.JOINT else called, frames.get(frame.parentFrame, 0)
+        if kind == pin.FrameType.JOINT and len(kinds.get(frame.parentJoint, ())) > 1:
+            kind = pin.FrameType.OP_FRAME
+        name = names.get(frame.name, frame.name)
+        own = pin.Frame(name, now[frame.parentJoint], above, frame.placement, kind, frame.inertia)
         frames[number] = new.addFrame(own, False)
     for index in now.keys() - {0, *kinds}:
         copy_data(old, index, new, now[index])

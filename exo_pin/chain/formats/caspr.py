@@ -18,8 +18,9 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import FileFormatError, InvalidInput, UnknownName
+from ...core.errors import InvalidInput, UnknownName
 from ...core.files.atomic import read_text
+from ...core.files.toml_tables import naming_file
 from ...core.validation import FloatArray
 from ..structure.description import Cable, Closures, Roles
 from ..structure.motion_axes import q_slice
@@ -108,11 +109,9 @@ def _named(source: str | PathLike[str], what: str) -> Iterator[Element]:
     """The root element of a file, whose errors name the file."""
     is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
     text, path = (str(source), None) if is_text else (read_text(source), source)
-    try:
+    with naming_file(path):
         # The type of the document names the rules of the format, and nothing that counts.
         yield parse_xml(_DOCTYPE.sub("", text, count=1), f"CASPR's {what}")
-    except FileFormatError as error:
-        raise FileFormatError(str(error), path, error.key) from error
 
 
 def _only(element: Element, *tags: str) -> Element:

@@ -21,8 +21,7 @@ from ..kinematics.closing import close, reference_configuration
 from ..kinematics.loops import closed_configuration
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
-from ..structure.description import Closures, JointProperties
-from ..structure.motion_axes import q_slice, v_slice
+from ..structure.description import Closures
 from .bodies import (
     TreeBody,
     add_frame,
@@ -35,9 +34,10 @@ from .bodies import (
     without,
 )
 from .closures_file import closures_text
+from .joint_data import FIELDS, part_of
 from .mjcf.mjcf_writing import FORMS as MJCF_FORMS
-from .mjcf.mjcf_writing import mjcf_document, mjcf_text, parts_of
-from .restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, motion, renamed, same_frames
+from .mjcf.mjcf_writing import mjcf_document, parts_of
+from .restated import JointRestated, Restated, motion, renamed, same_frames
 from .sdf.sdf_frames import RESERVED
 from .sdf.sdf_writing import FORMS as SDF_FORMS
 from .sdf.sdf_writing import sdf_text
@@ -82,7 +82,7 @@ def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
     True
     """
     text, closures = urdf_text(state)
-    stem = _stem(state)
+    stem = as_file_stem(state.description.name)
     more = ", its springs and armatures" if closures.joints else ""
     note = f"What {stem}.urdf leaves out: its root, its loops, its roles{more}. Written by exo_pin."
     files = {f"{stem}.urdf": text, f"{stem}.closures.toml": closures_text(closures, note)}
@@ -106,7 +106,7 @@ def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None 
     Raises
     ------
     InvalidInput
-        See :func:`exo_pin.chain.formats.mjcf.mjcf_writing.mjcf_text`.
+        See :func:`exo_pin.chain.formats.mjcf.mjcf_writing.mjcf_document`.
     LoopNotClosed
         If the loops are not closed at q, or q is left out and the loops do not close.
 
@@ -116,7 +116,8 @@ def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None 
     >>> len(ep.ClosedChain.from_mjcf(chain.to_mjcf("robot")).closures)  # one a limb
     4
     """
-    return write_files(folder, {f"{_stem(state)}.xml": mjcf_text(state, _closed_or_found(state, q))})[0]
+    text, _ = mjcf_document(state, _closed_or_found(state, q))
+    return write_files(folder, {f"{as_file_stem(state.description.name)}.xml": text})[0]
 
 
 def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None = None) -> Path:
@@ -144,16 +145,12 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
     >>> chain.to_sdf("gazebo").read_text().count("<joint name=")  # those of the tree and one a loop
     17
     """
-    return write_files(folder, {f"{_stem(state)}.sdf": sdf_text(state, _closed_or_found(state, q))})[0]
+    text = sdf_text(state, _closed_or_found(state, q))
+    return write_files(folder, {f"{as_file_stem(state.description.name)}.sdf": text})[0]
 
 
 def _closed_or_found(state: ChainState, q: ArrayLike | None) -> FloatArray:
     return close(state, reference_configuration(state)) if q is None else closed_configuration(state, q)
-
-
-def _stem(state: ChainState) -> str:
-    name = state.description.name
-    return as_file_stem(name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,8 +210,7 @@ def written_chain(
         found = JointRestated(called, None, _mass(body, bodies, chain, ending, model, real or {}))
         found, said = _stripped(found, body, model, ending)
         lost += [f"the {what} of joint {name!r}" for what in said]
-        spring = next((item for item in description.joints if item.joint == body.joint), None)
-        if spring is not None and spring.stiffness and _loses_spring(body, spring, ending):
+        if body.data.stiffness and _loses_spring(body, ending):
             lost.append(f"the spring of joint {name!r}")
             kept = tuple(item for item in description.joints if item.joint != body.joint)
             description = replace(description, joints=kept)
@@ -326,7 +322,6 @@ def _mass(
 ) -> tuple[float, ...] | None:
     """A link's own mass properties where the file has others, which are put into the model."""
     own, known = pin.Inertia(body.inertia), real.get(str(chain.model.names[body.index]))
-    moments = np.linalg.eigvalsh(own.inertia)
     if known is not None:
         return None if known == own else _numbers(known)
     if ending == ".urdf":
@@ -337,9 +332,9 @@ def _mass(
             return None
         model.inertias[body.index] = _small(chain)
         return _numbers(own)
-    is_lawful = moments[0] > 0.0 and moments[2] <= moments[:2].sum() * (1.0 + _THIN)
-    # MuJoCo's writer mends moments that are none.
-    return None if ending == ".sdf" or (is_lawful and not _has_thin_part(chain, body)) else _numbers(own)
+    # MuJoCo's writer mends moments that are none, of the arm without what is welded to it, too.
+    is_mended = ending == ".xml" and any(map(_is_thin, (own, without(own, body.index, welded_to_arm(chain)))))
+    return _numbers(own) if is_mended else None
 
 
 def _numbers(own: pin.Inertia) -> tuple[float, ...]:
@@ -349,10 +344,8 @@ def _numbers(own: pin.Inertia) -> tuple[float, ...]:
     return (own.mass, *own.lever.tolist(), *tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]].tolist())
 
 
-def _has_thin_part(chain: ChainState, body: TreeBody) -> bool:
-    """Whether the arm without what is welded to it has moments that MuJoCo's writer mends."""
-    rest = without(pin.Inertia(body.inertia), body.index, welded_to_arm(chain))
-    moments = np.linalg.eigvalsh(rest.inertia)
+def _is_thin(own: pin.Inertia) -> bool:
+    moments = np.linalg.eigvalsh(own.inertia)
     return bool(moments[0] <= 0.0 or moments[2] > moments[:2].sum() * (1.0 + _THIN))
 
 
@@ -365,12 +358,11 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
     """A joint without the data that the format has no place for, and what they are."""
     data, hinged = body.data, body.axis is not None
     lost = {*_LOST[ending][hinged]} & {*data.present}
-    q, v = q_slice(model, body.index), v_slice(model, body.index)
     if ending in (".urdf", ".sdf") and hinged:
         for what, limits in (("effort limits", data.effort), ("velocity limits", data.velocity)):
             if what in data.present and limits[0, 0] != -limits[0, 1]:
                 lost.add(what)
-        if q.stop - q.start == 2 and "position limits" in data.present:
+        if model.nqs[body.index] == 2 and "position limits" in data.present:
             lost.add("position limits")
     if ending == ".xml" and not hinged:
         values = {"damping": data.damping, "friction": data.friction, "armature": data.armature}
@@ -379,18 +371,18 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
         lost |= {*data.present} & (differ | compound)
     told = dict(found.data)
     for what in sorted(lost):
+        is_kept = (ending, what) == (".xml", "velocity limits") or (body.is_limb and what == "effort limits")
         for key in _KEYS[what]:
-            keys, part = (BY_VELOCITY, v) if key in BY_VELOCITY else (BY_POSITION, q)
-            names, is_limit = keys[key], what.endswith("limits")
-            told[key] = tuple(np.asarray(getattr(model, names[0])[part]).tolist())
-            is_kept = (ending, what) == (".xml", "velocity limits") or (body.is_limb and what == "effort limits")
-            for name in names if not is_kept else ():
-                low = name.startswith("lower")
-                getattr(model, name)[part] = (-np.inf if low else np.inf) if is_limit else 0.0
+            part = part_of(model, body.index, FIELDS[key][0])
+            told[key] = tuple(np.asarray(getattr(model, FIELDS[key][0])[part]).tolist())
+            for name in () if is_kept else FIELDS[key]:
+                none = np.inf if what.endswith("limits") else 0.0
+                getattr(model, name)[part] = -none if name.startswith("lower") else none
     return replace(found, data=told), sorted(lost - ({"effort limits"} if body.is_limb else set()))
 
 
-def _loses_spring(body: TreeBody, spring: JointProperties, ending: str) -> bool:
+def _loses_spring(body: TreeBody, ending: str) -> bool:
     if body.axis is not None or ending == ".urdf":
         return False
-    return ending == ".sdf" or body.kind != "ball" or bool(spring.spring_reference and any(spring.spring_reference[:3]))
+    turned = body.data.reference is not None and body.data.reference[:3].any()
+    return ending == ".sdf" or body.kind != "ball" or bool(turned)

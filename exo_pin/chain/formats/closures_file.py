@@ -91,6 +91,8 @@ from ..structure.description import Closures, JointProperties, LimbRole, Roles, 
 from ..structure.frames import Placement
 
 _SCHEMA = 1
+#: Roles of single parts.
+_PARTS = ("shoulder", "arm", "reference_point", "cuff")
 #: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
 _JOINT_KEYS = {
     "m": (("stiffness", "stiffness", "_N_m"), ("mass", "armature", "_kg")),
@@ -101,16 +103,14 @@ _JOINT_KEYS = {
 
 def read_roles(table: TomlTable) -> Roles:
     """The table ``[roles]``."""
-    actuated = table.texts("actuated")
-    names = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point", "cuff"))
-    shoulder, arm, point, cuff = names
-    limbs = []
+    actuated, limbs = table.texts("actuated"), []
+    parts = {key: table.text(key, required=False) for key in _PARTS}
     for limb in table.tables("limbs"):
         texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
         limb.finish()
         limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
     table.finish()
-    return Roles(actuated, shoulder, arm, point, tuple(limbs), cuff)
+    return Roles(actuated, limbs=tuple(limbs), **parts)
 
 
 def read_closures(path: str | PathLike[str]) -> Closures:
@@ -186,8 +186,7 @@ def closures_text(closures: Closures, comment: str = "") -> str:
     for joint in closures.joints:
         lines += ["", "[[joints]]", *_pairs(joint_values(joint))]
     if roles != Roles():
-        keys = ("actuated", "shoulder", "arm", "reference_point", "cuff")
-        lines += ["", "[roles]", *_pairs({key: getattr(roles, key) for key in keys})]
+        lines += ["", "[roles]", *_pairs({key: getattr(roles, key) for key in ("actuated", *_PARTS)})]
     for limb in roles.limbs:
         lines += ["", "[[roles.limbs]]", *_pairs(asdict(limb))]
     return "\n".join(lines) + "\n"
@@ -238,9 +237,9 @@ def _read_root_table(table: TomlTable) -> Closures:
     return Closures(
         name,
         Root() if root_table is None else _read_root(root_table),
-        tuple(read_closure(item) for item in closure_tables),
+        tuple(map(read_closure, closure_tables)),
         Roles() if roles_table is None else read_roles(roles_table),
-        tuple(read_joint(item) for item in joint_tables),
+        tuple(map(read_joint, joint_tables)),
         left_out,
         0.0 if tolerance is None else tolerance,
     )

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from decimal import Decimal
 
 import numpy as np
 import pinocchio as pin
@@ -44,13 +45,14 @@ from .xml_elements import Element
 _LARGEST = 1e-2
 
 
-__all__ = ["closure_words", "decimals", "geometry_words", "pose_words", "rounding_of"]
 #: Attributes of URDF and MJCF that are places and directions.
 _GEOMETRY = frozenset(
     ("xyz", "rpy", "quat_xyzw", "pos", "quat", "euler", "axis", "axisangle", "xyaxes", "zaxis", "anchor", "relpose")
 )
 #: Elements of MJCF, and those of URDF and MJCF that place no joint.
 _UNPLACED = frozenset(("inertial", "visual", "collision", "geom", "camera", "light", "asset", "visual", "site"))
+#: Elements of SDF whose text is a place or direction.
+_TEXTS = ("pose", "xyz")
 #: Fewer decimals, or fewer digits in every number with as many decimals, are exact numbers; more are doubles.
 FEWEST, MOST = 4, 12
 #: Number of geometries with the same digits.
@@ -111,15 +113,8 @@ def geometry_words(root: Element) -> Iterator[str]:
         for key, text in element.attributes.items():
             if key in _GEOMETRY:
                 yield from text.split()
+        yield from element.text.split() if element.tag in _TEXTS else ()
         waiting += (child for child in element.children if child.tag not in _UNPLACED)
-
-
-def pose_words(element: Element) -> Iterator[str]:
-    """The numbers of a ``<pose>``, or of the ``<xyz>`` of an axis, of SDF."""
-    if element.tag == "pose":
-        yield from element.text.split()
-    elif element.tag in ("axis", "axis2"):
-        yield from (word for child in element.all("xyz") for word in child.text.split())
 
 
 def closure_words(closures: Closures) -> Iterator[str]:
@@ -147,7 +142,7 @@ def rounding_of(words: Iterable[str]) -> float:
             continue
         most = max(most, count)
         if count >= FEWEST:
-            figures = max(figures, _significant(word))
+            figures = max(figures, len(Decimal(word).normalize().as_tuple().digits))
         if turns and count >= FEWEST and abs(value - turns * 0.5 * math.pi) <= 0.5 * 10.0**-count:
             right = min(right, count)
     return 0.5 * 10.0 ** -min(most, right) if FEWEST <= most <= MOST and figures >= FEWEST else 0.0
@@ -155,14 +150,7 @@ def rounding_of(words: Iterable[str]) -> float:
 
 def decimals(word: str) -> int:
     """Decimals of a number as it is written, less its trailing zeros."""
-    mantissa, _, exponent = word.lower().partition("e")
-    fraction = mantissa.partition(".")[2].rstrip("0")
-    return max(len(fraction) - int(exponent or 0), 0)
-
-
-def _significant(word: str) -> int:
-    """Digits of a number as it is written, less the zeros before and after them."""
-    return len(word.lower().partition("e")[0].lstrip("+-").replace(".", "").strip("0"))
+    return max(-int(Decimal(word).normalize().as_tuple().exponent), 0)
 
 
 class Redrawn:
@@ -217,7 +205,7 @@ class Redrawn:
     def element(self, root: Element) -> Element:
         """A copy of a URDF, SDF or a part of it with its places and directions moved."""
         given = {key: self.text(text) if key in _GEOMETRY else text for key, text in root.attributes.items()}
-        text = self.text(root.text) if root.tag in ("pose", "xyz") else root.text
+        text = self.text(root.text) if root.tag in _TEXTS else root.text
         children = [child if child.tag in _UNPLACED else self.element(child) for child in root.children]
         return replace(root, attributes=given, children=children, text=text)
 
@@ -268,9 +256,10 @@ def with_digits(
         if worst == (0, 0.0)
         else _measured(ChainState(model, closures), q, lambda seed: again(Redrawn(seed, tolerance)), state.tolerance)
     )
+    closes = _closed(ChainState(model, closures)) is not None
     if worst != (0, 0.0) and measured is None:
         said, read = f"{known}, which leaves open whether rows of the loops agree", rounded
-        if _closed(ChainState(model, closures)) is not None:
+        if closes:
             said, read = f"{said}: read as they stand", replace(closures, rounding=tolerance)
         return replace(read, left_out=(*closures.left_out, entry("digits", said)))
     finer = (
@@ -280,7 +269,7 @@ def with_digits(
         if worst is None or worst[0] != measured.rows:
             rounded = finer
         reason = f"of the loops' rows {measured.rows} agree with others to {measured.size:.0e}"
-    elif _closed(ChainState(model, closures)) is None:
+    elif not closes:
         reason = "the loops close no better"
         rounded = finer
     elif mobility(ChainState(model, finer), q).kinds:

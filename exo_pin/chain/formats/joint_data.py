@@ -24,6 +24,13 @@ NO_LIMIT = float(np.finfo(np.float64).max)
 _NO_LIMIT_FROM = 1e300
 #: Pinocchio's own limits of quaternions and cosine-sine pairs, which limit nothing.
 _BEYOND_UNIT = 1.01
+#: What Pinocchio's model calls the data of joints; where there are two names, the second has the other sign.
+FIELDS = {
+    "damping": ("damping",), "friction": ("upperDryFrictionLimit", "lowerDryFrictionLimit"), "armature": ("armature",),
+    "lower_effort": ("lowerEffortLimit",), "upper_effort": ("upperEffortLimit",),
+    "speed": ("upperVelocityLimit", "lowerVelocityLimit"),
+    "lower_position": ("lowerPositionLimit",), "upper_position": ("upperPositionLimit",),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +46,7 @@ class JointData:
     effort, velocity : ndarray
         Shape (nv of the joint, 2), lower and upper limits, N or N m, and m/s or rad/s; infinite where there is none.
     position : ndarray
-        Shape (nq of the joint, 2), m or rad; infinite where there is none.
+        Shape (nq of the joint, 2), m or rad; infinite where there is none, as of an endless hinge.
     stiffness : float
         Of the spring, N/m or N m/rad.
     reference : ndarray or None
@@ -59,7 +66,6 @@ class JointData:
     @property
     def present(self) -> tuple[str, ...]:
         """Names of the data that are not zero and of the limits, for messages."""
-        position = np.isfinite(self.position) & (np.abs(self.position) != _BEYOND_UNIT)
         there = {
             "damping": self.damping.any(),
             "friction": self.friction.any(),
@@ -67,7 +73,7 @@ class JointData:
             "spring": self.stiffness != 0.0,
             "effort limits": np.isfinite(self.effort).any(),
             "velocity limits": np.isfinite(self.velocity).any(),
-            "position limits": position.any(),
+            "position limits": np.isfinite(self.position).any(),
         }
         return tuple(name for name, is_there in there.items() if is_there)
 
@@ -114,7 +120,9 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
             raise InvalidInput(f"joint {name!r}: expected a friction that is the same in both directions")
         if np.asarray(model.rotorInertia[v]).any():
             raise InvalidInput(f"joint {name!r}: expected the rotor's inertia as armature, not as rotorInertia")
-        spring = springs.get(name)
+        spring, position = springs.get(name), _limits(model, "Position", q)
+        if model.nqs[index] != model.nvs[index]:
+            position[np.abs(position) == _BEYOND_UNIT] *= np.inf
         found.append(
             JointData(
                 unit_of(model, index),
@@ -123,7 +131,7 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
                 np.array(model.armature[v]),
                 _limits(model, "Effort", v),
                 _limits(model, "Velocity", v),
-                _limits(model, "Position", q),
+                position,
                 0.0 if spring is None else spring.stiffness,
                 None if spring is None or spring.spring_reference is None else np.array(spring.spring_reference),
             )
@@ -162,6 +170,11 @@ def apply_joint_properties(model: pin.Model, properties: Iterable[JointPropertie
         own = v_slice(model, find_joint(model, item))
         if item.armature is not None:
             model.armature[own] = item.armature
+
+
+def part_of(model: pin.Model, joint: int, key: str) -> slice:
+    """Indices of a joint's data in a field of :data:`FIELDS`: positions are by the coordinates of q."""
+    return (q_slice if "Position" in key else v_slice)(model, joint)
 
 
 def _limits(model: pin.Model, key: str, part: slice) -> FloatArray:

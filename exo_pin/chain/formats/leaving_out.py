@@ -7,7 +7,7 @@ its effect (no effect, may change forces, changes the mechanism) and what it mea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 
 from ...core.errors import FileFormatError
@@ -138,6 +138,11 @@ class LeftOut(OneProcess):
         """Note what has no effect on the motion, or is no part of a chain."""
         self._found.setdefault(name, []).append(what)
 
+    def unread(self, elements: Mapping[tuple[str, str], int]) -> None:
+        """Note elements of other programs: how often each is there, by its tag and where it is."""
+        for (tag, where), count in elements.items():
+            self.say(name_of_element(tag), where if count == 1 else f"{where}, {count} times")
+
     def has(self, *names: str) -> bool:
         """Whether something of these names was left out."""
         return not self._found.keys().isdisjoint(names)
@@ -145,7 +150,13 @@ class LeftOut(OneProcess):
     @property
     def report(self) -> tuple[str, ...]:
         """One entry for each name: the name, what was left out, its effect and what that means."""
-        return tuple(entry(name, "; ".join(_shortened(whats))) for name, whats in self._found.items())
+        found = []
+        for name, whats in self._found.items():
+            unique = list(dict.fromkeys(whats))
+            if len(unique) > _SAID:
+                unique[_SAID - 1 :] = [f"and {len(unique) - _SAID + 1} more"]
+            found.append(entry(name, "; ".join(unique)))
+        return tuple(found)
 
 
 def entry(name: str, what: str) -> str:
@@ -168,8 +179,3 @@ def entry(name: str, what: str) -> str:
 def name_of_element(tag: str) -> str:
     """Under which name an element of other programs is left out."""
     return "programs" if tag in _PROGRAMS else "contact" if tag in _CONTACT else "unread"
-
-
-def _shortened(whats: list[str]) -> list[str]:
-    unique = list(dict.fromkeys(whats))
-    return unique if len(unique) <= _SAID else [*unique[: _SAID - 1], f"and {len(unique) - _SAID + 1} more"]

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from itertools import permutations
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -33,11 +34,12 @@ import pinocchio as pin
 
 from ...core.errors import FileFormatError, UnknownName
 from ...core.files.atomic import read_text
+from ...core.files.toml_tables import naming_file
 from ...core.optional_packages import optional
 from ...core.validation import as_choice
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
-from .bodies import add_frame, add_joint, copy_data
+from .bodies import rebuilt
 from .joint_data import joint_data, refuse_data, repair_limits
 from .urdf.urdf_loading import load_model
 
@@ -56,10 +58,14 @@ _OLDER_KEYS = {
     "Lidmot": "name_mot, names of joints",
     "Lidvmot": "name_mot, names of joints",
 }
-_HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
-_CROSSES = {f"UJOINT_{one}{other}": (one, other) for one in "XYZ" for other in "XYZ" if one != other}
-_CROSSES["CARDAN"] = ("X", "Y")
-_JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
+_HINGES = {"X": pin.JointModelRX(), "Y": pin.JointModelRY(), "Z": pin.JointModelRZ()}
+#: What joints become, one after the other, by what is added to their names; a fixed one is none.
+_JOINT_TYPES: dict[str, dict[str, pin.JointModel]] = {"SPHERICAL": {"": pin.JointModelSpherical()}, "FIXED": {}}
+_JOINT_TYPES |= {
+    f"UJOINT_{one}{other}": {f"_{one}": _HINGES[one], f"_{other}": _HINGES[other]}
+    for one, other in permutations("XYZ", 2)
+}
+_JOINT_TYPES["CARDAN"] = _JOINT_TYPES["UJOINT_XY"]
 
 
 def parse_yaml(text: str) -> Any:
@@ -171,10 +177,8 @@ def read_parallel_robot(
         path = Path(path) / "robot.yaml"
     text = read_text(path)
     file = Path(path)
-    try:
+    with naming_file(file):
         data = parse_yaml(text)
-    except FileFormatError as error:
-        raise FileFormatError(str(error), file) from None
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
     for key in data:
@@ -237,37 +241,14 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
     InvalidInput
         If a joint of another type had damping or friction.
     """
-    data = joint_data(model, ())
-    for joint in range(1, model.njoints):
-        if model.names[joint] in changes:
+    data, kinds = joint_data(model, ()), {}
+    for joint, name in enumerate(model.names):
+        if name in changes:
             lost = [what for what in data[joint].present if what in ("damping", "friction")]
-            refuse_data(f"the joint type {changes[model.names[joint]]}", model.names[joint], lost)
-    new = pin.Model()
-    new.name, new.gravity = model.name, model.gravity
-    # A root link that is fixed to the world moves if the chain is hung otherwise.
-    new.inertias[0] = model.inertias[0]
-    carriers, welded = {0: 0}, []
-    for joint in range(1, model.njoints):
-        name, place = model.names[joint], model.jointPlacements[joint]
-        parent, kind = carriers[model.parents[joint]], changes.get(name)
-        if kind is None or kind == "FIXED":
-            added = add_joint(new, parent, model.joints[joint], place, name)
-            copy_data(model, joint, new, added)
-            welded += [added] if kind == "FIXED" else []
-        elif kind == "SPHERICAL":
-            added = add_joint(new, parent, pin.JointModelSpherical(), place, name)
-        else:
-            first, second = _CROSSES[kind]
-            middle = add_joint(new, parent, _HINGES[first](), place, f"{name}_{first}")
-            added = add_joint(new, middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
-        new.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
-        carriers[joint] = added
-    for frame in model.frames:
-        # A joint that has become two hinges is still a frame, that loops may name.
-        gone = frame.type == pin.FrameType.JOINT and not new.existJointName(frame.name)
-        if gone or (frame.type != pin.FrameType.JOINT and frame.name != "universe"):
-            kind = pin.FrameType.OP_FRAME if gone else frame.type
-            add_frame(new, frame.name, carriers[frame.parentJoint], frame.placement, kind)
+            refuse_data(f"the joint type {changes[name]}", name, lost)
+            kinds[joint] = _JOINT_TYPES[changes[name]]
+    new = rebuilt(model, {joint: kind for joint, kind in kinds.items() if kind})
+    welded = [new.getJointId(model.names[joint]) for joint, kind in kinds.items() if not kind]
     if welded:
         new = pin.buildReducedModel(new, welded, pin.neutral(new))
         repair_limits(new)

@@ -8,7 +8,7 @@ of the file's chain the one that was written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -18,16 +18,9 @@ from ...core.validation import FloatArray, as_choice
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
 from ..structure.description import Closures
-from ..structure.motion_axes import q_slice, v_slice
-from .bodies import COPIED, LINKS_AND_SITES, rebuilt
-
-#: Data of joints, by the coordinates of v, and of q (positions), as Pinocchio's model calls them.
-BY_VELOCITY = {
-    "damping": ("damping",), "friction": ("upperDryFrictionLimit", "lowerDryFrictionLimit"), "armature": ("armature",),
-    "lower_effort": ("lowerEffortLimit",), "upper_effort": ("upperEffortLimit",),
-    "speed": ("upperVelocityLimit", "lowerVelocityLimit"),
-}  # fmt: skip
-BY_POSITION = {"lower_position": ("lowerPositionLimit",), "upper_position": ("upperPositionLimit",)}
+from ..structure.motion_axes import q_slice
+from .bodies import LINKS_AND_SITES, rebuilt
+from .joint_data import FIELDS, part_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +37,7 @@ class JointRestated:
         Mass, kg, centre of mass, m, and the moments xx, xy, yy, xz, yz, zz about it, kg m², of the link in the joint's
         frame.
     data : mapping of str to tuple of float
-        By the names of :data:`BY_VELOCITY` and :data:`BY_POSITION`, SI units; infinite for no limit.
+        By the names of :data:`.joint_data.FIELDS`, SI units; infinite for no limit.
     """
 
     called: str | None = None
@@ -103,8 +96,10 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
     helpers = {_index(model, name) for name in restated.helpers}
     there = {item.called: name for name, item in restated.joints.items() if item.called is not None}
     called = {value: name for name, value in restated.frames.items()}
-    _require(there, "joint", [str(name) for name in model.names])
-    _require(called, "frame", [frame.name for frame in model.frames])
+    for name in there:
+        _index(model, name)
+    for name in called:
+        as_choice("frame", name, [frame.name for frame in model.frames])
     places = {}
     for name, item in restated.joints.items():
         if item.zero is not None:
@@ -115,12 +110,12 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
         index = _index(model, name)
         if item.inertia is not None:
             model.inertias[index] = _body(item.inertia)
-        if item.zero is not None:
-            _shift_limits(model, index, np.array(item.zero))
-        for keys, part in ((BY_VELOCITY, v_slice), (BY_POSITION, q_slice)):
-            for key in keys.keys() & item.data.keys():
-                for sign, target in zip((1.0, -1.0), keys[key], strict=False):
-                    getattr(model, target)[part(model, index)] = sign * np.array(item.data[key])
+        if item.zero is not None and len(item.zero) == model.nqs[index] == 1:
+            for limit in (model.lowerPositionLimit, model.upperPositionLimit):
+                limit[model.idx_qs[index]] += item.zero[0]
+        for key, values in item.data.items():
+            for sign, target in zip((1.0, -1.0), FIELDS[key], strict=False):
+                getattr(model, target)[part_of(model, index, target)] = sign * np.array(values)
     shapes = tuple(replace(shape, frame=called.get(shape.frame, shape.frame)) for shape in read.shapes)
     return model, replace(own, root=read.root, shapes=shapes)
 
@@ -182,13 +177,6 @@ def motion(model: pin.Model, index: int, q: FloatArray) -> pin.SE3:
     return model.jointPlacements[index].inverse() * data.liMi[index]
 
 
-def _shift_limits(model: pin.Model, index: int, zero: FloatArray) -> None:
-    own = q_slice(model, index)
-    if len(zero) == own.stop - own.start == 1:
-        for key in COPIED[0]:
-            getattr(model, key)[own] += zero
-
-
 def _body(numbers: tuple[float, ...]) -> pin.Inertia:
     mass, x, y, z, xx, xy, yy, xz, yz, zz = numbers
     return pin.Inertia(mass, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
@@ -198,8 +186,3 @@ def _index(model: pin.Model, name: str) -> int:
     names = [str(own) for own in model.names]
     as_choice("joint", name, names[1:])
     return names.index(name)
-
-
-def _require(wanted: Iterable[str], what: str, there: list[str]) -> None:
-    for name in wanted:
-        as_choice(what, name, there)

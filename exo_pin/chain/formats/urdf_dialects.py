@@ -36,6 +36,7 @@ from .closures_file import closures_text
 from .leaving_out import LeftOut, name_of_element
 from .sdf.sdf_frames import Scope
 from .sdf.sdf_model import closure_of, is_closure, read_joint
+from .urdf.urdf_values import origin_of
 from .xml_elements import NOTHING, Element, as_numbers, checked, numbers, vector
 
 #: Elements of a ``<robot>`` that may state loops.
@@ -89,19 +90,19 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
     found: list[Closure] = []
     before: dict[frozenset[Any], _Loop] = {}
     for loop in reader.loops():
-        couples = loop.closure is not None and loop.closure.kind.is_coupling
-        bodies = frozenset(end if couples else reader.carriers.get(end, -1) for end in loop.ends)
-        known = loop.name if loop.name in names else stated.get(bodies)
+        own = loop.closure
+        bodies = frozenset(end if own.kind.is_coupling else reader.carriers.get(end, -1) for end in loop.ends)
+        known = own.name if own.name in names else stated.get(bodies)
         if known is not None:
             left.say("restated", f"{loop.element.place} is closure {known!r}")
             continue
         if loop.problem is not None:
             refuse = partial(FileFormatError, key=loop.problem.key)
             left.named(loop.refused, str(loop.problem), "state it in the closures file", refuse, loop.paste)
-        if loop.closure is None:
+        if loop.refused == "loops":
             continue
         other = before.setdefault(bodies, loop)
-        if other.element.tag != loop.element.tag or any(loop.closure.name == each.name for each in found):
+        if other.element.tag != loop.element.tag or any(own.name == each.name for each in found):
             raise loop.element.error(
                 f"the loop between {' and '.join(map(repr, loop.ends))} is stated on line {other.element.line}, too, "
                 f"by {other.element.place}: take one of the two out, or state it in the closures file{loop.paste}"
@@ -109,7 +110,7 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
         if len(bodies) == 1:
             one, two = (
                 reader.places[end] * se3(place)
-                for end, place in zip(loop.ends, (loop.closure.placement_a, loop.closure.placement_b), strict=True)
+                for end, place in zip(loop.ends, (own.placement_a, own.placement_b), strict=True)
             )
             if np.linalg.norm(one.translation - two.translation) > _APART:
                 raise loop.element.error("it joins two places of one rigid body that are apart")
@@ -117,7 +118,7 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
             continue
         if loop.note:
             left.say(loop.note, loop.element.place)
-        found.append(loop.closure)
+        found.append(own)
     taken = names | set(model.names)
     found = [
         each if each.name not in taken else replace(each, name=free_name(f"{each.name}_closure", taken))
@@ -128,24 +129,27 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
 
 @dataclass(frozen=True)
 class _Loop:
-    """A loop as an element states it; the problem of what no closure holds, and its name in ``leave_out``."""
+    """A loop as an element states it; the problem of what no closure holds, and its name in ``leave_out``.
 
-    name: str
+    A loop that no closure holds has one of its name between its ends.
+    """
+
     element: Element
-    ends: tuple[str, str]
-    closure: Closure | None = None
+    closure: Closure
     problem: FileFormatError | None = None
-    refused: str = "loops"
+    refused: str = ""
     note: str = ""
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        return self.closure.frame_a, self.closure.frame_b
 
     @property
     def paste(self) -> str:
         """The text for the closures file, whose type is to be chosen where there is no closure."""
-        closure = self.closure or Closure(self.name, "spherical", *self.ends)
-        text = closures_text(Closures("robot", closures=(closure,)))
-        told = (
-            "" if self.closure else "\n# choose the type, and add where it is: translation_a_m, translation_b_m, axis"
-        )
+        text = closures_text(Closures("robot", closures=(self.closure,)))
+        choose = "\n# choose the type, and add where it is: translation_a_m, translation_b_m, axis"
+        told = choose if self.refused == "loops" else ""
         return f"\n\n{text[text.index('[[closures]]') :].rstrip()}{told}"
 
 
@@ -169,10 +173,9 @@ class _Reader:
             for part, read in self._parts(element):
                 try:
                     yield read(part)
-                except FileFormatError as error:
-                    yield _Loop(self._name(part), part, ("?", "?"), problem=error)
                 except InvalidInput as error:
-                    yield _without(self._name(part), part, ("?", "?"), str(error))
+                    problem = error if isinstance(error, FileFormatError) else part.error(str(error))
+                    yield _without(self._name(part), part, ("?", "?"), problem)
         yield from self._closing_frames()
 
     def _parts(self, element: Element) -> Iterator[tuple[Element, Callable[[Element], _Loop]]]:
@@ -221,13 +224,19 @@ class _Reader:
         return name
 
     def _at(
-        self, element: Element, kind: str, ends: tuple[str, str], at_a: pin.SE3, at_b: pin.SE3 | None = None
+        self,
+        element: Element,
+        kind: str,
+        ends: tuple[str, str],
+        at_a: pin.SE3,
+        at_b: pin.SE3 | None = None,
+        name: str | None = None,
     ) -> _Loop:
         """A loop at a frame of its first end, and of its second one where the joints are zero unless it is given."""
         here = self.places[ends[1]].actInv(self.places[ends[0]] * at_a) if at_b is None else at_b
-        name = self._name(element)
+        name = name or self._name(element)
         closure = Closure(name, kind, *ends, placement_of(at_a), placement_of(here))
-        return _Loop(name, element, ends, closure)
+        return _Loop(element, closure)
 
     def _sdf(self, element: Element) -> _Loop:
         for _ in checked(element, "sdf", strange=lambda name, where: self._left.say(name_of_element(name), where)):
@@ -244,7 +253,7 @@ class _Reader:
         if not is_closure(joint):
             return _without(self._name(element), element, ends, "no closure has two axes that are not at right angles")
         closure = replace(closure_of(joint, self.places | {"world": self.places[ends[1]]}), frame_b=ends[1])
-        found = _Loop(joint.name, element, ends, closure, note="" if joint.is_bare else "loop_limits")
+        found = _Loop(element, closure, note="" if joint.is_bare else "loop_limits")
         if joint.damping or any(axis.damping or axis.friction or axis.stiffness or axis.mimic for axis in joint.axes):
             problem = element.error(
                 "no closure has springs, damping, friction or a mimic; cut the loop at another joint"
@@ -257,11 +266,7 @@ class _Reader:
         ends = (self._end(element, texts.get("parent_link")), self._end(element, texts.get("child_link")))
         if texts.get("child_model") not in (self._root.attributes["name"], "__model__"):
             return _without(self._name(element), element, ends, f"it holds model {texts.get('child_model')!r}")
-        parent, child = ends
-        found = self._at(element, "rigid", ends, pin.SE3.Identity())
-        name = f"{parent}_{child}"
-        assert found.closure is not None
-        return replace(found, name=name, closure=replace(found.closure, name=name))
+        return self._at(element, "rigid", ends, pin.SE3.Identity(), name="_".join(ends))
 
     def _drake(self, element: Element) -> _Loop:
         ends, points = [], []
@@ -282,7 +287,7 @@ class _Reader:
         kind = element.attributes.get("type")
         if kind != "spherical":
             return _without(self._name(element), element, (one, two), f"Isaac closes loops by balls alone, not {kind}")
-        return self._at(element, "spherical", (one, two), *map(_origin, links))
+        return self._at(element, "spherical", (one, two), *map(origin_of, links))
 
     def _equality(self, element: Element) -> _Loop:
         given = element.attributes
@@ -314,7 +319,7 @@ class _Reader:
         powers = powers[:1] if joints[0] == "universe" else powers
         name = self._name(element)
         closure = Closure(name, "coupling", joints[0], joints[1], polynomial=tuple(powers))
-        return _Loop(name, element, (joints[0], joints[1]), closure)
+        return _Loop(element, closure)
 
     def _closing_frames(self) -> Iterator[_Loop]:
         """Pairs of frames of onshape-to-robot."""
@@ -322,7 +327,7 @@ class _Reader:
         frames = {name: (name, pin.SE3.Identity(), links.get(name, self._root)) for name in self.places}
         for element in self._root.all("frame"):
             if element.attributes.get("link") in self.places and "name" in element.attributes:
-                frames[element.attributes["name"]] = (element.attributes["link"], _origin(element), element)
+                frames[element.attributes["name"]] = (element.attributes["link"], origin_of(element), element)
         for name in frames:
             match = _CLOSING.fullmatch(name)
             if match is None:
@@ -345,7 +350,6 @@ class _Reader:
                 # Those of a fastened joint look the same.
                 found = replace(found, note="closing_frames")
             elif len(along) == 2 and all(np.hypot(*each[:2]) < _ALONG * each[2] for each in along):
-                assert found.closure is not None
                 found = replace(found, closure=replace(found.closure, type="revolute"))
             else:
                 found = _without(called, element, (one, two), "its frames _z do not both stand on the z axes")
@@ -356,13 +360,9 @@ def _is_closing(element: Element) -> bool:
     return element.tag == "link" and element.attributes.get("name", "").startswith("closing_")
 
 
-def _without(name: str, element: Element, ends: tuple[str, str], why: str) -> _Loop:
-    return _Loop(name, element, ends, problem=element.error(why))
-
-
-def _origin(element: Element | None) -> pin.SE3:
-    roll, pitch, yaw = vector(element, "rpy", NOTHING)
-    return pin.SE3(pin.rpy.rpyToMatrix(roll, pitch, yaw), vector(element, "xyz", NOTHING))
+def _without(name: str, element: Element, ends: tuple[str, str], why: str | FileFormatError) -> _Loop:
+    problem = element.error(why) if isinstance(why, str) else why
+    return _Loop(element, Closure(name, "spherical", *ends), problem, "loops")
 
 
 def _pose(place: pin.SE3, element: Element) -> Element:

@@ -12,6 +12,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from functools import cache
 from os import PathLike
 from pathlib import Path
@@ -39,9 +40,9 @@ _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BLANKS = " \t\r\n"
 
 
-@dataclass(eq=False)
+@dataclass
 class Element:
-    """One XML element.
+    """One XML element; one with the same content elsewhere is equal.
 
     Attributes
     ----------
@@ -61,8 +62,8 @@ class Element:
 
     tag: str
     attributes: dict[str, str]
-    line: int
-    place: str
+    line: int = field(compare=False)
+    place: str = field(compare=False)
     children: list[Element] = field(default_factory=list)
     text: str = ""
 
@@ -73,13 +74,6 @@ class Element:
     def first(self, tag: str) -> Element | None:
         """The first child with this tag."""
         return next((child for child in self.children if child.tag == tag), None)
-
-    def says_as(self, other: Element) -> bool:
-        """Whether another element has the same content."""
-        if (self.tag, self.attributes, self.text) != (other.tag, other.attributes, other.text):
-            return False
-        pairs = zip(self.children, other.children, strict=False)
-        return len(self.children) == len(other.children) and all(one.says_as(two) for one, two in pairs)
 
     def error(self, message: str, attribute: str = "") -> FileFormatError:
         """An error that names the element, its attribute and its line."""
@@ -122,7 +116,33 @@ def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:
     else:
         encoding = None
     parser = expat.ParserCreate(encoding)
-    builder = _Builder(parser, what)
+    root, around, texts = list[Element](), list[Element](), list[list[str]]()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        line, name = parser.CurrentLineNumber, attributes.get("name")
+        if len(around) >= _DEEPEST:
+            raise FileFormatError(f"line {line}: elements are nested more than {_DEEPEST} deep")
+        place = tag if name is None or not around else f"{tag} {name!r}"
+        if len(around) > 1:
+            place = f"{around[-1].place}: {place}"
+        element = Element(tag, attributes, line, place)
+        (around[-1].children if around else root).append(element)
+        around.append(element)
+        texts.append([])
+
+    def end(tag: str) -> None:
+        around.pop().text = "".join(texts.pop()).strip()
+
+    def characters(text: str) -> None:
+        if texts:
+            texts[-1].append(text)
+
+    def doctype(name: str, *_: object) -> None:
+        place = f"line {parser.CurrentLineNumber}: <!DOCTYPE {name}>"
+        raise FileFormatError(f"{place}: {what} has no document type; take the declaration out")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = characters, doctype
     try:
         parser.Parse(source, True)
     except (expat.ExpatError, LookupError, ValueError) as error:
@@ -134,8 +154,7 @@ def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:
         is_bare = re.search(rb"<\w[^<>]*\s[\w:]+=[^\s\"'<>]", source) is not None
         quotes = " (XML needs quotes about the values of attributes)" if is_bare else ""
         raise FileFormatError(f"not {what}: its XML is not well-formed{quotes}: {error}") from error
-    assert builder.root is not None
-    return builder.root
+    return root[0]
 
 
 def _mended(source: bytes) -> bytes:
@@ -151,52 +170,6 @@ def _mended(source: bytes) -> bytes:
     bare = re.sub(rb"<!\[CDATA\[.*?\]\]>|<!--.*?-->", kept, source, flags=re.DOTALL)
     found = re.search(rb"<\?xml\s.*?\?>", bare)
     return bare if found is None or found.start() == 0 else found[0] + bare[: found.start()] + bare[found.end() :]
-
-
-class _Builder:
-    """Makes elements of the parser's events."""
-
-    def __init__(self, parser: expat.XMLParserType, what: str) -> None:
-        self._what = what
-        self.root: Element | None = None
-        self._parser, self._open, self._texts = parser, list[Element](), list[list[str]]()
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._characters
-        parser.StartDoctypeDeclHandler = self._doctype
-
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        line = self._parser.CurrentLineNumber
-        if len(self._open) >= _DEEPEST:
-            raise FileFormatError(f"line {line}: elements are nested more than {_DEEPEST} deep")
-        element = Element(tag, attributes, line, self._place(tag, attributes))
-        if self._open:
-            self._open[-1].children.append(element)
-        else:
-            self.root = element
-        self._open.append(element)
-        self._texts.append([])
-
-    def _place(self, tag: str, attributes: dict[str, str]) -> str:
-        if not self._open:
-            return tag
-        name = attributes.get("name")
-        own = tag if name is None else f"{tag} {name!r}"
-        return own if len(self._open) == 1 else f"{self._open[-1].place}: {own}"
-
-    def _end(self, tag: str) -> None:
-        element = self._open.pop()
-        element.text = "".join(self._texts.pop()).strip()
-
-    def _characters(self, text: str) -> None:
-        if self._open:
-            self._texts[-1].append(text)
-
-    def _doctype(self, name: str, *_: object) -> None:
-        line = self._parser.CurrentLineNumber
-        raise FileFormatError(
-            f"line {line}: <!DOCTYPE {name}>: {self._what} has no document type; take the declaration out"
-        )
 
 
 def numbers(element: Element, attribute: str, count: int) -> list[float]:
@@ -267,11 +240,9 @@ def half_unit(text: str) -> float:
 
     A number without a point and an exponent, and any zero, counts as exact.
     """
-    mantissa, _, exponent = text.strip(_BLANKS).lower().partition("e")
-    decimals = mantissa.partition(".")[2]
-    if float(text) == 0.0 or not (exponent or decimals):
-        return 0.0
-    return 0.5 * 10.0 ** (int(exponent or 0) - len(decimals))
+    word = text.strip(_BLANKS)
+    is_exact = float(word) == 0.0 or word.lstrip("+-").rstrip(".").isdigit()
+    return 0.0 if is_exact else 0.5 * 10.0 ** int(Decimal(word).as_tuple().exponent)
 
 
 def _finite(element: Element, attribute: str, word: str) -> float:
@@ -411,7 +382,7 @@ def _read_children(element: Element, rule: Rule, strange: Callable[[str, str], N
             unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out, *rule.named))
             continue
         if tag in seen and tag not in rule.often:
-            if child.says_as(seen[tag]):
+            if child == seen[tag]:
                 continue
             raise child.error(f"expected one <{tag}>, this is a second one; the first is on line {seen[tag].line}")
         seen.setdefault(tag, child)

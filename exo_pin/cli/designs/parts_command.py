@@ -15,7 +15,7 @@ from ...core.schema import document
 from ...design import DEFAULT_PRESET
 from ...workspace.parts import parts_list, parts_sheet, with_drive_masses
 from .. import options
-from ..command import check_file, deliver, writes
+from ..command import Files, check_file, writes
 from ..options.criteria_options import Judged
 
 _toml = partial(check_file, "--with-masses", (".toml",), False)
@@ -43,6 +43,7 @@ class Parts:
     columns: dict[str, list[Any]]
 
 
+@writes(".csv", ".xlsx", ".json")
 def parts(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -56,8 +57,7 @@ def parts(
     rate: Annotated[float, options.called("DEG/S")] = 30.0,
     drive_mass: options.Kilograms | None = None,
     with_masses: Annotated[Path | None, Parameter(metavar="FILE", validator=_toml)] = None,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """List drives, frame and cuff of a design, with lengths, forces, speeds, power, mass, and products that fit.
 
@@ -90,12 +90,10 @@ def parts(
         type(exo).from_mechanism(heavy).save(with_masses)
     asked = {"poses_inside": int(found.inside.sum()), "rate_deg_s": rate, "known_mass_kg": np.nansum(table["mass_kg"])}
     text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
-    deliver(
+    files.deliver(
         f"{parts_sheet(exo.device, table)}\n{text}",
         data=lambda: document(Parts, asked | {"columns": dict(table)}),
         columns=lambda: table,
         notes=lambda: asked,
         exo=exo,
-        json=json,
-        out=out,
     )

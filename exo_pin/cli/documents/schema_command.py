@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from json import dumps, loads
-from pathlib import Path
 from typing import Annotated
 
 from ...core.errors import FileFormatError
 from ...core.files.atomic import read_text
 from ...core.schema import checked_identifier, identifier
-from ..command import deliver, writes
+from ..command import Files, writes
 from ..options import called
 from .registry import DOCUMENTS, kind_of
 from .registry import schema as schema_named
 
 
-def schema(
-    name: Annotated[str | None, called("NAME|FILE.json")] = None,
-    /,
-    *,
-    out: Annotated[Path | None, writes(".json", picture=False)] = None,
-) -> None:
+@writes(".json", json=False)
+def schema(name: Annotated[str | None, called("NAME|FILE.json")] = None, /, *, files: Files = Files()) -> None:
     """Print the JSON schema of a document that --json prints, with descriptions and units; without a name list them.
 
     Of a .json file say which document it is; one of another version is refused.
@@ -47,7 +42,7 @@ def schema(
         print(f"{identifier(found)}: {_summary(found)}")
     else:
         made = schema_named(name)
-        deliver(dumps(made, indent=2, ensure_ascii=False), data=lambda: made, out=out)
+        files.deliver(dumps(made, indent=2, ensure_ascii=False), data=lambda: made)
 
 
 def _summary(name: str) -> str:

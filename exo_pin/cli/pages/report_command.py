@@ -9,9 +9,10 @@ from ...core.optional_packages import require_extra
 from ...design import DEFAULT_PRESET
 from ...report.pages import ENDINGS
 from .. import options
-from ..command import deliver, writes
+from ..command import Files, writes
 
 
+@writes(*ENDINGS, ".json")
 def report(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -19,8 +20,7 @@ def report(
     side: options.Side = None,
     worn: options.Worn = options.Worn(),
     arm_speed: Annotated[float, options.called("DEG/S")] = 30.0,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(*ENDINGS, ".json", picture=False)] = None,
+    files: Files = Files(),
 ) -> None:
     """Report on a design and a person: forces on the shoulder, range of motion, drives to buy, fit, and hazards.
 
@@ -41,4 +41,4 @@ def report(
     exo, named = worn.load(design, side), Path(design)
     wearer = options.own_wearer(exo)
     found = exo.report(wearer, arm_speed, named if named.is_file() else None)
-    deliver(found, data=found.document, exo=exo, json=json, out=out, save=found.save)
+    files.deliver(found, data=found.document, exo=exo, save=found.save)

@@ -9,14 +9,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from ...core.conventions import isb_angles, shoulder_angles
+from ...core.results import drawn
 from ...core.schema import document
 from ...core.tables import aligned, filled, under_verdict
 from ...core.validation import FloatArray
 from ...load_case import Movement, read_movement, write_movement
 from ...load_case.recordings.reading import read_poses
 from ...load_case.recordings.writing import ANGLES, in_convention
-from ..command import deliver, draws, writes
-from ..options import Json, called
+from ..command import Files, writes
+from ..options import called
 from ..options.recording_options import ReadAs
 
 #: Within this of an angle at which two others have no meaning of their own, degrees.
@@ -58,6 +59,7 @@ class RecordSummary:
     elbow_flexion_rad: FloatArray | None
 
 
+@writes(".csv", ".mot", ".sto", plot="the path of the elbow in space")
 def record(
     recording: Annotated[Path, called("FILE")],
     /,
@@ -66,9 +68,7 @@ def record(
     read_as: ReadAs = ReadAs(),
     angles: Literal["clinical", "thesis", "isb", "quaternions"] = "clinical",
     against: Path | None = None,
-    json: Json = False,
-    out: Annotated[Path | None, writes(".csv", ".mot", ".sto")] = None,
-    plot: Annotated[Path | None, draws("the path of the elbow in space")] = None,
+    files: Files = Files(),
 ) -> None:
     """Read a recording of an arm in any known format, check it, and convert it.
 
@@ -98,21 +98,12 @@ def record(
     paths = {recording.stem: movement}
     if against is not None:
         paths[f"{against.stem} (against)"] = read_movement(against, side, reading=read_as.options)
-    deliver(
+    files.deliver(
         _report(read.format, read.convention, movement, side),
         data=lambda: _data(read, movement, side),
         save=lambda path: write_movement(path, movement, side, angles),
-        figure=lambda: _drawn(paths),
-        json=json,
-        out=out,
-        plot=plot,
+        figure=lambda: drawn("record_plots:elbow_paths_figure", paths),
     )
-
-
-def _drawn(paths: dict[str, Movement]) -> Any:
-    from ...view.plots import elbow_paths_figure  # here, because few queries draw
-
-    return elbow_paths_figure(paths)
 
 
 def _report(what: str, convention: str, movement: Movement, side: str) -> str:

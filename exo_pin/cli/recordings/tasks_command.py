@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from ...core.errors import InvalidInput
+from ...core.results import drawn
 from ...design import DEFAULT_PRESET
 from ...load_case import read_movement
 from ...load_case.ranges_of_motion import DAILY_RANGES
-from ...workspace import Day, day_reach, task_reach
+from ...workspace import day_reach, task_reach
 from ...workspace.query import workspace as workspace_of
 from .. import options
-from ..command import deliver, draws, writes
+from ..command import Files, writes
 from ..options.criteria_options import Judged
 from ..options.recording_options import ReadAs
 
 
+@writes(".csv", ".xlsx", ".json", plot="which poses of each recording are inside, over its time, or what a day needs")
 def tasks(
     design: options.Design = DEFAULT_PRESET,
     /,
@@ -29,11 +30,7 @@ def tasks(
     no_ranges: bool = False,
     day: bool = False,
     step: options.Degrees = 8.0,
-    json: options.Json = False,
-    out: Annotated[Path | None, writes(".csv", ".xlsx", ".json")] = None,
-    plot: Annotated[
-        Path | None, draws("which poses of each recording are inside, over its time, or what a day needs")
-    ] = None,
+    files: Files = Files(),
 ) -> None:
     """Compute the share of daily tasks that a design reaches, from published ranges and from measured movements.
 
@@ -59,7 +56,7 @@ def tasks(
         if movement or no_ranges:
             options.refuse("--day has tasks of its own", movement=movement, no_ranges=no_ranges)
         found = day_reach(exo, judged.of(exo), step)
-        deliver(found, found.table, exo=exo, figure=lambda: _drawn(found), json=json, out=out, plot=plot)
+        files.deliver(found, found.table, exo=exo, figure=lambda: drawn("record_plots:day_figure", found))
         return
     movements = {}
     for text in movement:
@@ -69,22 +66,14 @@ def tasks(
         movements[name] = read_movement(path, exo.side, reading=read_as.options)
         for caution in movements[name].cautions:
             options.caution(f"{path}: {caution}")
-    if plot is not None and not movements:
+    if files.plot is not None and not movements:
         raise InvalidInput("--plot draws recordings over their time: give --movement NAME=FILE")
     criteria = judged.of(exo)
     table = task_reach(exo.device, movements, () if no_ranges else DAILY_RANGES, criteria, step)
 
     def status() -> Any:
-        from ...view.plots import task_status_figure  # here, because few queries draw
-
         within = criteria.off_grid()
         inside = {name: workspace_of(exo.device, each.poses, within).inside for name, each in movements.items()}
-        return task_status_figure(inside, {name: each.times for name, each in movements.items()})
+        return drawn("record_plots:task_status_figure", inside, {name: each.times for name, each in movements.items()})
 
-    deliver(table, table, exo=exo, figure=status, json=json, out=out, plot=plot)
-
-
-def _drawn(found: Day) -> Any:
-    from ...view.plots import day_figure  # here, because few queries draw
-
-    return day_figure(found)
+    files.deliver(table, table, exo=exo, figure=status)

@@ -188,8 +188,6 @@ def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 200.0) -> 
 
 #: Bytes of a name that leave room for its endings: file systems allow 255.
 LONGEST_NAME = 200
-#: Linux gives up after so many links, too.
-_MOST_LINKS = 40
 _DESCRIPTORS = re.compile(r"/proc/(\d+)(?:/task/\d+)?/fd")
 
 
@@ -246,40 +244,28 @@ def find_target(path: str | PathLike[str]) -> Target:
     if not isinstance(name, str) or not name or "\0" in name:
         raise InvalidInput(f"expected the path of a file to write, got {echo(path)}")
     try:
-        if os.path.isdir(name):
+        status = None
+        with contextlib.suppress(FileNotFoundError):
+            status = os.stat(name)
+        if status is not None and stat.S_ISDIR(status.st_mode):
             raise InvalidInput(f"expected a file to write, got the folder {name!r}")
         place, descriptor = _followed(name)
-        return Target(place, descriptor, None if descriptor is not None else _status(place))
+        return Target(place, descriptor, status if descriptor is None else None)
     except OSError as error:
         raise FileNotWritten(name, error) from error
 
 
 def _followed(name: str) -> tuple[str, int | None]:
-    """The path with all links followed, and the descriptor of this process that it names."""
-    for _ in range(_MOST_LINKS):
-        folder = os.path.realpath(os.path.dirname(name) or os.curdir)
-        last = os.path.basename(name)
-        name = os.path.join(folder, last)
-        found = _DESCRIPTORS.fullmatch(folder)
+    """The path with all links followed, which lead in no circle, and the descriptor of this process that it names."""
+    while True:
+        folder, last = os.path.realpath(os.path.dirname(name) or os.curdir), os.path.basename(name)
+        name, found = os.path.join(folder, last), _DESCRIPTORS.fullmatch(folder)
         if found and last.isdecimal():
             # That of another process is opened like a device: what the kernel finds behind it counts.
             return name, int(last) if int(found[1]) == os.getpid() else None
-        try:
-            name = os.path.join(folder, os.readlink(name))
-        except FileNotFoundError:
+        if not os.path.islink(name):
             return name, None
-        except OSError as error:
-            if error.errno == errno.EINVAL:  # no link
-                return name, None
-            raise
-    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
-
-
-def _status(place: str) -> os.stat_result | None:
-    try:
-        return os.stat(place)
-    except FileNotFoundError:
-        return None
+        name = os.path.join(folder, os.readlink(name))
 
 
 def require_ending(name: str, path: str | PathLike[str], endings: Sequence[str]) -> None:

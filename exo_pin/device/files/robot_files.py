@@ -39,14 +39,13 @@ import numpy as np
 
 from ...chain import ClosedChain, Roles
 from ...chain.formats.closures_file import closure_values, joint_values, read_closure, read_joint, read_roles
+from ...chain.formats.joint_data import FIELDS
 from ...chain.formats.mjcf.mjcf_reading import read_mjcf
-from ...chain.formats.restated import BY_POSITION, BY_VELOCITY, JointRestated, Restated, restored
+from ...chain.formats.restated import JointRestated, Restated, restored
 from ...chain.formats.sdf.sdf_reading import read_sdf
 from ...chain.structure.description import Closures
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...core.validation import FloatArray
-
-_DATA = (*BY_VELOCITY, *BY_POSITION)
 
 
 def read_robot(
@@ -199,7 +198,7 @@ def _restated(table: TomlTable) -> Restated:
         name, called = str(item.text("name")), item.text("called", required=False)
         zero = _numbers(item, "zero", required=False)
         inertia = item.quantity("number", "inertia", (10,), required=False)
-        data = {key: value for key in _DATA if (value := _numbers(item, key, required=False)) is not None}
+        data = {key: value for key in FIELDS if (value := _numbers(item, key, required=False)) is not None}
         item.finish()
         body = None if inertia is None else tuple(inertia.tolist())
         joints[name] = JointRestated(called, zero, body, data)

@@ -27,7 +27,7 @@ from ...numerics.vectors import (
 )
 from ...wrist.forces.force_kernels import open_effects, spherical_forces
 from ...wrist.forces.wrench_feasibility import moment_margin
-from ...wrist.limbs import largest_radius, limb_vectors, pose_status
+from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 
 
 @kernel(stack=True)
@@ -113,7 +113,7 @@ def holding_stack(
         for i in range(n):
             for j in range(3):
                 A[i, j], B[i, j] = base[i, j] + base_offset[shift, j], platform[i, j] + cuff_offset[shift, j]
-        limb_vectors(R[k], A, B, b, s, X, length, reach)
+        fill_limbs(matrix(R[k]), A, B, b, s, X, length, reach)
         status, size = pose_status(X, reach, none)
         if status >= SINGULAR or size < SINGULAR_MARGIN:
             continue

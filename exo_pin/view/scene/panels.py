@@ -43,7 +43,7 @@ def numbers_panel(
     if forces is not None:
         determinant = forces.determinant
     else:
-        determinant = float("nan") if exo.wrist is None else float(exo.wrist.singularity(pose).determinant)
+        determinant = float("nan") if exo.wrist is None else float(exo.singularity(pose).determinant)
     values, remarks, headline = list[dict[str, str]](), list[tuple[str, bool]](), ""
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
     if forces is not None and not np.isfinite(size):

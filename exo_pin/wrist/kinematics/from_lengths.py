@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.vectors import dot, matrix, root, rotation_matrix, turn, turn_back, vector
-from ..limbs import fill_limbs, limb_vectors
+from ..limbs import fill_limbs
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN, rotate
 from .inverse import joint_rows
 from .solutions import Joints, Modes, Solutions, half_cosine, insert, quaternion, solve, write_modes
@@ -225,7 +225,7 @@ def _angle_errors(
 ) -> float:
     """Fill the 2n angle errors and their Jacobian's rows; return the sum of squares (inf for a folded limb)."""
     b, s, X, length, reach = limbs
-    if limb_vectors(R, joints.base, joints.platform, b, s, X, length, reach) > 0:
+    if fill_limbs(matrix(R), joints.base, joints.platform, b, s, X, length, reach) > 0:
         return np.inf
     total = 0.0
     for i in range(b.shape[0]):

@@ -29,8 +29,8 @@ from ...core.results import Result
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
-from ...numerics.vectors import cross, dot
-from ..limbs import limb_stack, limb_vectors
+from ...numerics.vectors import cross, dot, matrix
+from ..limbs import fill_limbs, limb_stack
 
 #: Quantities of the rows of a limb, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
@@ -194,7 +194,7 @@ def rate_stack(R: Any, base: Any, platform: Any, rows: Any) -> None:
     b, s, X = np.empty_like(base), np.empty_like(base), np.empty_like(base)
     length, reach = np.empty(n), np.empty(n)
     for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        fill_limbs(matrix(R[k]), base, platform, b, s, X, length, reach)
         for i in range(n):
             joint_rows(base[i], b[i], s[i], X[i], length[i], reach[i], rows[k, :, i])
 

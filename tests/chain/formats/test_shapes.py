@@ -214,3 +214,9 @@ def test_meshes_that_mujoco_reads_are_written_once(name, there, is_read, tmp_pat
     assert geoms == [("mesh", "mesh_0"), ("mesh", "mesh_0"), ("mesh", "mesh_1"), ("sphere", None)]
     assert [mesh.get("scale") for mesh in root.iter("mesh")] == ["1.0 1.0 1.0", "0.5 0.5 0.5"]
     assert "does not read" not in text
+
+
+def test_a_quaternion_turns_a_shape_of_a_urdf():
+    visual = '<visual><origin quat_xyzw="0 0 0.6 0.8"/><geometry><box size="1 2 3"/></geometry></visual>'
+    chain = ClosedChain.from_urdf(f'<robot name="r" version="1.1"><link name="a">{visual}</link></robot>')
+    np.testing.assert_allclose(chain.description.shapes[0].quaternion, [0.0, 0.0, 0.6, 0.8], atol=1e-15)

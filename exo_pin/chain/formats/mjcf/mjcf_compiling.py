@@ -176,9 +176,8 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     if path is not None and not os.path.isfile(path):
         raise FileFormatError("there is no such file", path)
     try:
-        tag, words, moved = outline(
-            str(source) if path is None else read_file(path), None if path is None else Path(path).parent
-        )
+        text, folder = (str(source), None) if path is None else (read_file(path), Path(path).parent)
+        tag, words, moved = outline(text, folder)
     except FileFormatError as error:
         raise FileFormatError(str(error), path) from None
     if tag == "robot":

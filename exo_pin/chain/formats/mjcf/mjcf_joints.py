@@ -132,8 +132,7 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
         "springref": data.rest(k),
     }
     written = _not_zero(values)
-    # An endless hinge has cosine and sine for coordinates, and no limits.
-    if len(data.position) == len(data.damping) and np.isfinite(data.position[k]).any():
+    if np.isfinite(data.position[k]).any():
         written["range"] = as_numbers(np.clip(data.position[k], -NO_LIMIT, NO_LIMIT))
     effort = data.effort[k]
     if np.isfinite(effort).any():

@@ -52,7 +52,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ....core.errors import FileFormatError, InvalidInput
+from ....core.files.toml_tables import naming_file
 from ....core.validation import FloatArray
 from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Cable, Closures, Roles, Root
@@ -127,8 +127,9 @@ def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
     """Raise FileFormatError if MuJoCo's equations of motion are others than the tree's."""
     if not tree.model.nv:
         return
-    q, v = _state(tree.model)
-    data = source.mujoco.MjData(source.model)
+    data, rng = source.mujoco.MjData(source.model), np.random.default_rng(0)
+    q = np.asarray(pin.integrate(tree.model, pin.neutral(tree.model), rng.standard_normal(tree.model.nv)))
+    v = rng.standard_normal(tree.model.nv)
     T, rate = _put(source, tree, data, q, v)
     with mujoco_warnings(source.mujoco, source.messages):
         M = _evaluate(source, data)
@@ -152,12 +153,6 @@ def refuse_disagreement(source: Compiled, tree: MjcfTree) -> None:
                 f"MuJoCo computes other {what} than the chain that was read from the file. Something in the file is "
                 "not understood: please report it"
             )
-
-
-def _state(model: pin.Model) -> tuple[FloatArray, FloatArray]:
-    rng = np.random.default_rng(0)
-    q = pin.integrate(model, pin.neutral(model), rng.standard_normal(model.nv))
-    return np.asarray(q), rng.standard_normal(model.nv)
 
 
 def _put(source: Compiled, tree: MjcfTree, data: Any, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -242,12 +237,8 @@ def read_mjcf(path: str | PathLike[str], leave_out: Iterable[str] = ()) -> tuple
     source = compile_mjcf(path)
     left, tendons = LeftOut(leave_out, source.error), cables(source)
     settle(source, left)
-    try:
+    with naming_file(source.path):
         model, closures = _built(source, left, tendons.values())
-    except FileFormatError:
-        raise
-    except InvalidInput as error:
-        raise source.error(str(error)) from error
     source.warn()
     return model, closures
 
@@ -286,7 +277,7 @@ def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure,
     count = source.model.neq
     joints = set(tree.model.names)
     taken = {*joints, *(source.name("EQUALITY", index) for index in range(count))}
-    found: list[Closure] = []
+    found = list[Closure | None]()
     for index in range(count):
         name = source.name("EQUALITY", index)
         if not name or name in joints:
@@ -298,9 +289,8 @@ def _closures(source: Compiled, tree: MjcfTree, left: LeftOut) -> tuple[Closure,
             closure = read(source, tree, index, name)
             if closure is None:
                 left.say("rigid", f"equality {name!r} joins two frames of one rigid body")
-            else:
-                found.append(closure)
-    return tuple(found)
+            found.append(closure)
+    return tuple(closure for closure in found if closure is not None)
 
 
 def _coupling(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closure:
@@ -321,12 +311,10 @@ def _distance(source: Compiled, tree: MjcfTree, index: int, name: str) -> Closur
     """The constant length of a tendon between two sites."""
     found = distance(source, index)
     assert found is not None
-    ends = []
-    for site in found[:2]:
-        body = int(source.model.site_bodyid[site])
-        at = Placement(tuple(source.model.site_pos[site].tolist()))
-        ends.append((tree.frames[body], at))
-    (a, at_a), (b, at_b) = ends
+    (a, at_a), (b, at_b) = (
+        (tree.frames[int(source.model.site_bodyid[site])], Placement(tuple(source.model.site_pos[site].tolist())))
+        for site in found[:2]
+    )
     return Closure(name, "distance", a, b, at_a, at_b, distance=found[2])
 
 

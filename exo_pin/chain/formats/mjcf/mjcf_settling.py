@@ -1,12 +1,14 @@
 """What of a compiled MuJoCo model a chain cannot hold: it is switched off in the model, or refused.
 
-:data:`READ` are the fields that the chain is made of. Their numbers have to be finite. Physics that a chain cannot hold
-is refused unless the caller leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can
-be compared. All other fields of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without
-contact; ``mujoco_fields.yaml`` beside its tests lists them, and a test compares them with the installed version.
+The numbers that the chain is made of have to be finite. Physics that a chain cannot hold is refused unless the caller
+leaves it out by name; then it is switched off in MuJoCo's model, too, so that the two can be compared. All other fields
+of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without contact; ``mujoco_fields.yaml``
+beside its tests lists them all, and a test compares them with the installed version.
 """
 
 from __future__ import annotations
+
+from operator import attrgetter
 
 import numpy as np
 
@@ -15,32 +17,15 @@ from ...structure.description import Cable
 from ..leaving_out import LeftOut
 from .mjcf_compiling import Compiled
 
-#: Fields that are read, of the model and, after "opt.", of its options.
-READ = (
-    *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),
-    *("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
-    "body_sameframe",
-    *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
-    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
-    *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
-    *(
-        "ntendon",
-        "tendon_adr",
-        "tendon_num",
-        "tendon_stiffness",
-        "tendon_length0",
-        "tendon_lengthspring",
-        "wrap_type",
-        "wrap_objid",
-    ),
-    *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
-    *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
-    *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
-    *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
-    *("actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actlimited", "actuator_actrange"),
-    *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
-)
-
+#: Numbers that are read, of the model and, after "opt.", of its options.
+_READ = (
+    "qpos0", "qpos_spring", "key_qpos", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass",
+    "body_inertia", "jnt_range", "jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrcrange",
+    "dof_frictionloss", "dof_armature", "dof_damping", "site_pos", "site_quat", "tendon_stiffness", "tendon_length0",
+    "tendon_lengthspring", "eq_data", "actuator_gear", "actuator_gainprm", "actuator_biasprm", "actuator_ctrlrange",
+    "actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actrange", "opt.gravity", "opt.density",
+    "opt.viscosity",
+)  # fmt: skip
 #: Fields that are places, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
 _PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
 _FAR = 1e10
@@ -57,7 +42,7 @@ def settle(source: Compiled, left: LeftOut) -> None:
     FileFormatError
         For the first thing that a chain cannot hold and the caller does not leave out.
     """
-    for part in (_finite, _whole_model, _bodies, _joints, _actuators, _tendons, _equalities):
+    for part in (_finite, _whole_model, _joints, _actuators, _tendons, _equalities):
         part(source, left)
     if left.has("free_joint_rotors", "actuator_rotors"):
         # Of a body alone in the world MuJoCo computed the mass matrix beforehand.
@@ -65,10 +50,9 @@ def settle(source: Compiled, left: LeftOut) -> None:
 
 
 def _finite(source: Compiled, left: LeftOut) -> None:
-    for name in READ:
-        owner = source.model.opt if name.startswith("opt.") else source.model
-        values = np.atleast_1d(getattr(owner, name.removeprefix("opt.")))
-        if values.dtype.kind == "f" and not np.isfinite(values).all():
+    for name in _READ:
+        values = np.atleast_1d(attrgetter(name)(source.model))
+        if not np.isfinite(values).all():
             index = int(np.argwhere(~np.isfinite(values))[0][0])
             raise source.error(f"{name} number {index} is not finite, in MuJoCo's compiled model: {values[index]}")
         if name in _PLACES and np.abs(values).max(initial=0.0) > _FAR:
@@ -93,10 +77,6 @@ def _whole_model(source: Compiled, left: LeftOut) -> None:
     colliding = int(np.count_nonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0)))
     if colliding and not (source.disabled("CONTACT") or source.disabled("CONSTRAINT")):
         left.say("contact", f"{colliding} geoms collide in MuJoCo")
-
-
-def _bodies(source: Compiled, left: LeftOut) -> None:
-    model = source.model
     for body in np.flatnonzero(model.body_gravcomp).tolist():
         what = f"body {source.called('BODY', body)} has gravcomp = {model.body_gravcomp[body]:g}"
         left.named("gravcomp", what, "set it to 0, or apply its weight as an external force")
@@ -124,14 +104,12 @@ def _joints(source: Compiled, left: LeftOut) -> None:
                 left.named("free_joint_rotors", f"the {field} of free joint {name} {_FREE}", "set it to 0")
                 values[model.dof_jntid == joint] = 0.0
         if model.jnt_limited[joint] and kind in ("free", "ball"):
-            what = f"joint {name} is a ball (or free) joint with a range"
-            left.named("ball_limits", what, "remove the range")
+            left.named("ball_limits", f"joint {name} is a ball (or free) joint with a range", "remove the range")
             model.jnt_limited[joint] = 0
         if model.jnt_actfrclimited[joint] and not _has_zero(model.jnt_actfrcrange[joint]):
             low, high = model.jnt_actfrcrange[joint]
-            what = f"the actuators of joint {name} exert a force without control"
-            what += f", its actuatorfrcrange is {low:g} to {high:g}"
-            left.named("idle_forces", what, "let the range have 0 in it")
+            what = f"the actuators of joint {name} exert a force without control, its actuatorfrcrange is"
+            left.named("idle_forces", f"{what} {low:g} to {high:g}", "let the range have 0 in it")
             model.jnt_actfrclimited[joint] = 0
         (low, high), margin = model.jnt_range[joint], model.jnt_margin[joint]
         if model.jnt_limited[joint] and not low + margin <= high - margin:
@@ -149,11 +127,10 @@ def cables(source: Compiled) -> dict[int, Cable]:
     """
     model, found = source.model, dict[int, Cable]()
     for tendon in range(model.ntendon):
-        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-        wraps = slice(first, first + count)
-        kinds, ids = {source.kind("mjtWrap", kind) for kind in model.wrap_type[wraps]}, model.wrap_objid[wraps].tolist()
-        joint = str(ids[0]) if kinds == {"joint"} and count == 1 and model.wrap_prm[first] == 1.0 else None
-        if joint is None and (count < 2 or kinds != {"site"}):
+        kinds, ids = _wraps(source, tendon)
+        is_of_one = kinds == {"joint"} and len(ids) == 1 and model.wrap_prm[model.tendon_adr[tendon]] == 1.0
+        joint = str(ids[0]) if is_of_one else None
+        if joint is None and (len(ids) < 2 or kinds != {"site"}):
             continue
         sites = ids if joint is None else []
         points = tuple((str(model.site_bodyid[site]), tuple(model.site_pos[site].tolist())) for site in sites)
@@ -174,14 +151,26 @@ def cables(source: Compiled) -> dict[int, Cable]:
     return found
 
 
+def _wraps(source: Compiled, tendon: int) -> tuple[set[str], list[int]]:
+    """What a tendon goes over: kinds of objects, and their numbers."""
+    first = int(source.model.tendon_adr[tendon])
+    own = slice(first, first + int(source.model.tendon_num[tendon]))
+    return {source.kind("mjtWrap", kind) for kind in source.model.wrap_type[own]}, source.model.wrap_objid[own].tolist()
+
+
+def _law(source: Compiled, index: int) -> list[str]:
+    """Kinds of an actuator's gain and bias."""
+    return [
+        source.kind(f"mjt{name}", getattr(source.model, f"actuator_{name.lower()}type")[index])
+        for name in ("Gain", "Bias")
+    ]
+
+
 def _constant_force(source: Compiled, index: int) -> float:
     """The tension of an actuator that has a bias and no gain, N or N m; 0 of any other."""
     model = source.model
-    kinds = [
-        source.kind(f"mjt{name}", getattr(model, f"actuator_{name.lower()}type")[index]) for name in ("Gain", "Bias")
-    ]
     bias = model.actuator_biasprm[index]
-    if kinds != ["fixed", "affine"] or model.actuator_gainprm[index, 0] or bias[1:].any():
+    if _law(source, index) != ["fixed", "affine"] or model.actuator_gainprm[index, 0] or bias[1:].any():
         return 0.0
     if source.disabled("ACTUATION") or model.actuator_forcelimited[index]:
         return 0.0
@@ -214,14 +203,12 @@ def _tendons(source: Compiled, left: LeftOut) -> None:
 def distance(source: Compiled, index: int) -> tuple[int, int, float] | None:
     """Two sites and their distance, m, of an equality of a tendon's length; None if it holds anything else."""
     model = source.model
-    tendon, other = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
-    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-    kinds = {source.kind("mjtWrap", kind) for kind in model.wrap_type[first : first + count]}
+    tendon = int(model.eq_obj1id[index])
+    kinds, ids = _wraps(source, tendon)
     length = float(model.tendon_length0[tendon] + model.eq_data[index, 0])
-    if other >= 0 or count != 2 or kinds != {"site"} or length <= 0.0:
+    if model.eq_obj2id[index] >= 0 or len(ids) != 2 or kinds != {"site"} or length <= 0.0:
         return None
-    one, two = model.wrap_objid[first : first + 2].tolist()
-    return one, two, length
+    return ids[0], ids[1], length
 
 
 def _equalities(source: Compiled, left: LeftOut) -> None:
@@ -249,9 +236,7 @@ def _actuators(source: Compiled, left: LeftOut) -> None:
         if index not in driving:
             if _tendon_of(source, index) not in pulled:
                 left.say("actuators", f"{called} {_why_not(source, index)}")
-            if source.kind("mjtTrn", model.actuator_trntype[index]) not in ("joint", "jointinparent") or _several(
-                source, index
-            ):
+            if _why_not(source, index).startswith("acts"):
                 if model.actuator_armature[index] or model.actuator_damping[index]:
                     what = f"{called} acts on no hinge or slide, and has a rotor or damping"
                     left.named("actuator_rotors", what, "set its armature and damping to 0")
@@ -263,7 +248,8 @@ def _actuators(source: Compiled, left: LeftOut) -> None:
             if not _has_zero(limits) and _tendon_of(source, index) not in pulled:
                 what = f"{called} exerts a force without control: its {field} is {limits[0]:g} to {limits[1]:g}"
                 left.named("idle_forces", what, "let the range have 0 in it")
-                getattr(model, _LIMITED[field])[_at(source, index, field)] = 0
+                at = int(model.actuator_ctrladr[index]) if field == "ctrlrange" else index
+                getattr(model, f"actuator_{field.removesuffix('range')}limited")[at] = 0
         if model.actuator_dampingpoly[index].any():
             left.named("nonlinear_springs", f"the damping of {called} is not linear", "use one coefficient")
     model.actuator_dampingpoly[:] = 0.0
@@ -290,8 +276,8 @@ def _why_not(source: Compiled, index: int) -> str:
         return "exerts nothing, because the flag actuation is disabled"
     if group >= 0 and model.opt.disableactuator >> group & 1:
         return f"is in group {group}, which is disabled"
-    gain = source.kind("mjtGain", model.actuator_gaintype[index])
-    return "has a gain of 0" if gain == "fixed" and model.actuator_gainprm[index, 0] == 0.0 else ""
+    is_idle = _law(source, index)[0] == "fixed" and model.actuator_gainprm[index, 0] == 0.0
+    return "has a gain of 0" if is_idle else ""
 
 
 def _several(source: Compiled, index: int) -> bool:
@@ -301,27 +287,12 @@ def _several(source: Compiled, index: int) -> bool:
 
 def _is_servo(source: Compiled, index: int) -> bool:
     """Whether an actuator's force is no control times a gain."""
-    model = source.model
-    kinds = [
-        source.kind(f"mjt{name}", getattr(model, f"actuator_{name.lower()}type")[index]) for name in ("Gain", "Bias")
-    ]
-    return kinds[0] not in ("fixed", "affine") or (kinds[1] != "none" and bool(model.actuator_biasprm[index].any()))
+    gain, bias = _law(source, index)
+    return gain not in ("fixed", "affine") or (bias != "none" and bool(source.model.actuator_biasprm[index].any()))
 
 
 def _has_zero(limits: FloatArray) -> bool:
     return bool(limits[0] <= 0.0 <= limits[1])
-
-
-#: Where a range of an actuator is switched off.
-_LIMITED = {
-    "ctrlrange": "actuator_ctrllimited",
-    "forcerange": "actuator_forcelimited",
-    "actrange": "actuator_actlimited",
-}
-
-
-def _at(source: Compiled, index: int, field: str) -> int:
-    return int(source.model.actuator_ctrladr[index]) if field == "ctrlrange" else index
 
 
 def effort_range(source: Compiled, index: int) -> FloatArray:
@@ -330,12 +301,10 @@ def effort_range(source: Compiled, index: int) -> FloatArray:
     A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
     actuator with dynamics and a constant gain; a force range limits every one.
     """
-    theirs, found = source.model, ranges(source, index)
-    limits = np.array([-np.inf, np.inf])
-    constant = source.kind("mjtGain", theirs.actuator_gaintype[index]) == "fixed"
+    theirs, found, limits = source.model, ranges(source, index), np.array([-np.inf, np.inf])
     dynamic = source.kind("mjtDyn", theirs.actuator_dyntype[index]) != "none"
     driven = found.get("actrange" if dynamic else "ctrlrange")
-    if constant and driven is not None:
+    if _law(source, index)[0] == "fixed" and driven is not None:
         limits = theirs.actuator_gainprm[index, 0] * driven
     if "forcerange" in found:
         limits = np.clip(np.sort(limits), *found["forcerange"])

@@ -17,6 +17,7 @@ from ....core.records import OneProcess
 from ...structure.chain_state import ChainState
 from ...structure.description import Shape
 from ..leaving_out import LeftOut
+from ..shapes import shapes_of_bodies
 from ..xml_elements import as_numbers
 from .mjcf_compiling import Compiled
 from .mjcf_tree import pose
@@ -104,17 +105,12 @@ class ShapeWriter(OneProcess):
     def __init__(self, chain: ChainState) -> None:
         self.meshes, self.left_out = ET.Element("asset"), list[str]()
         self._names: dict[tuple[str, tuple[float, ...]], str] = {}
-        self._shapes: dict[int, list[Shape]] = {}
+        self._shapes = shapes_of_bodies(chain)
         self.touches = any(shape.role != "visual" for shape in chain.description.shapes)
-        frames = chain.model.frames
-        for shape in chain.description.shapes:
-            if shape.frame in chain.frames:
-                frame = frames[chain.frames[shape.frame]]
-                self._shapes.setdefault(int(frame.parentJoint), []).append(shape.moved(frame.placement))
 
     def add(self, element: ET.Element, joint: int) -> None:
         """Add the geoms of a joint's body."""
-        for shape in self._shapes.get(joint, ()):
+        for _, shape in self._shapes.get(joint, ()):
             x, y, z, w = shape.quaternion
             given = {"pos": as_numbers(shape.translation), "quat": as_numbers([w, x, y, z])}
             if shape.kind == "mesh":

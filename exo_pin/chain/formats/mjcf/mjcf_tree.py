@@ -9,7 +9,6 @@ body have no mass. So hinges and slides have MuJoCo's coordinates.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -99,11 +98,11 @@ def _add_body(source: Compiled, tree: MjcfTree, body: int, names: list[str]) -> 
     place = place * pose(theirs.body_pos[body], theirs.body_quat[body])
     first = int(theirs.body_jntadr[body])
     for joint in range(first, first + int(theirs.body_jntnum[body])):
-        kind, moving = _joint_model(source, joint)
+        kind, moving, zero = _joint(source, joint)
         point = pin.SE3(np.eye(3), theirs.jnt_pos[joint].copy())
         if kind == "free":
             place = point = pin.SE3.Identity()
-        carrier = add_joint(model, carrier, moving, place * point * _reference(source, joint, kind), names[joint])
+        carrier = add_joint(model, carrier, moving, place * point * zero, names[joint])
         tree.joints[joint] = carrier
         place = point.inverse()
     tree.carriers[body] = (carrier, place)
@@ -125,21 +124,16 @@ def pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
     return pin.SE3(pin.Quaternion(w, x, y, z).normalized(), np.array(position))
 
 
-def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
-    kind = source.kind("mjtJoint", source.model.jnt_type[joint])
+def _joint(source: Compiled, joint: int) -> tuple[str, pin.JointModel, pin.SE3]:
+    """Kind and model of a joint, and its placement at q = 0, from that at qpos0."""
+    theirs = source.model
+    kind, axis = source.kind("mjtJoint", theirs.jnt_type[joint]), theirs.jnt_axis[joint].copy()
     if kind in ("free", "ball"):
-        return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
-    axis = source.model.jnt_axis[joint].copy()
-    return kind, axis_joint(kind == "slide", axis)
-
-
-def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
-    """Placement of a hinge or slide at q = 0, from that at qpos0."""
-    start = float(source.model.qpos0[source.model.jnt_qposadr[joint]])
-    axis = source.model.jnt_axis[joint]
-    if kind == "hinge":
-        return pin.SE3(pin.AngleAxis(-start, axis.copy()).toRotationMatrix(), np.zeros(3))
-    return pin.SE3(np.eye(3), -start * axis) if kind == "slide" else pin.SE3.Identity()
+        return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical(), pin.SE3.Identity()
+    start = float(theirs.qpos0[theirs.jnt_qposadr[joint]])
+    if kind == "slide":
+        return kind, axis_joint(True, axis), pin.SE3(np.eye(3), -start * axis)
+    return kind, axis_joint(False, axis), pin.SE3(pin.AngleAxis(-start, axis).toRotationMatrix(), np.zeros(3))
 
 
 def _add_frames(source: Compiled, tree: MjcfTree) -> None:

@@ -48,7 +48,6 @@ from ..bodies import (
     free_name,
     joined_bodies,
     loose_ends,
-    refuse_massless,
     tree_bodies,
     welded_to_arm,
     without,
@@ -70,20 +69,17 @@ FORMS = {(linear, angular): "body" for linear in LINEAR if linear != "length" fo
     ("", "joints"): "joint",
 }
 _AXES = dict(zip("xyz", np.eye(3), strict=True))
-#: The least time constant, s, which MuJoCo lengthens to two of its steps, and its largest impedance.
-_STIFF = {"solref": "0.0001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
-#: Friction and limits of joints; critically damped limits throw a joint back at any stiffness.
-_PARTS, _STOPS = ("friction", "limit"), {"solreflimit": "0.0001 20"}
+#: The least time constant, s, which MuJoCo lengthens to two of its steps, and its largest impedance. Critically damped
+#: limits throw a joint back at any stiffness.
+_HEAD = """<mujoco><compiler angle="radian" autolimits="true"/><default>
+<equality solref="0.0001 1" solimp="0.9999 0.9999 0.001 0.5 2"/><joint solreffriction="0.0001 1"
+solimpfriction="0.9999 0.9999 0.001 0.5 2" solreflimit="0.0001 20" solimplimit="0.9999 0.9999 0.001 0.5 2"/>
+</default></mujoco>"""
 _HELPER_SHARE = 1e-6
 #: Least over greatest inertia of a motion.
 _MASSLESS = 1e-14
 #: What MuJoCo's equalities give way by, and how much more the loops have to hold each motion by.
 _COMPLIANCE, _STIFFER = 1e-4, 10.0
-
-
-def mjcf_text(chain: ChainState, q: FloatArray) -> str:
-    """The XML of a chain; see :func:`mjcf_document`."""
-    return mjcf_document(chain, q)[0]
 
 
 def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...]]:
@@ -105,14 +101,14 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     bodies = tree_bodies(chain)
     joined = joined_bodies(bodies, set(chain.topology.joints.ravel().tolist()))
     ends = loose_ends(chain, bodies)
-    refuse_massless([each.body for each in joined if each.body.index not in ends], "MuJoCo")
-    root = ET.Element("mujoco", model=chain.description.name)
-    ET.SubElement(root, "compiler", angle="radian", autolimits="true")
-    default = ET.SubElement(root, "default")
-    ET.SubElement(default, "equality", _STIFF)
-    ET.SubElement(
-        default, "joint", {f"{key}{part}": value for part in _PARTS for key, value in _STIFF.items()} | _STOPS
-    )
+    light = [each.body.name for each in joined if each.body.index not in ends and each.body.inertia.mass <= 0.0]
+    if light:
+        raise InvalidInput(
+            f"MuJoCo needs mass for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
+            "none: give them some, or join them to their neighbours"
+        )
+    root = ET.fromstring(_HEAD)
+    root.set("model", chain.description.name)
     option = ET.SubElement(root, "option", gravity=as_numbers(chain.model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
     first = [each.body for each in joined if each.parent == 0]

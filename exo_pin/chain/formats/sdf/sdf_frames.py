@@ -10,8 +10,6 @@ frames with names of their own; ``inner::arm`` is ``arm`` in the nested model ``
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pinocchio as pin
 
@@ -110,43 +108,31 @@ class Scope:
         FileFormatError
             If there is no such frame, poses are relative to each other in a circle, or a pose is not valid.
         """
-        return self._place() * self._within(name, element)
-
-    def _place(self) -> pin.SE3:
-        """Pose of its own frame in the world."""
-        return self._in_outer() if self.outer is None else self.outer._place() * self._in_outer()
+        place = self._once("__model__", self.element) * self._within(name, element)
+        return place if self.outer is None else self.outer.pose(self.outer.own_frame, element) * place
 
     def _within(self, reference: str, element: Element) -> pin.SE3:
         """Pose in its own frame of a frame that is named in this scope."""
         scope, name = self.resolved(reference, element)
         if name == "world" and scope.element.tag != "world":
             raise element.error("poses in a model are relative to its own frames, not to the world")
-        place = scope._local(name, element)
+        place = pin.SE3.Identity() if name == scope.own_frame else scope._once(name, element)
         while scope is not self:
-            place = scope._in_outer() * place
+            place = scope._once("__model__", scope.element) * place
             assert scope.outer is not None
             scope = scope.outer
         return place
 
-    def _local(self, name: str, element: Element) -> pin.SE3:
-        """Pose of a part in its own frame."""
-        if name == self.own_frame:
-            return pin.SE3.Identity()
-        return self._once(name, element, lambda: self._part_pose(self.parts[name]))
-
-    def _once(self, name: str, element: Element, compute: Callable[[], pin.SE3]) -> pin.SE3:
+    def _once(self, name: str, element: Element) -> pin.SE3:
+        """Pose of a part in its own frame, or of that, called "__model__", in the frame around it."""
         if name not in self._poses:
             self._poses[name] = None
-            self._poses[name] = compute()
+            self._poses[name] = self._model_pose() if name == "__model__" else self._part_pose(self.parts[name])
         found = self._poses[name]
         if found is None:
             shown = self.element.attributes["name"] if name == "__model__" else name
             raise element.error(f"the pose of {shown!r} is relative to itself, through other frames")
         return found
-
-    def _in_outer(self) -> pin.SE3:
-        """Pose of a model's frame in the frame around it."""
-        return self._once("__model__", self.element, self._model_pose)
 
     def link_of(self, name: str, element: Element, passed: tuple[object, ...] = ()) -> str:
         """The chain's name of the link that a frame named in this scope is attached to, "world" for the world.
@@ -198,14 +184,9 @@ class Scope:
         return self._within(reference or self._base(part), part) * place_of(pose)
 
     def _base(self, part: Element) -> str:
-        """What a part is attached to, unless its pose says otherwise."""
-        return _child(part) if part.tag == "joint" else part.attributes.get("attached_to") or self.own_frame
-
-
-def _child(joint: Element) -> str:
-    child = joint.first("child")
-    assert child is not None
-    return child.text
+        """What a part is attached to, unless its pose says otherwise; a joint to its child."""
+        child = part.first("child")
+        return part.attributes.get("attached_to") or self.own_frame if child is None else child.text
 
 
 def _relative_to(pose: Element) -> str:
@@ -236,15 +217,11 @@ def place_of(pose: Element | None) -> pin.SE3:
         raise pose.error("a quaternion has no degrees", "degrees")
     if not pose.text:
         return pin.SE3.Identity()
-    values = numbers_of(pose, pose.text, 7 if is_quaternion else 6)
-    return pin.SE3(_rotation(pose, values[3:], degrees), np.array(values[:3]))
-
-
-def _rotation(pose: Element, values: list[float], degrees: bool) -> np.ndarray:
-    if len(values) == 3:
-        roll, pitch, yaw = np.radians(values) if degrees else values
-        return np.asarray(pin.rpy.rpyToMatrix(roll, pitch, yaw))
-    if abs(float(np.linalg.norm(values)) - 1.0) > 1e-6:
-        length = float(np.linalg.norm(values))
+    values = np.array(numbers_of(pose, pose.text, 7 if is_quaternion else 6))
+    place, turn = values[:3], values[3:]
+    if not is_quaternion:
+        return pin.SE3(pin.rpy.rpyToMatrix(np.radians(turn) if degrees else turn), place)
+    length = float(np.linalg.norm(turn))
+    if abs(length - 1.0) > 1e-6:
         raise pose.error(f"expected a quaternion of length 1, got length {length:.9g}")
-    return np.asarray(pin.Quaternion(np.array(values)).normalized().toRotationMatrix())
+    return pin.SE3(pin.Quaternion(turn).normalized(), place)

@@ -1,14 +1,9 @@
-"""Links and joints of an SDF, in the world's frame, as data; joints stand at zero.
-
-What of an SDF's links is drawn or may touch, which other formats carry along.
-"""
+"""Links and joints of an SDF, in the world's frame, as data; joints stand at zero."""
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -16,12 +11,11 @@ import pinocchio as pin
 from ....core.errors import FileFormatError
 from ....core.validation import FloatArray
 from ...structure.closures import Closure
-from ...structure.description import Shape
 from ...structure.frames import placement_of
 from ..leaving_out import LeftOut
-from ..urdf.urdf_shapes import SIZES, found_file
+from ..shapes import sdf_shape
 from ..urdf.urdf_values import inertia_of
-from ..xml_elements import Element, as_numbers, flag, numbers_of
+from ..xml_elements import Element, flag, numbers_of
 from .sdf_frames import Scope, place_of
 
 #: Axes by joint type; a ball joint has none, and may still have an <axis>.
@@ -48,11 +42,6 @@ _SHORTEST_AXIS = 1e-6
 _SQUARE = 1e-12
 #: Types of closures that are called otherwise than the joints.
 _CLOSURES = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical", "fixed": "rigid"}
-
-
-_SIZES = SIZES | {"ellipsoid": ("radii",)}
-#: Sizes of three numbers.
-_THREE = ("size", "radii")
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +173,7 @@ def _of_shapes(link: Element, inertial: Element) -> pin.Inertia:
     total, common = pin.Inertia.Zero(), _one(inertial, "density", _WATER)
     for collision in link.all("collision"):
         try:
-            shape = _shape(collision, "", None)
+            shape = sdf_shape(collision, "", None)
             mass = _one(collision, "density", common) * _VOLUMES[shape.kind](*shape.size)
             own = getattr(pin.Inertia, f"From{shape.kind.capitalize()}")(mass, *shape.size)
         except (FileFormatError, KeyError, ValueError) as error:
@@ -355,51 +344,3 @@ def _limit(element: Element) -> float:
     if value is None:
         value = numbers_of(element, element.text, 1)[0]
     return float(np.copysign(np.inf, value)) if abs(value) >= _NO_LIMIT else float(value)
-
-
-def sdf_shapes(link: Element, name: str, folder: Path | None) -> Iterator[Shape]:
-    """Visuals and collision shapes of a link that have a pose in it; those with a fault are left out."""
-    for picture in (child for child in link.children if child.tag in ("visual", "collision")):
-        try:
-            yield _shape(picture, name, folder)
-        except (FileFormatError, KeyError, ValueError):
-            continue
-
-
-def _shape(picture: Element, name: str, folder: Path | None) -> Shape:
-    pose, geometry = picture.first("pose"), picture.first("geometry")
-    if pose is not None and pose.attributes.get("relative_to"):
-        raise ValueError
-    (shape,) = (child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag)
-    words = {child.tag: child.text for child in shape.children}
-    colour, file, material = None, None, picture.first("material")
-    diffuse = None if material is None else material.first("diffuse")
-    if diffuse is not None:
-        colour = tuple(numbers_of(diffuse, diffuse.text, len(diffuse.text.split())))
-        colour = (*colour, 1.0)[:4]
-    if shape.tag == "mesh":
-        size = tuple(numbers_of(shape, words.get("scale", "1 1 1"), 3))
-        file = found_file(words["uri"].replace("model://", "package://"), folder)
-    else:
-        keys = _SIZES[shape.tag]
-        size = tuple(value for key in keys for value in numbers_of(shape, words[key], 3 if key in _THREE else 1))
-    return Shape.at(name, shape.tag, size, place_of(pose), file, colour, picture.tag)
-
-
-def write_sdf_shape(link: ET.Element, shape: Shape, number: int) -> None:
-    """Add a shape to a link whose frame is the shape's."""
-    for tag in shape.elements:
-        picture = ET.SubElement(link, tag, name=f"{tag}_{number}")
-        pose = ET.SubElement(picture, "pose", rotation_format="quat_xyzw")
-        pose.text = as_numbers([*shape.translation, *shape.quaternion])
-        kind = ET.SubElement(ET.SubElement(picture, "geometry"), shape.kind)
-        if shape.kind == "mesh":
-            ET.SubElement(kind, "uri").text = str(shape.file)
-            ET.SubElement(kind, "scale").text = as_numbers(shape.size)
-        elif _SIZES[shape.kind][0] in _THREE:
-            ET.SubElement(kind, _SIZES[shape.kind][0]).text = as_numbers(shape.size)
-        else:
-            for key, value in zip(_SIZES[shape.kind], shape.size, strict=True):
-                ET.SubElement(kind, key).text = as_numbers(value)
-        if shape.colour is not None and tag == "visual":
-            ET.SubElement(ET.SubElement(picture, "material"), "diffuse").text = as_numbers(shape.colour)

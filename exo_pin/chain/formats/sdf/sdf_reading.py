@@ -41,11 +41,12 @@ from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame, free_name
-from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
-from ..leaving_out import LeftOut, name_of_element
+from ..digits import Redrawn, exact_right_angles, geometry_words, refuse_tolerance, with_digits
+from ..leaving_out import LeftOut
+from ..shapes import sdf_shapes
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
 from .sdf_frames import Scope
-from .sdf_model import fixed_models, read_joint, read_link, sdf_shapes
+from .sdf_model import fixed_models, read_joint, read_link
 from .sdf_tree import SdfTree, build_tree, make_graph
 
 VERSIONS = ("1.3", "1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
@@ -107,8 +108,7 @@ def check_grammar(root: Element, left: LeftOut) -> None:
     prefixed = [where for name, where in unread if ":" in name]
     if prefixed:
         warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning)
-    for (name, where), count in unread.items():
-        left.say(name_of_element(name), where if count == 1 else f"{where}, {count} times")
+    left.unread(unread)
 
 
 def _renew(element: Element, age: int, version: str, left: LeftOut) -> None:
@@ -205,10 +205,8 @@ def read_sdf(
             return _read(digits.element(root), root_joint, first_joint, LeftOut(leave_out), folder, closing)[:2]
 
         return model, with_digits(model, closures, words, again)
-    except FileFormatError as error:
-        raise FileFormatError(str(error), file, error.key) from error
     except InvalidInput as error:
-        raise FileFormatError(str(error), file) from error
+        raise FileFormatError(str(error), file, getattr(error, "key", None)) from error
 
 
 def _read(
@@ -247,7 +245,7 @@ def _read(
     closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left.report, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
-    words = tuple(word for element in placed for part in element.children for word in pose_words(part))
+    words = tuple(word for element in placed for word in geometry_words(element))
     return tree.model, closures, words
 
 

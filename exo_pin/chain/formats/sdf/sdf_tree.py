@@ -167,7 +167,12 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
     places = {link.name: link.place for link in links} | {"world": pin.SE3.Identity()}
     for loop in graph.closing:
-        tree.closures.append(_end_closure(loop, places) if loop in more else closure_of(loop, places))
+        end = placement_of(places[loop.child].actInv(loop.place))
+        tree.closures.append(
+            Closure(f"{loop.name}_closure", "rigid", loop.child, f"{loop.name}_end", end)
+            if loop in more
+            else closure_of(loop, places)
+        )
     _add_mimics(tree, [*graph.tree, *more])
     return tree
 
@@ -224,11 +229,6 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
 def axis_names(joint: SdfJoint) -> tuple[str, ...]:
     """The hinges and slides that a joint is made of: itself, one for each of two axes, none for a ball."""
     return ((), (joint.name,), (f"{joint.name}_axis", f"{joint.name}_axis2"))[len(joint.axes)]
-
-
-def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
-    place = placement_of(places[joint.child].actInv(joint.place))
-    return Closure(f"{joint.name}_closure", "rigid", joint.child, f"{joint.name}_end", place)
 
 
 def _add_mimics(tree: SdfTree, joints: list[SdfJoint]) -> None:

@@ -41,10 +41,10 @@ from ..bodies import (
     welded_to_arm,
     without,
 )
+from ..shapes import shapes_of_bodies, write_sdf_shape
 from ..urdf.urdf_values import linear
 from ..xml_elements import MOMENTS, as_numbers
 from .sdf_frames import RESERVED
-from .sdf_model import write_sdf_shape
 
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
@@ -87,7 +87,7 @@ class SdfWriter(OneProcess):
             # The link's frame in its joint's.
             self._local[body.index] = pin.SE3.Identity() if frame is None else frame.placement
         self._axes: dict[str, tuple[str, str]] = {}
-        self._ground, self._welded = "", welded_to_arm(chain)
+        self._ground, self._welded, self._shapes = "", welded_to_arm(chain), shapes_of_bodies(chain)
 
     def _free_name(self, name: str, more: str) -> str:
         """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
@@ -100,16 +100,12 @@ class SdfWriter(OneProcess):
             link = ET.SubElement(self.model, "link", name=self._free_name(part.name, "_link"))
             _pose(link, self._data.oMi[part.on] * part.placement)
             _add_inertial(link, part.inertia)
-            self._weld(f"{part.name}_weld", self._links[part.on], str(link.get("name")))
+            self._joint(self._free_name(f"{part.name}_weld", "_"), "fixed", self._links[part.on], str(link.get("name")))
 
     def ground(self) -> None:
         """Add a link that is fixed to the world, if the world has mass or shapes."""
         own, frames = self._chain.model.inertias[0], self._chain.model.frames
-        if own.mass > 0.0 or any(
-            frames[self._chain.frames[shape.frame]].parentJoint == 0
-            for shape in self._chain.description.shapes
-            if shape.frame in self._chain.frames
-        ):
+        if own.mass > 0.0 or 0 in self._shapes:
             link = next(
                 (frame for frame in frames if frame.parentJoint == 0 and frame.type == pin.FrameType.BODY), None
             )
@@ -117,12 +113,16 @@ class SdfWriter(OneProcess):
             if link is not None:
                 self._local[0] = link.placement
             self._add_link(0, own)
-            self._weld("ground_weld", "world", self._ground)
+            self._joint(self._free_name("ground_weld", "_"), "fixed", "world", self._ground)
 
-    def _weld(self, name: str, parent: str, child: str) -> None:
-        weld = ET.SubElement(self.model, "joint", name=self._free_name(name, "_"), type="fixed")
-        ET.SubElement(weld, "parent").text = parent
-        ET.SubElement(weld, "child").text = child
+    def _joint(self, name: str, kind: str, parent: str, child: str, place: pin.SE3 | None = None) -> ET.Element:
+        """Add a joint between two links; its place is in the child's frame."""
+        element = ET.SubElement(self.model, "joint", name=name, type=kind)
+        if place is not None:
+            _pose(element, place)
+        ET.SubElement(element, "parent").text = parent
+        ET.SubElement(element, "child").text = child
+        return element
 
     def _add_link(self, index: int, inertia: pin.Inertia) -> None:
         name, local = self._links[index] if index else self._ground, self._local[index]
@@ -130,12 +130,8 @@ class SdfWriter(OneProcess):
         _pose(link, self._data.oMi[index] * local)
         if index or inertia.mass > 0.0:
             _add_inertial(link, local.actInv(inertia))
-        frames = self._chain.model.frames
-        for number, shape in enumerate(self._chain.description.shapes):
-            if shape.frame in self._chain.frames:
-                frame = frames[self._chain.frames[shape.frame]]
-                if frame.parentJoint == index:
-                    write_sdf_shape(link, shape.moved(local.actInv(frame.placement)), number)
+        for number, shape in self._shapes.get(index, ()):
+            write_sdf_shape(link, shape.moved(local.inverse()), number)
 
     def tree_joint(self, body: TreeBody, cross: TreeBody | None, welded: int | None = None) -> None:
         """Add a joint of the tree, a universal one where the body hangs on a cross, to a body or the one it is."""
@@ -153,9 +149,7 @@ class SdfWriter(OneProcess):
                 # A joint that the tree goes through from its child to its parent.
                 parent, child, backwards, hinges = child, parent, True, [body, cross]
         name = self._free_name(name, "_joint")
-        kind = "universal" if cross is not None else _TREE[body.kind]
-        element = ET.SubElement(self.model, "joint", name=name, type=kind)
-        point = np.zeros(3)
+        kind, point = "universal" if cross is not None else _TREE[body.kind], np.zeros(3)
         if cross is not None:
             assert body.axis is not None
             # The hinges meet on the body's own axis.
@@ -163,10 +157,8 @@ class SdfWriter(OneProcess):
             point = body.axis * float(apart @ body.axis)
         place = self._data.oMi[body.index] * pin.SE3(np.eye(3), point)
         here = (self._data.oMi[child] * self._local[child]).actInv(place)
-        if not here.isIdentity(0.0):
-            _pose(element, here)
-        ET.SubElement(element, "parent").text = self._links[parent]
-        ET.SubElement(element, "child").text = self._links[child]
+        at = None if here.isIdentity(0.0) else here
+        element = self._joint(name, kind, self._links[parent], self._links[child], at)
         for tag, hinge in zip(("axis", "axis2"), hinges, strict=False):
             hinge.refuse("SDF", but=() if hinge.axis is None else _HELD)
             if hinge.axis is not None:
@@ -180,7 +172,7 @@ class SdfWriter(OneProcess):
         own, data = self._q[self._chain.configuration_slice(body.joint)], body.data
         here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
         axis = ET.SubElement(element, tag)
-        limits = dict(zip(("lower", "upper"), np.subtract(body.limits or (), here), strict=False))
+        limits = dict(zip(("lower", "upper"), data.position[0] - here, strict=True))
         effort = body.effort("SDF")
         limits["effort"] = effort if np.isfinite(effort) or body.joint in self._chain.roles.actuated else 0.0
         limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")
@@ -219,13 +211,11 @@ class SdfWriter(OneProcess):
         form = closure.form_in(FORMS, "SDF has no joint")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
         name = self._free_name(closure.name, "_closure")
-        element = ET.SubElement(self.model, "joint", name=name, type=form)
         # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0
         carrier = int(self._chain.topology.joints[c, child])
-        _pose(element, self._local[carrier].actInv(self._chain.topology.frame(c, child)))
-        ET.SubElement(element, "parent").text = ends[1 - child]
-        ET.SubElement(element, "child").text = ends[child]
+        place = self._local[carrier].actInv(self._chain.topology.frame(c, child))
+        element = self._joint(name, form, ends[1 - child], ends[child], place)
         if form in ("revolute", "prismatic"):
             _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
         if form == "universal":

@@ -31,14 +31,13 @@ from ..bodies import rebuilt
 from ..closures_file import read_closures
 from ..digits import Redrawn, closure_words, exact_right_angles, geometry_words, refuse_tolerance, with_digits
 from ..joint_data import NO_LIMIT, apply_joint_properties, repair_limits
-from ..leaving_out import LEAVE_OUT, LeftOut, name_of_element
+from ..leaving_out import LEAVE_OUT, LeftOut
+from ..shapes import urdf_shapes
 from ..urdf_dialects import DIALECTS, extensions, with_dialects
 from ..xml_elements import MOMENTS, NOTHING, Element, as_numbers, checked, is_left_out, parse_xml, read_source, vector
-from .urdf_shapes import urdf_shapes
 from .urdf_values import (
     check_joint,
     check_origin,
-    coupled_joints,
     inertia_of,
     mimic_couplings,
     unread_physics,
@@ -123,18 +122,14 @@ def checked_urdf(
     if root.tag != "robot":
         raise root.error(f"expected the root element <robot>, got <{root.tag}>")
 
-    def faulty(error: FileFormatError) -> None:
-        left.say("pictures", str(error))
-
     strange: Counter[tuple[str, str]] = Counter()
-    for element, rule in checked(root, "urdf", faulty):
+    for element, rule in checked(root, "urdf", lambda error: left.say("pictures", str(error))):
         unread = (child.tag for child in element.children if is_left_out(child, rule) and child.tag not in DIALECTS)
         strange.update((tag, f"<{tag}> in <{element.tag}>") for tag in unread)
         for child in element.children:
             if child.tag.startswith("xacro:"):
                 raise child.error("the file still has xacro in it; expand it first (ros2 run xacro xacro ...)")
-    for (tag, name), count in strange.items():
-        left.say(name_of_element(tag), name if count == 1 else f"{name}, {count} times")
+    left.unread(strange)
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")
     robot = ET.Element("robot", name=root.attributes["name"], version="{}.{}".format(*version))
@@ -144,7 +139,7 @@ def checked_urdf(
     for joint in joints.values():
         check_joint(joint, version, left)
     mimics = mimic_couplings(joints, left)
-    counted = coupled_joints((*closures, *mimics))
+    counted = {end for each in (*closures, *mimics) if each.kind.is_coupling for end in (each.frame_a, each.frame_b)}
     for name, joint in joints.items():
         robot.append(_joint(joint, name in counted))
     _check_tree(root, links, joints)
@@ -231,14 +226,11 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
     carriers: dict[str, Element] = {}
     children: dict[str, list[str]] = {}
     for joint in joints.values():
-        ends = []
-        for tag in ("parent", "child"):
-            end = joint.first(tag)
-            assert end is not None
-            ends.append(end.attributes["link"])
-            if ends[-1] not in links:
-                raise end.error(f"there is no link {ends[-1]!r}", "link")
-        parent, child = ends
+        ends = [end for tag in ("parent", "child") for end in joint.all(tag)[:1]]
+        for end in ends:
+            if end.attributes["link"] not in links:
+                raise end.error(f"there is no link {end.attributes['link']!r}", "link")
+        parent, child = (end.attributes["link"] for end in ends)
         if child in carriers:
             other = carriers[child].attributes["name"]
             raise joint.error(f"link {child!r} is the child of joint {other!r} already: state the loop as a closure")
@@ -313,23 +305,17 @@ def load_model(
     """
     refuse_tolerance(right_angle_tolerance)
     source, path = read_source(urdf)
-    left, missing = LeftOut(leave_out), ""
-    if closures is None:
-        beside = None if path is None else path.with_suffix(".closures.toml")
-        if beside is None or not beside.exists():
-            missing = "closures file" if beside is None else beside.name
-            closures = Closures("unnamed" if path is None else path.stem)
-        else:
-            closures = beside
-    if not isinstance(closures, Closures):
-        closures = read_closures(closures)
+    left, beside = LeftOut(leave_out), path and path.with_suffix(".closures.toml")
+    missing = closures is None and not (beside and beside.exists())
+    if missing:
+        closures = Closures(path.stem if path else "unnamed")
+    elif not isinstance(closures, Closures):
+        closures = read_closures(closures or beside)  # type: ignore[arg-type]
+    assert isinstance(closures, Closures)
     root = closures.root
     hangs = root.joint if root_joint is None else root_joint
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
-
-    def hanging() -> pin.JointModel | None:
-        return None if hangs == "fixed" else ROOT_MODELS[hangs]()
 
     try:
         folder = None if path is None else path.parent
@@ -338,12 +324,12 @@ def load_model(
         checked = checked_urdf(document, left, closures.closures, folder)
         closures = with_mimics(closures, checked.mimics)
         kinds, closures = _kinds_of_floating(closures)
-        model, own, stated = _built(checked.text, hanging(), root.name, kinds), extensions(document), closures
+        model, own, stated = _built(checked.text, hangs, root.name, kinds), extensions(document), closures
         closures = with_dialects(stated, own, model, left)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     if missing and closures is stated:
-        left.say("closures", f"there is no {missing}: read as a tree")
+        left.say("closures", f"there is no {beside.name if beside else 'closures file'}: read as a tree")
     model.gravity.linear = np.array(root.gravity)
     apply_joint_properties(model, closures.joints)
     closures = replace(closures, left_out=(*closures.left_out, *left.report), shapes=checked.shapes)
@@ -351,7 +337,7 @@ def load_model(
     def again(digits: Redrawn) -> tuple[pin.Model, Closures]:
         document = digits.element(parse_xml(checked.text))
         whole = checked_urdf(document, LeftOut(LEAVE_OUT))
-        redrawn = _built(whole.text, hanging(), root.name, kinds)
+        redrawn = _built(whole.text, hangs, root.name, kinds)
         loops = with_dialects(digits.closures(stated), digits.element(own), redrawn, LeftOut(LEAVE_OUT))
         return redrawn, replace(closures, closures=loops.closures)
 
@@ -366,8 +352,8 @@ def _kinds_of_floating(closures: Closures) -> tuple[dict[str, str], Closures]:
     return kinds, replace(closures, joints=tuple(item for item in plain if item != JointProperties(item.joint)))
 
 
-def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str, str]) -> pin.Model:
-    """The model of a checked URDF, hanging on a joint of this name if there is one; floating joints as they really are.
+def _built(text: str, hangs: str, name: str, kinds: dict[str, str]) -> pin.Model:
+    """The model of a checked URDF, hanging on a joint of this name unless it is fixed; floating joints as they are.
 
     Raises
     ------
@@ -375,10 +361,10 @@ def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str
         If Pinocchio reads no model of it, or a joint that is to be another one does not float.
     """
     try:
-        model = pin.buildModelFromXML(text) if hanging is None else pin.buildModelFromXML(text, hanging, name)
+        model = pin.buildModelFromXML(text, *(() if hangs == "fixed" else (ROOT_MODELS[hangs](), name)))
     except (RuntimeError, ValueError, TypeError) as error:
         raise FileFormatError(f"not a URDF that Pinocchio reads: {error}") from error
-    if hanging is not None and list(model.names).count(name) > 1:
+    if hangs != "fixed" and list(model.names).count(name) > 1:
         raise FileFormatError(
             f"the root joint and a joint of the URDF are both called {name!r}: rename one", None, name
         )
@@ -388,15 +374,10 @@ def _built(text: str, hanging: pin.JointModel | None, name: str, kinds: dict[str
             f"and ends at {_MOST_FREEDOMS}"
         )
     repair_limits(model)
-    return _as_they_are(model, kinds)
-
-
-def _as_they_are(model: pin.Model, kinds: dict[str, str]) -> pin.Model:
-    """The tree with the joints that a URDF calls floating as what they are."""
     found = {}
     for name, kind in kinds.items():
         index = list(model.names).index(name) if name in model.names else 0
         if not index or model.joints[index].shortname() != "JointModelFreeFlyer":
             raise FileFormatError(f"expected a floating joint {name!r} in the URDF, for a type of {kind!r}", None, name)
-        found[index] = ROOT_MODELS[kind]()
+        found[index] = {"": ROOT_MODELS[kind]()}
     return rebuilt(model, found) if found else model

@@ -21,6 +21,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+import pinocchio as pin
 
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
@@ -62,7 +63,15 @@ def check_origin(element: Element | None, version: tuple[int, int]) -> None:
         raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
 
 
-def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, FloatArray]:
+def origin_of(element: Element | None) -> pin.SE3:
+    """The placement that an ``<origin>``, or the attributes of another element, state; the identity without one."""
+    place = vector(element, "xyz", NOTHING)
+    if element is not None and "quat_xyzw" in element.attributes:
+        return pin.SE3(pin.Quaternion(vector(element, "quat_xyzw", (0.0,) * 4)).normalized(), place)
+    return pin.SE3(pin.rpy.rpyToMatrix(vector(element, "rpy", NOTHING)), place)
+
+
+def inertia_of(inertial: Element, left: LeftOut) -> tuple[float, FloatArray]:
     """Mass, kg, and inertia about the centre of mass, shape (3, 3), kg m², of an ``<inertial>``.
 
     What no body has is left out of the check by name, "inertia_rules", and read as it stands.
@@ -72,7 +81,6 @@ def inertia_of(inertial: Element, left: LeftOut | None = None) -> tuple[float, F
     FileFormatError
         If no body has them, see the module.
     """
-    left = LeftOut() if left is None else left
     mass_element, inertia = inertial.first("mass"), inertial.first("inertia")
     assert mass_element is not None
     assert inertia is not None
@@ -135,11 +143,10 @@ def check_joint(joint: Element, version: tuple[int, int], left: LeftOut) -> None
         )
     _check_dynamics(joint, kind)
     _check_limit(joint, kind, version, left)
-    for tag in ("calibration", "safety_controller"):
-        element = joint.first(tag)
-        for attribute in () if element is None else element.attributes:
+    for element in filter(None, map(joint.first, ("calibration", "safety_controller"))):
+        for attribute in element.attributes:
             if ":" not in attribute and attribute != "reference_position":
-                number(element, attribute)  # type: ignore[arg-type]
+                number(element, attribute)
 
 
 def unread_physics(root: Element) -> Iterator[tuple[Element, str]]:
@@ -254,11 +261,6 @@ def mimic_couplings(joints: Mapping[str, Element], left: LeftOut) -> tuple[Closu
         else:
             found.append(Closure(f"{name}_mimic", "coupling", leader, name, polynomial=powers))
     return tuple(found)
-
-
-def coupled_joints(couplings: Sequence[Closure]) -> frozenset[str]:
-    """Names of the joints of all couplings among closures."""
-    return frozenset(name for item in couplings if item.polynomial is not None for name in (item.frame_a, item.frame_b))
 
 
 def linear(coupling: Closure) -> tuple[float, float] | None:

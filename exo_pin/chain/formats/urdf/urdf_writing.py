@@ -33,8 +33,8 @@ from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root, Shape
 from ..bodies import LINKS_AND_SITES, TreeBody, free_name, one_sided, tree_bodies, welded_to_arm, without, world_link
 from ..joint_data import NO_LIMIT
+from ..shapes import write_urdf_shape
 from ..xml_elements import MOMENTS, as_numbers
-from .urdf_shapes import write_urdf_shape
 from .urdf_values import linear
 
 #: Materials by name, red, green, blue, alpha.
@@ -284,7 +284,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
         kind = "continuous" if endless else _KINDS[body.kind]
         if endless:
             body.refuse("URDF", ("position limits",))
-        limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
+        limits = None if endless else np.clip(body.data.position[0], -NO_LIMIT, NO_LIMIT)
         strength = (
             body.effort("URDF"),
             body.data.symmetric("velocity", body.joint, "URDF"),

@@ -6,12 +6,10 @@ import mujoco
 import yaml
 from places import REPOSITORY
 
-from exo_pin.chain.formats.mjcf.mjcf_settling import READ
-
 FIELDS = REPOSITORY / "tests" / "chain" / "formats" / "mjcf" / "mujoco_fields.yaml"
-REFUSED, IRRELEVANT = (
+READ, REFUSED, IRRELEVANT = (
     [name for names in yaml.safe_load(FIELDS.read_text(encoding="utf-8"))[key] for name in names]
-    for key in ("refused", "irrelevant")
+    for key in ("read", "refused", "irrelevant")
 )
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import Parameter
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
@@ -80,7 +79,7 @@ def reaction(
     ] = None,
     require_hold: bool = False,
     explain: bool = False,
-    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    muscles: options.Muscled = None,
     strength: options.Percent | None = None,
     table: bool = False,
     progress: options.Progress = False,

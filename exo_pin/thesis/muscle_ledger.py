@@ -12,9 +12,8 @@ from ..core.validation import FloatArray
 from ..muscle.identification.regimes import SECOND_ORDER, design_matrix
 from ..muscle.identification.region import find_region
 from ..muscle.identification.static_identification import identify_static
-from ..muscle.io.dynamic_files import dynamic_model
 from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
-from ..muscle.io.model_files import muscle_model
+from ..muscle.io.model_files import dynamic_model, muscle_model
 from ..muscle.laws.dynamic import G
 from ..muscle.laws.force_laws import PolynomialModel
 from ..muscle.laws.static import BAR

@@ -120,7 +120,6 @@ def _more_chains(folder):
     str(rrr.reaction(rrr.pose([48.0, 50.0, 52.0, 54.0], 20.0)).verdict)
     rrr.workspace(rrr.pose([50.0, 52.0], 20.0), ["clearance"])
     chain._state.buffers.linearise(chain.close(chain.neutral()))
-    chain._state.buffers.unit_wrenches()
     model = pin.Model()
     kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer()
     for kind in kinds:

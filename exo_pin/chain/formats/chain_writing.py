@@ -34,7 +34,7 @@ from .bodies import (
     without,
 )
 from .closures_file import closures_text
-from .joint_data import FIELDS, part_of
+from .joint_data import FIELDS, part_of, put_data
 from .mjcf.mjcf_writing import FORMS as MJCF_FORMS
 from .mjcf.mjcf_writing import mjcf_document, parts_of
 from .restated import JointRestated, Restated, motion, renamed, same_frames
@@ -359,9 +359,9 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
         for key in _KEYS[what]:
             part = part_of(model, body.index, FIELDS[key][0])
             told[key] = tuple(np.asarray(getattr(model, FIELDS[key][0])[part]).tolist())
-            for name in () if is_kept else FIELDS[key]:
+            if not is_kept:
                 none = np.inf if what.endswith("limits") else 0.0
-                getattr(model, name)[part] = -none if name.startswith("lower") else none
+                put_data(model, body.index, {key: -none if key.startswith("lower") else none})
     return replace(found, data=told), sorted(lost - ({"effort limits"} if body.is_limb else set()))
 
 

@@ -330,9 +330,8 @@ class _Writer:
             force = {"gainprm": "0", "biastype": "affine", "biasprm": as_numbers([-cable.constant, 0.0, 0.0])}
             ET.SubElement(actuators, "general", {"name": name, "tendon": name} | force)
         if cable.tension is not None:
-            ET.SubElement(
-                actuators, "motor", {"name": name, "tendon": name} | _pull(*np.clip(cable.tension, 0.0, np.inf))
-            )
+            pull = _pull(*np.clip(cable.tension, 0.0, np.inf))
+            ET.SubElement(actuators, "motor", {"name": name, "tendon": name} | pull)
 
 
 def _least_held(chain: ChainState, q: FloatArray) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin.control import Experiment, Turn, options_for
-from exo_pin.control.experiments.foresight import default_controller
+from exo_pin.control.experiments.tracking_report import default_controller
 from exo_pin.load_case import ADL_BOX
 
 #: Presets whose drives are known.

@@ -327,8 +327,31 @@ def suggest_poses(
     rows = _whitened(model, poses.as_matrix(), length_noise, orientation_noise) * model.scales
     # Before any pose the unknowns are known to a loose tolerance.
     start = np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
-    search = _Search(rows, start)
-    return frozen(np.sort(search.exchanged(search.first(count))))
+    eye, chosen = np.eye(rows.shape[1]), list[int]()
+
+    def gains(others: list[int]) -> FloatArray:
+        """By how much each pose would lower the sum of the variances beside others, shape (N,)."""
+        information = start + np.einsum("kip,kiq->pq", rows[others], rows[others])
+        half = rows @ np.linalg.inv(information)
+        grown = eye + half @ np.swapaxes(rows, 1, 2)
+        # (M + FᵀF)⁻¹ = M⁻¹ - M⁻¹ Fᵀ (1 + F M⁻¹ Fᵀ)⁻¹ F M⁻¹.
+        found = np.trace(np.linalg.solve(grown, half @ np.swapaxes(half, 1, 2)), axis1=1, axis2=2)
+        found[others] = -np.inf
+        return np.asarray(found)
+
+    # The best pose, the best one beside it, and so on; then each is exchanged for the best in its place, until none is
+    # better (Fedorov's algorithm).
+    for _ in range(count):
+        chosen.append(int(gains(chosen).argmax()))
+    for _ in range(_MOST_PASSES):
+        before = list(chosen)
+        for place, now in enumerate(before):
+            found = gains(chosen[:place] + chosen[place + 1 :])
+            if found.max() > found[now] * (1.0 + _GAIN):
+                chosen[place] = int(found.argmax())
+        if chosen == before:
+            break
+    return frozen(np.sort(chosen))
 
 
 def _whitened(model: LengthModel, measured: FloatArray, length_noise: float, orientation_noise: float) -> FloatArray:
@@ -337,45 +360,3 @@ def _whitened(model: LengthModel, measured: FloatArray, length_noise: float, ori
     turn = as_positive("orientation_noise", orientation_noise, zero=True)
     lengths = model.evaluate(np.zeros(model.size), measured)
     return np.asarray(whitening(lengths, length, turn) @ lengths.by_unknowns)
-
-
-class _Search:
-    """Poses by gain, from their rows of the Jacobian, shape (N, n, p), and the information before any."""
-
-    def __init__(self, rows: FloatArray, start: FloatArray) -> None:
-        self.rows, self.start = rows, start
-
-    def gains(self, information: FloatArray) -> FloatArray:
-        """By how much each pose would lower the sum of the variances, shape (N,)."""
-        spread = np.linalg.inv(information)
-        half = self.rows @ spread
-        grown = np.eye(self.rows.shape[1]) + half @ np.swapaxes(self.rows, 1, 2)
-        # (M + FᵀF)⁻¹ = M⁻¹ - M⁻¹ Fᵀ (1 + F M⁻¹ Fᵀ)⁻¹ F M⁻¹.
-        return np.asarray(np.trace(np.linalg.solve(grown, half @ np.swapaxes(half, 1, 2)), axis1=1, axis2=2))
-
-    def first(self, count: int) -> list[int]:
-        """The best pose, the best one beside it, and so on."""
-        information, chosen = self.start, list[int]()
-        for _ in range(count):
-            gains = self.gains(information)
-            gains[chosen] = -np.inf
-            chosen.append(int(gains.argmax()))
-            information = information + self.rows[chosen[-1]].T @ self.rows[chosen[-1]]
-        return chosen
-
-    def exchanged(self, chosen: list[int]) -> list[int]:
-        """Exchange each pose for the best in its place, until none is better (Fedorov's algorithm)."""
-        for _ in range(_MOST_PASSES):
-            improved = False
-            for place in range(len(chosen)):
-                others = chosen[:place] + chosen[place + 1 :]
-                information = self.start + np.einsum("kip,kiq->pq", self.rows[others], self.rows[others])
-                gains = self.gains(information)
-                now = gains[chosen[place]]
-                gains[others] = -np.inf
-                best = int(gains.argmax())
-                if gains[best] > now * (1.0 + _GAIN):
-                    chosen[place], improved = best, True
-            if not improved:
-                break
-        return chosen

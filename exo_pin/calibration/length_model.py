@@ -144,12 +144,30 @@ class LengthModel(Record):
             values[..., self.places[name]].reshape(*stack, *shape) if name in self.places else np.zeros(stack + shape)
         )
 
+    def points(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A_i and B_i, shape (..., n, 3) each: joints seen from the device's centre."""
+        shape = self.base.shape
+        return (
+            self.base + self.group("base_points", values, shape),
+            self.platform + self.group("platform_points", values, shape),
+        )
+
     def joints(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A_i + ε_base and B_i + ε_cuff, shape (..., n, 3) each: joints seen from the shoulder's centre."""
-        shape = self.base.shape
+        a, b = self.points(values)
         base, cuff = (self.group(name, values)[..., None, :] for name in ("base_offset", "cuff_offset"))
-        a = self.base + self.group("base_points", values, shape) + base
-        return a, self.platform + self.group("platform_points", values, shape) + cuff
+        return a + base, b + cuff
+
+    @property
+    def joint_slopes(self) -> FloatArray:
+        """Derivatives of :meth:`joints` by the unknowns, shape (2, n, 3, p)."""
+        n = self.limb_count
+        rows = np.zeros((2, n, 3, self.size))
+        for ring, names in enumerate((("base_points", "base_offset"), ("platform_points", "cuff_offset"))):
+            for name in set(names) & self.places.keys():
+                own = np.eye(3 * n).reshape(n, 3, -1) if name.endswith("points") else np.eye(3)
+                rows[ring, ..., self.places[name]] = own
+        return rows
 
     def mountings(self, values: FloatArray) -> tuple[Rotation, Rotation]:
         """Q_T and Q_S, shape (...)."""
@@ -206,20 +224,18 @@ class LengthModel(Record):
         turned = np.cross(ends, directions)
         out, limbs = np.zeros((*lengths.shape, self.size)), np.arange(self.limb_count)
         scale = self.length_scale(values)[..., None, None]
+        own = {"base_points": -directions, "platform_points": in_arm, "base_offset": -directions, "cuff_offset": in_arm}
         for name, place in self.places.items():
             block = out[..., place]
-            if name in ("base_points", "platform_points"):
-                own = -directions if name == "base_points" else in_arm
+            if name.endswith("points"):
                 for i in limbs:
-                    block[..., i, 3 * i : 3 * i + 3] = own[..., i, :]
+                    block[..., i, 3 * i : 3 * i + 3] = own[name][..., i, :]
+            elif name in own:
+                block[:] = own[name]
             elif name == "length_offsets":
                 block[..., limbs, limbs] = -1.0
             elif name == "length_scale":
                 block[..., 0] = (self.length_offsets(values)[..., None, :] - lengths) / scale
-            elif name == "base_offset":
-                block[:] = -directions
-            elif name == "cuff_offset":
-                block[:] = in_arm
             elif name == "torso_mounting":
                 # exp(θ + dθ) = exp(J_l dθ) exp(θ), J_l(θ) = J_r(-θ).
                 block[:] = turned @ _right_jacobians(-self.group(name, values))
@@ -251,9 +267,7 @@ def labels(name: str, count: int) -> list[str]:
 
 def _components(name: str, count: int) -> list[str]:
     parts = labels(name, count)
-    return (
-        parts if name in ("length_offsets", "length_scale") else [f"{part} {axis}" for part in parts for axis in "xyz"]
-    )
+    return parts if name.startswith("length") else [f"{part} {axis}" for part in parts for axis in "xyz"]
 
 
 def whitening(lengths: Lengths, length_noise: float, orientation_noise: float) -> FloatArray:

@@ -18,9 +18,8 @@ from ..core.results import Known, taken_as_known
 from ..core.validation import FloatArray, as_positive, frozen, set_fields
 from ..load_case import CentreOffset
 from .information import Information, Undetermined
-from .known import known_quantities
 from .length_model import FINEST, UNIT, CalibrationProblem, Estimate, LengthModel, MeasurementErrors
-from .report import OUTLIER, contradiction
+from .report import OUTLIER, contradiction, known_quantities
 from .search.starts import distances
 
 if TYPE_CHECKING:
@@ -100,9 +99,7 @@ class FittedDevice(Record):
     @property
     def exo(self) -> ShoulderExo:
         """The calibrated design; use it with :attr:`centre_offset`."""
-        values, shape = self.values, self.model.base.shape
-        base = self.model.base + self.model.group("base_points", values, shape)
-        platform = self.model.platform + self.model.group("platform_points", values, shape)
+        base, platform = self.model.points(self.values)
         return self.nominal.replace(geometry=self.nominal.geometry.replace(base_points=base, platform_points=platform))
 
     def __repr__(self) -> str:
@@ -199,16 +196,9 @@ class Calibration(FittedDevice):
     @property
     def joint_deviations(self) -> FloatArray:
         """Standard deviations of :attr:`joints` in the body's frames, shape (2, n, 3), m, tolerances counted in."""
-        shape = self.model.base.shape
-        rows = np.zeros((2, *shape, self.model.size))
-        parts = (("base_points", "base_offset"), ("platform_points", "cuff_offset"))
-        for ring, (points, offset) in enumerate(parts):
-            if points in self.model.places:
-                rows[ring][..., self.model.places[points]] += np.eye(shape[0] * 3).reshape(*shape, -1)
-            if offset in self.model.places:
-                rows[ring][..., self.model.places[offset]] += np.eye(3)
-        spread = self.information.spread(rows.reshape(-1, self.model.size))
-        return frozen(np.sqrt(np.diag(spread)).reshape(2, *shape))
+        slopes = self.model.joint_slopes
+        spread = self.information.spread(slopes.reshape(-1, self.model.size))
+        return frozen(np.sqrt(np.diag(spread)).reshape(slopes.shape[:3]))
 
     @cached_property
     def known(self) -> tuple[Known, ...]:

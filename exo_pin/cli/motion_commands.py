@@ -298,12 +298,15 @@ def thesis(
     )
 
 
+def _without_row(sections: list[Section]) -> list[tuple[Section, Any]]:
+    """Sections and entries of numbers without a row."""
+    return [(section, entry) for section in sections for entry in section.entries if entry.reason]
+
+
 def _reasons(sections: list[Section]) -> str:
     lines = [
         f"{section.label}: {entry.about}: {entry.printed or f'{entry.cells} numbers'}: {entry.reason}"
-        for section in sections
-        for entry in section.entries
-        if entry.reason
+        for section, entry in _without_row(sections)
     ]
     return "\n".join(["Numbers without a row, and why:", *lines]) if lines else ""
 
@@ -315,9 +318,7 @@ def _as_data(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
         "rows": rows,
         "without_row": [
             {"section": section.label, **{name: getattr(entry, name) for name in names}}
-            for section in sections
-            for entry in section.entries
-            if entry.reason
+            for section, entry in _without_row(sections)
         ],
     }
 

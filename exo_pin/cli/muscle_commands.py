@@ -16,9 +16,17 @@ from ..core.tables import aligned
 from ..core.validation import FloatArray, as_positive
 from ..muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ..muscle.identification.static_identification import StaticIdentification, identify_static
-from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic, save_dynamic
 from ..muscle.io.measurement_files import read_measurements, read_response
-from ..muscle.io.model_files import load_parameters, muscle_model, muscle_models, save_parameters
+from ..muscle.io.model_files import (
+    dynamic_model,
+    dynamic_models,
+    load_dynamic,
+    load_parameters,
+    muscle_model,
+    muscle_models,
+    save_dynamic,
+    save_parameters,
+)
 from ..muscle.laws.dynamic import DynamicModel, G
 from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.response import PressureStep, StepResponse

@@ -89,11 +89,6 @@ def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = Non
     return Finding("mobility", "note" if left or first.verdict != "regular" else "pass", text)
 
 
-def _left_out(chain: ClosedChain) -> list[Finding]:
-    """What of the robot's file the chain has not, each with its effect."""
-    return [Finding("left out", "note", text) for text in chain.description.left_out]
-
-
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     """Joint limits of the first closed configuration."""
     beyond = chain.beyond_limits(found[0])
@@ -151,10 +146,11 @@ def check_chain(chain: ClosedChain, held: int | None = None) -> Report:
     ['loops', 'closure Jacobian', 'mobility', 'joint limits', 'inertia']
     """
     loops, found = _chain_loops(chain)
-    if not found:
-        return Report(chain.description.name, (loops, *_left_out(chain)))
-    rest = (*_left_out(chain), closure_jacobian(chain, found), mobility(chain, found, held))
-    return Report(chain.description.name, (loops, *rest, _chain_limits(chain, found), _chain_inertia(chain, found)))
+    findings = [loops, *(Finding("left out", "note", text) for text in chain.description.left_out)]
+    if found:
+        findings += [closure_jacobian(chain, found), mobility(chain, found, held)]
+        findings += [_chain_limits(chain, found), _chain_inertia(chain, found)]
+    return Report(chain.description.name, tuple(findings))
 
 
 #: Elevations, degrees, and halvings of their step at an end of what is covered: to 0.1°.

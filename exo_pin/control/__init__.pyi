@@ -5,9 +5,9 @@ from .controllers.interaction import impedance as impedance
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.motor_loop import LengthController as LengthController
-from .controllers.tension_program import Tensions as Tensions
-from .controllers.tension_program import missing_moments as missing_moments
-from .controllers.tension_program import tensions_for_motion as tensions_for_motion
+from .controllers.planning import Tensions as Tensions
+from .controllers.planning import missing_moments as missing_moments
+from .controllers.planning import tensions_for_motion as tensions_for_motion
 from .controllers.thesis_controller import TABLE_5_5 as TABLE_5_5
 from .controllers.thesis_controller import ContractionController as ContractionController
 from .controllers.thesis_controller import PIGains as PIGains
@@ -29,7 +29,7 @@ from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
 from .plant.any_device.arm_actions import ArmState as ArmState
 from .plant.any_device.arm_actions import Payload as Payload
-from .plant.any_device.moving_torso import Torso as Torso
+from .plant.any_device.arm_actions import Torso as Torso
 from .plant.any_device.padding import Padding as Padding
 from .plant.faults import Fault as Fault
 from .plant.motor_options import JointMotor as JointMotor

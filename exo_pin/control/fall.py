@@ -16,8 +16,7 @@ import numpy as np
 
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_finite, require_type, set_fields, set_positive
-from .plant.any_device.arm_actions import ArmState
-from .plant.any_device.moving_torso import Torso
+from .plant.any_device.arm_actions import ArmState, Torso
 
 __all__ = ["Fall"]
 

@@ -15,14 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput
-from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.validation import (
     FloatArray,
     as_count,
     as_finite,
-    as_real,
     as_single_rotation,
     as_unit_vector,
     require_type,
@@ -32,6 +29,7 @@ from ..core.validation import (
 from ..wrist.velocity.sensors import OrientationChain
 from .plant.contractions import contractions_of
 from .plant.state import Measurement
+from .sensors import as_intervals
 
 #: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.
 PRINTED_DRIFT = float(np.radians(1.5)) / 30.0
@@ -92,13 +90,14 @@ class Imu:
             as_single_rotation(name, getattr(self, name))
         require_type("chain", self.chain, OrientationChain | None, "an OrientationChain")
         set_positive(self, "noise", "velocity_noise", "delay", zero=True)
-        set_fields(self, seed=as_count("seed", self.seed), drift=float(as_finite("drift", self.drift, ())))
+        set_fields(
+            self,
+            seed=as_count("seed", self.seed),
+            drift=float(as_finite("drift", self.drift, ())),
+            lost=as_intervals(self.lost),
+        )
         axis = (0.0, 0.0, 1.0) if self.drift_axis is None else self.drift_axis
         object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
-        lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))
-        if lost.ndim != 2 or lost.shape[1] != 2 or not (lost[:, 0] < lost[:, 1]).all():
-            raise InvalidInput(f"expected lost as intervals (from, to) in s, got {echo(self.lost)}")
-        object.__setattr__(self, "lost", tuple((start, end) for start, end in lost.tolist()))
 
     @property
     def calibration(self) -> OrientationChain:

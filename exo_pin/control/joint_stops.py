@@ -22,11 +22,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import as_side
-from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.checked import checked
 from ..core.validation import FloatArray, as_finite, set_fields, set_positive
 from ..load_case.pose_stacks import pose_matrices
-from .plant.any_device.arm_actions import ArmState
+from .plant.any_device.arm_actions import ArmState, require_known
 
 __all__ = ["JointStops"]
 
@@ -82,10 +82,7 @@ class JointStops:
 
     def __post_init__(self) -> None:
         values = {"ranges": self.ranges or None, "stiffness": self.stiffness, "damping": self.damping}
-        missing = [name for name, value in values.items() if value is None]
-        missing += [] if isinstance(self.source, str) and self.source.strip() else ["source"]
-        if missing:
-            raise MissingData(missing, "ends of a person's range of motion")
+        require_known(self.source, values, "ends of a person's range of motion")
         as_side(self.side)
         set_positive(self, "stiffness", "damping", zero=True)
         ranges = {}

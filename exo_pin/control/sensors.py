@@ -34,6 +34,14 @@ CHANNELS = (
 _SAME = 1e-9
 
 
+def as_intervals(lost: Any) -> tuple[tuple[float, float], ...]:
+    """Times from and to which something is lost, s."""
+    given = as_real("lost", lost if np.size(lost) else np.zeros((0, 2)))
+    if given.ndim != 2 or given.shape[1] != 2 or not (given[:, 0] < given[:, 1]).all():
+        raise InvalidInput(f"expected lost as intervals (from, to) in s, got {echo(lost)}")
+    return tuple((start, end) for start, end in given.tolist())
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class SensorError(ReadOnly):
@@ -92,10 +100,7 @@ class SensorError(ReadOnly):
         set_fields(self, seed=as_count("seed", self.seed), bias=tuple(bias.tolist()) if bias.ndim else float(bias))
         if self.limb is not None:
             set_fields(self, limb=as_count("limb", self.limb))
-        lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))
-        if lost.ndim != 2 or lost.shape[1] != 2 or not (lost[:, 0] < lost[:, 1]).all():
-            raise InvalidInput(f"expected lost as intervals (from, to) in s, got {echo(self.lost)}")
-        set_fields(self, lost=tuple((start, end) for start, end in lost.tolist()))
+        set_fields(self, lost=as_intervals(self.lost))
 
     def _read(self, value: Any, sample: int) -> Any:
         """A reading of a true value; the noise is drawn by the number of the sample."""
@@ -104,13 +109,10 @@ class SensorError(ReadOnly):
         if self.limb is not None and not (true.ndim == 1 and self.limb < len(true) and not turned):
             raise InvalidInput(f"expected limb as one of the entries of {self.channel}, got {self.limb}")
         draw = np.random.default_rng([self.seed, CHANNELS.index(self.channel), sample])
-        error = np.asarray(self.bias) + self.noise * draw.standard_normal(true.shape)
-        if self.limb is not None:
-            error = np.where(np.arange(len(true)) == self.limb, error, 0.0)
-        read = true + error
+        # Of the other entries :meth:`Sensors.__call__` keeps the true values.
+        read = true + np.asarray(self.bias) + self.noise * draw.standard_normal(true.shape)
         if self.resolution > 0.0:
-            rounded = self.resolution * np.round(read / self.resolution)
-            read = rounded if self.limb is None else np.where(np.arange(len(true)) == self.limb, rounded, read)
+            read = self.resolution * np.round(read / self.resolution)
         if turned:
             return Rotation.from_rotvec(read) * value
         return float(read) if read.ndim == 0 else read

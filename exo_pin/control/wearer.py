@@ -19,31 +19,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput, MissingData
+from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.validation import (
     FloatArray,
     as_finite,
-    as_positive,
-    as_real,
     as_single_rotation,
     require_type,
     set_fields,
     set_positive,
 )
 from ..load_case import Load
-from .plant.any_device.arm_actions import ArmState
+from .plant.any_device.arm_actions import ArmState, check_span, load_at_shoulder, require_known
 
 __all__ = ["Intent", "Passive", "Push", "Spasticity", "Tremor"]
 
 
-def _known(source: str, values: dict[str, Any], query: str) -> None:
-    """Raise MissingData for values that nobody gave, or gave without a source."""
-    missing = [name for name, value in values.items() if value is None]
-    if not (isinstance(source, str) and source.strip()):
-        missing.append("source")
-    if missing:
-        raise MissingData(missing, query)
+def _direction(axis: ArrayLike, what: str) -> tuple[float, ...]:
+    """An axis of length 1."""
+    given = as_finite("axis", axis, (3,))
+    if not given.any():
+        raise InvalidInput(f"expected an axis {what}, got zeros")
+    return tuple((given / np.linalg.norm(given)).tolist())
 
 
 def _turn(to: FloatArray, of: FloatArray) -> FloatArray:
@@ -88,7 +85,7 @@ class Passive:
 
     def __post_init__(self) -> None:
         values = {"stiffness": self.stiffness, "damping": self.damping}
-        _known(self.source, values, "passive moments of the shoulder")
+        require_known(self.source, values, "passive moments of the shoulder")
         for name, value in values.items():
             numbers = as_finite(name, value, (), stack=True)  # type: ignore[arg-type]
             if numbers.shape not in ((), (3,)) or (numbers < 0.0).any():
@@ -188,10 +185,7 @@ class Tremor:
 
     def __post_init__(self) -> None:
         set_positive(self, "amplitude", "frequency", zero=True)
-        axis, phase = as_finite("axis", self.axis, (3,)), float(as_finite("phase", self.phase, ()))
-        if not axis.any():
-            raise InvalidInput("expected an axis of the tremor, got zeros")
-        set_fields(self, axis=tuple((axis / np.linalg.norm(axis)).tolist()), phase=phase)
+        set_fields(self, axis=_direction(self.axis, "of the tremor"), phase=float(as_finite("phase", self.phase, ())))
 
     def __call__(self, t: float, arm: ArmState) -> FloatArray:
         """Moment at a time; see the class."""
@@ -239,13 +233,10 @@ class Spasticity:
 
     def __post_init__(self) -> None:
         values = {"threshold": self.threshold, "gain": self.gain, "limit": self.limit}
-        _known(self.source, values, "spasticity")
+        require_known(self.source, values, "spasticity")
         set_positive(self, "threshold", "gain", "limit", zero=True)
         if self.axis is not None:
-            axis = as_finite("axis", self.axis, (3,))
-            if not axis.any():
-                raise InvalidInput("expected an axis that the turn stretches about, got zeros")
-            set_fields(self, axis=tuple((axis / np.linalg.norm(axis)).tolist()))
+            set_fields(self, axis=_direction(self.axis, "that the turn stretches about"))
 
     def __call__(self, t: float, arm: ArmState) -> FloatArray:
         """Moment at a time; see the class."""
@@ -299,15 +290,10 @@ class Push:
         parts = (self.load.force, self.load.moment, self.load.at)
         if any(np.asarray(part).shape != (3,) for part in parts):
             raise InvalidInput("expected one load, not a stack: force, moment and at of shape (3,)")
-        as_positive("start", self.start, zero=True)
-        if not float(as_real("end", self.end)) > self.start:
-            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+        check_span(self)
 
     def __call__(self, t: float, arm: ArmState) -> tuple[FloatArray, FloatArray]:
         """Force at O and moment about it at a time; see the class."""
         if not self.start <= t < self.end:
             return np.zeros(3), np.zeros(3)
-        force, moment = (np.asarray(part, dtype=float) for part in (self.load.force, self.load.moment))
-        if self.load.frame == "arm":
-            force, moment = arm.matrix @ force, arm.matrix @ moment
-        return force, moment + np.cross(arm.matrix @ np.asarray(self.load.at), force)
+        return load_at_shoulder(self.load, arm.matrix)

@@ -298,27 +298,17 @@ class Kernel:
                 update(f"{name} {_identity(scope[name])} ".encode())
 
 
-def kernel(
-    function: Callable[..., Any] | None = None,
-    *,
-    inline: bool = False,
-    fills: bool = False,
-    stack: bool = False,
-    cost: int = 1,
-) -> Any:
+def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
 
     Parameters
     ----------
     function : callable
         See :class:`Kernel`.
-    inline, fills, stack : bool
-    cost : int
+    **options
         See :class:`Kernel`.
     """
-    if function is None:
-        return lambda decorated: Kernel(decorated, inline, fills, stack, cost)
-    return Kernel(function, inline, fills, stack, cost)
+    return functools.partial(kernel, **options) if function is None else Kernel(function, **options)
 
 
 def kernels() -> tuple[Kernel, ...]:

@@ -50,7 +50,7 @@ def family_limits(family: str) -> tuple[float, float]:
 
 
 def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: float | None = None) -> Stroke:
-    """The actuator of a family with the stroke that a limb needs.
+    """The actuator of a family with the stroke that a limb needs, if the family has one (:func:`family_limits`).
 
     Parameters
     ----------
@@ -66,36 +66,17 @@ def fitting_stroke(family: str, shortest: float, longest: float, travel_limit: f
     Stroke
         Whose longest length is ``longest``. A muscle gets the largest nominal length, with the whole of its
         contraction; a cable the full length down to its free length; a linear actuator just the stroke that is needed.
-
-    Raises
-    ------
-    InvalidInput
-        If no actuator of the family does; the message says by how much.
     """
-    short, long = as_positive("shortest", shortest), as_positive("longest", longest)
-    if short > long:
-        raise InvalidInput(f"expected shortest <= longest, got {short:g} and {long:g} m")
-    share, length = family_limits(family)
-    margin = short - (share * long + length)
-    if margin < -1e-12:
-        raise InvalidInput(
-            f"a {family} of at most {1e3 * long:.0f} mm cannot be shorter than {1e3 * (short - margin):.0f} mm, and "
-            f"{1e3 * short:.0f} mm are needed; move the joints, or choose another family"
-        )
-    travel = np.inf if travel_limit is None else as_positive("travel_limit", travel_limit)
-    if long - short > travel + 1e-12:
-        raise InvalidInput(
-            f"a travel of {1e3 * (long - short):.0f} mm is needed, and {1e3 * travel:.0f} mm are allowed"
-        )
+    travel = np.inf if travel_limit is None else travel_limit
     least = LEAST_LENGTH[family]
     if family == "pneumatic muscle":
-        muscle = long - least
+        muscle = longest - least
         return Stroke(muscle, max(1.0 - CONTRACTION, 1.0 - travel / muscle), 1.0, least)
     if family == "cable":
-        return Stroke(long, max(least, long - travel, 1e-6) / long, 1.0, 0.0)
-    travel = long - short
+        return Stroke(longest, max(least, longest - travel, 1e-6) / longest, 1.0, 0.0)
+    travel = longest - shortest
     body = least + 2.0 * travel
-    return Stroke(body, (least + travel) / body, 1.0, long - body if long - body > 1e-12 else 0.0)
+    return Stroke(body, (least + travel) / body, 1.0, longest - body if longest - body > 1e-12 else 0.0)
 
 
 def stroke_of_length(

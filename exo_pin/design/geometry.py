@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
@@ -216,19 +215,13 @@ class WristGeometry(Record):
         array([0.1831, 0.1831, 0.1831])
         """
         angles = alpha_A if alpha_B is None else alpha_B
-        return cls._on_circles(CircleDimensions(r_A, r_B, h_A, h_B, alpha_A, angles, side))  # type: ignore[arg-type]
+        circles = CircleDimensions(r_A, r_B, h_A, h_B, alpha_A, angles, side)  # type: ignore[arg-type]
+        return cls._on_circles(circles, Rotation.identity())
 
     @classmethod
-    def _on_circles(cls, circles: CircleDimensions, neutral: Rotation | None = None) -> WristGeometry:
-        base_axis = np.array([0.0, 1.0 if circles.side == "left" else -1.0, 0.0])
-        return cls(
-            circles.base_points,
-            circles.platform_points,
-            base_axis=base_axis,
-            platform_axis=np.array([0.0, 0.0, 1.0]),
-            neutral=Rotation.identity() if neutral is None else neutral,
-            circles=circles,
-        )
+    def _on_circles(cls, circles: CircleDimensions, neutral: Rotation) -> WristGeometry:
+        axes = np.array([0.0, 1.0 if circles.side == "left" else -1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+        return cls(circles.base_points, circles.platform_points, *axes, neutral, circles)
 
     @property
     def limb_count(self) -> int:
@@ -297,14 +290,8 @@ class WristGeometry(Record):
         if self.circles is not None:
             other: Side = "right" if self.circles.side == "left" else "left"
             return WristGeometry._on_circles(replace(self.circles, side=other), neutral)
-        flip: Callable[[FloatArray | None], FloatArray | None] = lambda v: None if v is None else v @ MIRROR  # noqa: E731
-        return WristGeometry(
-            self.base_points @ MIRROR,
-            self.platform_points @ MIRROR,
-            base_axis=flip(self.base_axis),
-            platform_axis=flip(self.platform_axis),
-            neutral=neutral,
-        )
+        over, about = (None if axis is None else axis @ MIRROR for axis in (self.base_axis, self.platform_axis))
+        return WristGeometry(self.base_points @ MIRROR, self.platform_points @ MIRROR, over, about, neutral)
 
     def _neutral_limb_axes(self) -> FloatArray | None:
         """X_i of (D-11) in the neutral pose, base frame; None where both circle axes are given."""

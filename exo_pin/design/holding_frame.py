@@ -74,17 +74,12 @@ def frame_parts(geometry: WristGeometry) -> list[tuple[str, int, float, float, s
     frame, cuff = (sum(float(_lengths(bar).sum()) for bar in bars) for bars in holding_bars(geometry))
     radius, bottom, top = sleeve_size(points)
     shell = _PLASTIC * 2.0 * np.pi * radius * WALL * (top - bottom)
+    plastic = f"plastic, {1e3 * WALL:.0f} mm, inner radius {1e3 * radius:.0f} mm"
     tube = f"aluminium tube {2e3 * BAR:.0f} x {1e3 * _TUBE_WALL:.1f} mm, bent"
     return [
         ("bars of the frame", 1, frame, PER_METRE * frame, tube),
         ("bars of the cuff", 1, cuff, PER_METRE * cuff, tube),
-        (
-            "sleeve of the cuff",
-            1,
-            top - bottom,
-            shell,
-            f"plastic, {1e3 * WALL:.0f} mm, inner radius {1e3 * radius:.0f} mm",
-        ),
+        ("sleeve of the cuff", 1, top - bottom, shell, plastic),
         ("joints", 2 * n, float("nan"), 2 * n * PER_JOINT, "ball joints or forks, 50 g each; see --limb-table"),
     ]
 

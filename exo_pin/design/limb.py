@@ -17,7 +17,7 @@ from ..core.validation import (
     as_parts,
     as_positive,
     as_unit_vector,
-    require_type,
+    require_types,
     set_fields,
     set_positive,
 )
@@ -199,8 +199,8 @@ class LimbGuide:
         >>> ep.LimbGuide(bending_rigidity=60.0, torsional_rigidity=40.0).times(1.5).torsional_rigidity  # N m²
         60.0
         """
-        rigidities = factor * self.bending_rigidity, factor * self.torsional_rigidity
-        return replace(self, bending_rigidity=rigidities[0], torsional_rigidity=rigidities[1])
+        bending, torsional = factor * self.bending_rigidity, factor * self.torsional_rigidity
+        return replace(self, bending_rigidity=bending, torsional_rigidity=torsional)
 
     @classmethod
     def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:
@@ -290,15 +290,8 @@ class Limb:
 
     def __post_init__(self) -> None:
         as_choice("limb kind", self.kind, ("UPU", "SPS"))
-        kinds = {
-            "base_body": LimbBody,
-            "platform_body": LimbBody,
-            "stroke": Stroke,
-            "guide": LimbGuide,
-            "actuator": Actuator,
-        }
-        for name, kind in kinds.items():
-            require_type(name, getattr(self, name), kind | None)
+        require_types(self, base_body=LimbBody | None, platform_body=LimbBody | None, stroke=Stroke | None)
+        require_types(self, guide=LimbGuide | None, actuator=Actuator | None)
         set_positive(self, "joint_limit", optional=True)
         if self.joint_straight is not None:
             direction = as_unit_vector("joint_straight", self.joint_straight)

@@ -95,9 +95,6 @@ class Mechanism(Record):
             raise InvalidInput(
                 f"this geometry is laid out for the {circles.side} shoulder, not the {self.side}: use mirrored()"
             )
-        self._check_texts()
-
-    def _check_texts(self) -> None:
         for name in ("name", "title"):
             require_type(name, getattr(self, name), str, "a string")
         if not isinstance(self.sources, Mapping) or not all(

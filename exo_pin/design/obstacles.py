@@ -102,10 +102,6 @@ def _wall(wearer: Wearer, away: float) -> list[list[float]]:
     return [_plane((-1.0, 0.0, 0.0), _back(wearer) + away)]
 
 
-def _ceiling(wearer: Wearer, away: float) -> list[list[float]]:
-    return [_plane((0.0, 0.0, 1.0), _TO_TOP * wearer.height + away)]
-
-
 def _door(wearer: Wearer, away: float) -> list[list[float]]:
     """The person goes through the middle; ``away`` widens it on either side."""
     middle, half = _MIDDLE * wearer.height, 0.5 * _PASSAGE + away
@@ -149,5 +145,5 @@ OBSTACLES: dict[str, Callable[[Wearer, float], list[list[float]]]] = {
     "bed": _wall,
     "door": _door,
     "wall": _wall,
-    "ceiling": _ceiling,
+    "ceiling": lambda wearer, away: [_plane((0.0, 0.0, 1.0), _TO_TOP * wearer.height + away)],
 }

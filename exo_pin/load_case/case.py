@@ -188,13 +188,8 @@ class Case(Record):
     @property
     def is_stacked(self) -> bool:
         """Whether load or offset has a value for every pose."""
-        parts = (self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset)
-        return any(
-            isinstance(value, np.ndarray) and value.ndim >= 2
-            for part in parts
-            if part is not None
-            for value in vars(part).values()
-        )
+        parts: tuple[Any, ...] = self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset
+        return any(np.ndim(value) >= 2 for part in parts if part is not None for value in vars(part).values())
 
     def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
         """The same case in other poses, at rest unless a motion is given.
@@ -269,9 +264,8 @@ def warn_outside_human_range(matrices: FloatArray, side: str) -> None:
     outside = outside_human_range(matrices, side)
     if not outside.any():
         return
-    mirrored = matrices * np.array([[1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, 1.0]])
     other = "right" if side == "left" else "left"
-    swapped = not outside_human_range(mirrored[outside], side).any()
+    swapped = not outside_human_range(matrices[outside], other).any()
     which = "this pose" if len(outside) == 1 else f"{int(outside.sum())} of {len(outside)} poses"
     cause = (
         f'a {other} shoulder does: load the design with side="{other}", or mirror the pose'

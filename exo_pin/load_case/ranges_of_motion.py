@@ -105,11 +105,9 @@ class RangeOfMotion:
 
 def grid_rotation(flexion: FloatArray, abduction: FloatArray, internal: FloatArray, side: str = "left") -> Rotation:
     """Orientations over a grid of angles in degrees, shape (nf, na, ni); single turns are made once and multiplied."""
-    zero = 0.0
-    first = shoulder_rotation(flexion[:, None, None], zero, zero, side, degrees=True)
-    second = shoulder_rotation(zero, abduction[None, :, None], zero, side, degrees=True)
-    third = shoulder_rotation(zero, zero, internal[None, None, :], side, degrees=True)
-    return first * second * third
+    first = shoulder_rotation(flexion[:, None, None], 0.0, 0.0, side, degrees=True)
+    second = shoulder_rotation(0.0, abduction[:, None], 0.0, side, degrees=True)
+    return first * second * shoulder_rotation(0.0, 0.0, internal, side, degrees=True)
 
 
 #: What the mechanism is meant to cover: the summarised range of Table 2-1, of which Appendix C makes its grid.
@@ -172,72 +170,51 @@ class Share(float):
         return f"{100.0 * self:.1f}{'' if np.isnan(self.error) else f' ± {100.0 * self.error:.1f}'} %"
 
 
-def _edges(nodes: FloatArray, closed: bool) -> FloatArray:
-    """Ends of the cells of nodes in order; half cells at the ends of an interval, none at those of a circle."""
-    middle = 0.5 * (nodes[1:] + nodes[:-1])
-    if closed:
-        half = 0.5 * (nodes[-1] - nodes[0]) / max(len(nodes) - 1, 1)
-        return np.concatenate([[nodes[0] - half], middle, [nodes[-1] + half]])
-    return np.concatenate([nodes[:1], middle, nodes[-1:]])
-
-
 def _sine_integral(angles: FloatArray) -> FloatArray:
     """∫ |cos| from zero to angles, rad: beyond 90° two triples of angles are one pose, and the cosine changes sign."""
     turns = np.floor(angles / np.pi + 0.5)
     return 2.0 * turns + np.sin(angles - turns * np.pi)
 
 
-def cell_volumes(axes: Axes, closed: bool = False) -> FloatArray:
+def cell_volumes(axes: Axes, whole: Axes | None = None) -> FloatArray:
     """Volume of the cell of each node, as a share of all cells together, shape (nf, na, ni).
+
+    Cells end halfway between nodes, and at the ends of the grid.
 
     Parameters
     ----------
     axes : tuple of ndarray
         Flexion, abduction and internal rotation, each rising or falling, degrees. An axis of one node has no width and
         does not count.
-    closed : bool
-        Whether flexion and rotation go round a circle.
+    whole : tuple of ndarray, optional
+        Grid to whose ends the cells reach, if this is a coarser one of its nodes.
     """
-    widths = []
-    for k, nodes in enumerate(axes):
-        ends = np.radians(_edges(np.asarray(nodes, dtype=np.float64), closed and k != 1))
+    volumes = np.ones(())
+    for k, (nodes, full) in enumerate(zip(axes, axes if whole is None else whole, strict=True)):
+        ends = np.radians(np.concatenate([full[:1], 0.5 * (nodes[1:] + nodes[:-1]), full[-1:]]))
         size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
-        widths.append(size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size)))
-    return np.asarray(widths[0][:, None, None] * widths[1][None, :, None] * widths[2][None, None, :])
+        volumes = volumes[..., None] * (size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size)))
+    return volumes
 
 
-def share_of_volume(member: NDArray[np.bool_], axes: Axes, closed: bool = False) -> Share:
+def share_of_volume(member: NDArray[np.bool_], axes: Axes) -> Share:
     """Share of the volume of a grid that belongs to a set.
 
     Parameters
     ----------
     member : ndarray of bool
         Shape (nf, na, ni): nodes that belong to it.
-    axes, closed
+    axes
         As in :func:`cell_volumes`.
     """
-    value = float((cell_volumes(axes, closed) * member).sum())
+    value = float((cell_volumes(axes) * member).sum())
     coarse = []
     steps = [_COARSER if len(nodes) >= 2 * _COARSER else 1 for nodes in axes]
     for starts in product(*map(range, steps)):
         rows = tuple(slice(first, None, step) for first, step in zip(starts, steps, strict=True))
-        part = tuple(nodes[row] for nodes, row in zip(axes, rows, strict=True))
-        coarse.append(_within(member[rows], part, axes, closed))
+        flexion, abduction, internal = (nodes[row] for nodes, row in zip(axes, rows, strict=True))
+        coarse.append(float((cell_volumes((flexion, abduction, internal), axes) * member[rows]).sum()))
     return Share(value, 0.5 * (max(coarse) - min(coarse)) if len(coarse) > 1 else float("nan"))
-
-
-def _within(member: NDArray[np.bool_], part: tuple[FloatArray, ...], whole: Axes, closed: bool) -> float:
-    """Share of a coarser grid whose end cells reach to the ends of the whole one."""
-    total = np.ones(())
-    for k, (nodes, full) in enumerate(zip(part, whole, strict=True)):
-        ends = _edges(np.asarray(nodes, dtype=np.float64), closed and k != 1)
-        if not (closed and k != 1):
-            ends[0], ends[-1] = full[0], full[-1]
-        ends = np.radians(ends)
-        size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
-        size = size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size))
-        total = total[..., None] * size
-    return float((total * member).sum())
 
 
 def grid_axes(poses: Rotation, side: str) -> Axes | None:

@@ -100,10 +100,8 @@ class MeasurementNoise(Record):
             return "interpolated; the noise of so few samples is unknown"
         source = "stated" if self.stated is not None else "found"
         noise = f"noise {np.degrees(self.per_axis):.2g} degrees about each axis ({source})"
-        if self.method == "interpolation":
-            how = "interpolated"
-        else:
-            how = f"smoothed ({self.method}, cutoff {self.cutoff_frequency:.3g} Hz)"
+        smoothed = f"smoothed ({self.method}, cutoff {self.cutoff_frequency:.3g} Hz)"
+        how = "interpolated" if self.method == "interpolation" else smoothed
         eta = float(np.sqrt((self.angular_acceleration**2).mean()))
         ends = f"; end effects at {int(self.end_effects.sum())} samples" if self.end_effects.any() else ""
         return f"{how}, {noise}, {eta:.2g} rad/s² in each component of η{ends}"

@@ -162,7 +162,12 @@ class Movement(Record):
         else:
             curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated, rest)
         u, velocity, acceleration = motion_of_quaternions(curve.values, unit)
-        _check_acceleration(acceleration, curve.penalty == 0.0)
+        largest = float(np.abs(acceleration).max())
+        if largest > FASTEST and curve.penalty == 0.0:
+            raise InvalidInput(
+                f"the interpolated samples have an angular acceleration of {largest:.2g} rad/s², expected at most "
+                f'{FASTEST:g}: this is noise multiplied; smooth the samples with smoothing="gcv"'
+            )
         settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
         noise = _noise_of(t, curve, unit, stated, rest)
         doubts = motion_cautions(x, q, unit, curve.noise, noise, acceleration)
@@ -195,15 +200,6 @@ def _checked_steps(t: FloatArray, poses: Rotation) -> FloatArray:
             f"t = {t[int(steps.argmax())]:g} s"
         )
     return np.asarray(steps)
-
-
-def _check_acceleration(acceleration: FloatArray, interpolated: bool) -> None:
-    largest = float(np.abs(acceleration).max())
-    if largest > FASTEST and interpolated:
-        raise InvalidInput(
-            f"the interpolated samples have an angular acceleration of {largest:.2g} rad/s², expected at most "
-            f'{FASTEST:g}: this is noise multiplied; smooth the samples with smoothing="gcv"'
-        )
 
 
 def _stated(smoothing: Any, sensor_noise: Any, count: int) -> float | None:

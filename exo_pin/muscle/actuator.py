@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput, MissingData
-from ..core.validation import FloatArray, as_finite, as_positive, require_type
+from ..core.validation import FloatArray, as_finite, require_type, set_positive
 from .laws.static import StaticModel
 
 
@@ -29,9 +28,6 @@ class Muscle:
         what needs it raises MissingData.
     supply_pressure : float or None
         Greatest gauge pressure in Pa; None for the upper end of the model's validity range.
-    least_pressure : float or None
-        Pressure in Pa below which the muscle is never vented; None for a muscle that may be vented to atmosphere,
-        where it is slack and its force is zero.
 
     Raises
     ------
@@ -49,18 +45,11 @@ class Muscle:
     model: StaticModel
     end_fitting: float | None
     supply_pressure: float | None = None
-    least_pressure: float | None = None
 
     def __post_init__(self) -> None:
         require_type("model", self.model, StaticModel)
-        if self.end_fitting is not None:
-            as_positive("end_fitting", self.end_fitting, zero=True)
-        if self.supply_pressure is not None:
-            as_positive("supply_pressure", self.supply_pressure)
-        if self.least_pressure is not None and as_positive("least_pressure", self.least_pressure) >= self.supply:
-            raise InvalidInput(
-                f"expected least_pressure below the supply of {self.supply:g} Pa, got {self.least_pressure:g} Pa"
-            )
+        set_positive(self, "end_fitting", zero=True, optional=True)
+        set_positive(self, "supply_pressure", optional=True)
 
     @property
     def supply(self) -> float:
@@ -138,8 +127,7 @@ class Muscle:
         """Least and greatest pull at a limb length.
 
         The upper limit is the model's force at the supply pressure, or the capability line there if that is lower.
-        The lower limit is 0 for a muscle that may be vented, else its force at ``least_pressure``. A muscle never
-        pushes: both are zero or more.
+        The lower limit is 0, as of a vented muscle; it never pushes.
 
         Parameters
         ----------
@@ -169,20 +157,13 @@ class Muscle:
         >>> [round(float(each), 1) for each in muscle.force_limits(0.31)]  # N, of a limb of 310 mm
         [0.0, 45.9]
         """
-        x = self.contraction(length)
-        upper = self._pull(x, self.supply, outside)
-        if self.least_pressure is None:
-            lower: Any = np.zeros_like(upper)
-        else:
-            lower = np.minimum(self._pull(x, float(self.least_pressure), outside), upper)
-        return lower, upper
-
-    def _pull(self, contraction: FloatArray, pressure: float, outside: str) -> FloatArray:
-        p = np.full(np.shape(contraction), pressure)
+        contraction = self.contraction(length)
+        p = np.full(np.shape(contraction), self.supply)
         free = self.model.unchecked_force(contraction, p)
         pull = np.clip(free, 0.0, np.maximum(0.0, self.model.validity.capability_line(p)))
         strain = np.asarray(contraction / self.model.length)
-        return self.model.validity.enforce(self.model.name, pull, strain, p, None, outside)
+        upper = self.model.validity.enforce(self.model.name, pull, strain, p, None, outside)
+        return np.zeros_like(upper), upper
 
     def pressure_for(self, force: ArrayLike, length: ArrayLike, outside: str = "raise") -> FloatArray:
         """Pressure in Pa that makes the muscle pull ``force`` (N) at a limb length (m).

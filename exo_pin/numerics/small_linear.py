@@ -251,24 +251,11 @@ def pivoted_qr(W: Any, allowed: Any, order: Any, cut: float, diagonal: Any, half
 
 @kernel(fills=True)
 def reflect_rows(W: Any, half: Any, k: int, B: Any, first: int) -> None:
-    """:func:`reflect` for the rows of B from one on, four at a time, whose sums do not wait for each other."""
+    """:func:`reflect` for the rows of B from one on."""
     if W.shape[1] == 6:
         _reflect_six(W[k], k, 1.0 / half[k], B, first)
         return
-    v, size, fours = W[k, k:], 1.0 / half[k], (len(B) - first) // 4
-    for i in range(fours):
-        s = first + 4 * i
-        a, b, c, d = B[s, k:], B[s + 1, k:], B[s + 2, k:], B[s + 3, k:]
-        to_a, to_b, to_c, to_d = 0.0, 0.0, 0.0, 0.0
-        for r in range(len(v)):
-            to_a, to_b, to_c, to_d = to_a + v[r] * a[r], to_b + v[r] * b[r], to_c + v[r] * c[r], to_d + v[r] * d[r]
-        to_a, to_b, to_c, to_d = size * to_a, size * to_b, size * to_c, size * to_d
-        for r in range(len(v)):
-            a[r] -= to_a * v[r]
-            b[r] -= to_b * v[r]
-            c[r] -= to_c * v[r]
-            d[r] -= to_d * v[r]
-    for s in range(first + 4 * fours, len(B)):
+    for s in range(first, len(B)):
         reflect(W, half, k, B[s])
 
 

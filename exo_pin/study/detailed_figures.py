@@ -65,17 +65,13 @@ def drive_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> dict[s
         "effort_N": _largest(np.abs(efforts[held][:, slides])),
         "effort_Nm": _largest(np.abs(efforts[held][:, hinges])),
         "effort_share": _largest(efforts[known] / bounds[known]),
-        "stroke_mm": 1e3 * _largest(_ranges(coordinates[:, slides])),
+        "stroke_mm": 1e3 * (_largest(np.ptp(coordinates[:, slides], axis=0)) if len(coordinates) else np.nan),
         "stroke_deg": float(np.degrees(_largest(_arcs(coordinates[:, hinges])))),
     }
 
 
 def _largest(values: FloatArray) -> float:
     return float(values.max()) if values.size else np.nan
-
-
-def _ranges(values: FloatArray) -> FloatArray:
-    return np.ptp(values, axis=0) if len(values) else np.empty(0)
 
 
 def _arcs(angles: FloatArray) -> FloatArray:
@@ -124,7 +120,10 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         poses = Rotation.from_quat([poses.as_quat()])
     passive = is_passive(exo)
     answer = exo.reaction(poses, **(question | {"limits": "none"} if passive else question))
-    held, clear = np.asarray(answer.held), _clear(exo, poses)
+    # 1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes.
+    held, clear = np.asarray(answer.held), np.full(poses.shape, np.nan)
+    if not unknown_for_gaps(exo.device):
+        clear = np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
     return {
         "not_evaluated": float((answer.status == "not_evaluated").mean()),
         "clear": float(clear.mean()),
@@ -139,13 +138,6 @@ def detailed_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> d
         **misalignment_figures(exo, poses, question),
         **_accuracy(exo, poses),
     }
-
-
-def _clear(exo: ShoulderExo, poses: Rotation) -> FloatArray:
-    """1 where the device's parts keep clear of the wearer, 0 where not; NaN without a wearer, and without shapes."""
-    if unknown_for_gaps(exo.device):
-        return np.full(poses.shape, np.nan)
-    return np.asarray(exo.workspace(poses, ["clearance"]).inside, dtype=float)
 
 
 def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
@@ -165,17 +157,13 @@ def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
 
 def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:
     """Share of the poses that are held while one drive gives no effort: the worst drive; NaN without limits."""
-    count, given = exo.device.limb_count, question.get("limits", "design")
-    low, high = np.full(count, -np.inf), np.full(count, np.inf)
-    if isinstance(given, str) and given != "none":
-        low = np.zeros(count) if given == "pull" else low
-    elif isinstance(given, tuple):
-        low, high = (np.broadcast_to(np.asarray(each, dtype=float), count).copy() for each in given)
-    else:
+    given = question.get("limits", "design")
+    if given == "none" or not isinstance(given, str | tuple):
         return np.nan
+    bounds: Any = (0.0 if given == "pull" else -np.inf, np.inf) if isinstance(given, str) else given
     shares = []
     for lost in range(drive_count(exo)):
-        least, most = low.copy(), high.copy()
+        least, most = (np.array(np.broadcast_to(each, exo.device.limb_count), dtype=float) for each in bounds)
         least[lost] = most[lost] = 0.0
         shares.append(float(exo.reaction(poses, **(question | {"limits": (least, most)})).held.mean()))
     return min(shares)
@@ -194,9 +182,7 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
     """Mass of the device on the arm, and of its other moving links, kg; NaN where a design does not say it."""
     parts = () if exo.arm is None else exo.arm.parts
     own = sum(part.mass for part in parts if part.device)
-    links = np.nan
-    if not exo.device.limbs_are_massless:
-        links = exo.chain_device.links_mass
+    links = np.nan if exo.device.limbs_are_massless else exo.chain_device.links_mass
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
 

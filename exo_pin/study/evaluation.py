@@ -65,8 +65,8 @@ def on_one_arm(designs: Sequence[ShoulderExo], person: Arm | Wearer | None) -> t
     if person is not None:
         worn = [each.worn_by(person) for each in alike]
         return worn, f"All worn by {_words(_own(worn[0]))} (as asked).{mirrored}"
-    owner = next((k for k, each in enumerate(alike) if _own(each) is not None), None)
-    if owner is None:
+    owner, own = next(((k, own) for k, each in enumerate(alike) if (own := _own(each)) is not None), (0, None))
+    if own is None:
         bare = [each.name for each in alike if each.arm is None]
         if bare:
             advice = "give a person who wears them all (--person 1.75,75,male, or person=)"
@@ -75,8 +75,6 @@ def on_one_arm(designs: Sequence[ShoulderExo], person: Arm | Wearer | None) -> t
             "Nobody wears these designs: each carries its own moving parts alone, without the arm of a person "
             f"(--person, or person=, puts one on all).{mirrored}"
         )
-    own = _own(alike[owner])
-    assert own is not None
     left = own if side == "left" else own.mirrored()
     worn = [each if k == owner else each.worn_by(left) for k, each in enumerate(alike)]
     whose = "the first design's" if owner == 0 else f"that of {alike[owner].name}: no design before it has a person"
@@ -293,18 +291,18 @@ def compare(
     if joint:
         require_rest(question)
     designs, whose = on_one_arm(designs, person)
-    found, more, joints = [], [], []
+    found = []
     for each in track(designs, "designs", progress):
-        found.append(_figures(each, stack, question))
-        more.append(detailed_figures(each, stack, question) if detailed else {})
-        asked = joint_figures(each, stack, question) if joint else {}
-        joints.append({name: value for name, value in asked.items() if name not in more[-1]})
-    common, words = _common(designs, [force for _, force in found])
+        figures, force = _figures(each, stack, question)
+        details = detailed_figures(each, stack, question) if detailed else {}
+        leading = joint_figures(each, stack, question) if joint and not detailed else {}
+        found.append((force, leading, figures | details))
+    common, words = _common(designs, [force for force, *_ in found])
     rows: list[dict[str, Any]] = []
-    for each, (figures, force), details, leading in zip(designs, found, more, joints, strict=True):
+    for each, (force, leading, figures) in zip(designs, found, strict=True):
         # A passive design may lack a force in some of the poses: its peak over the others is no common figure.
         there = np.isfinite(force[common]).all()
-        row = {**leading, "common_peak_F_s_N": peak_of(force[common]) if there else np.nan, **figures, **details}
+        row = {**leading, "common_peak_F_s_N": peak_of(force[common]) if there else np.nan, **figures}
         rows.append({"design": each.name, "rank": 0, **row, "blank": why_blank(each, row, question)})
     for row, rank in zip(rows, StudyTable(rows).ranks, strict=True):
         row["rank"] = rank

@@ -16,7 +16,7 @@ from ..core.errors import InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files import write_columns
 from ..core.records import Record
-from ..core.results import drawn, frame_of
+from ..core.results import drawn, frame_of, plain
 from ..core.schema import identifier
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
@@ -316,13 +316,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         >>> table.document()["schema"], table.document()["columns"]["reach"]
         ('exo_pin.study_table/1', [None, 1.0])
         """
-        columns = {
-            name: [
-                None if _cell(value, repr) == "" and not isinstance(value, str) else value for value in column.tolist()
-            ]
-            for name, column in self.columns().items()
-        }
-        return {"schema": identifier("study_table"), "units": {}, **self.notes, "columns": columns}
+        return {"schema": identifier("study_table"), "units": {}, **self.notes, "columns": plain(self.columns())}
 
     def __str__(self) -> str:
         if not self._columns:

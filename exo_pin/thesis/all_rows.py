@@ -77,15 +77,10 @@ def printed_index() -> list[Section]:
     reasons = content["reasons"]
     found = []
     for label, section in content["sections"].items():
-        entries = [
-            IndexEntry(
-                entry.pop("of"),
-                rows=tuple(entry.pop("rows", ())),
-                reason=reasons.get(entry.get("reason"), entry.get("reason", "")),
-                **{key: value for key, value in entry.items() if key != "reason"},
-            )
-            for entry in section["numbers"]
-        ]
+        entries = []
+        for entry in section["numbers"]:
+            rows, reason = tuple(entry.pop("rows", ())), entry.pop("reason", "")
+            entries.append(IndexEntry(entry.pop("of"), rows=rows, reason=reasons.get(reason, reason), **entry))
         found.append(Section(label, section["title"], tuple(entries)))
     return found
 
@@ -112,13 +107,8 @@ def summary(sections: Iterable[Section], rows: Sequence[Row]) -> list[list[str]]
     list of list of str
         A head with the chapters and appendices, and a line for each count.
     """
-    kinds = [
-        "printed numbers",
-        "  compared in a row",
-        "  not compared, with a reason",
-        "rows",
-        *(f"  {one}" for one in VERDICTS),
-    ]
+    kinds = ["printed numbers", "  compared in a row", "  not compared, with a reason", "rows"]
+    kinds += [f"  {one}" for one in VERDICTS]
     counts: dict[str, Counter[str]] = {}
     for section in sections:
         count = counts.setdefault(section.label.split(".")[0], Counter())

@@ -96,15 +96,8 @@ class _Example:
 
 def rows() -> list[Row]:
     """Rows of the ledger."""
-    example = _Example()
-    return [
-        _freedoms(),
-        *_orientation(),
-        *_joints(example),
-        *_scenario_one(example),
-        *_scenario_two(example),
-        *scenario_one_rows(),
-    ]
+    e = _Example()
+    return [_freedoms(), *_orientation(), *_joints(e), *_scenario_one(e), *_scenario_two(e), *scenario_one_rows()]
 
 
 def _freedoms() -> Row:

@@ -12,9 +12,8 @@ from ..core.validation import FloatArray
 from ..muscle.identification.regimes import SECOND_ORDER, design_matrix
 from ..muscle.identification.region import find_region
 from ..muscle.identification.static_identification import identify_static
-from ..muscle.io.dynamic_files import dynamic_model
 from ..muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, table
-from ..muscle.io.model_files import muscle_model
+from ..muscle.io.model_files import dynamic_model, muscle_model
 from ..muscle.laws.dynamic import G
 from ..muscle.laws.force_laws import PolynomialModel
 from ..muscle.laws.static import BAR
@@ -175,18 +174,8 @@ def rows() -> list[Row]:
 
     Coefficients, cells of Tables 3-3a to 3-3c, their errors, the fits, Appendix A, the dynamic model.
     """
-    parts = (
-        _signs(),
-        test_text(),
-        _cells(),
-        _errors(),
-        _fits(),
-        fit_rows(),
-        appendix_text(),
-        verification_rows(),
-        dynamic_rows(),
-    )
-    return [row for part in parts for row in part]
+    of_chapter_3 = [*_signs(), *test_text(), *_cells(), *_errors(), *_fits()]
+    return [*of_chapter_3, *fit_rows(), *appendix_text(), *verification_rows(), *dynamic_rows()]
 
 
 def _poly(name: str) -> PolynomialModel:

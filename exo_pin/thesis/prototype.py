@@ -9,8 +9,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation
@@ -37,11 +35,11 @@ _AROUND, _TWO_AROUND = 5.0, 10.0
 def rows() -> list[Row]:
     """Rows of Chapter 5, of the index in Appendix C, and of the example of Appendix D.
 
-    Source: thesis Table 5-1, Table 5-2, Table 5-6, Table 5-7.
+    Source: thesis Table 5-1, Table 5-2, Table 5-6, Table 5-7, (C-1), (C-2), Table 2-1, Table C-1, Table C-2.
     """
     rig = [*_static_tests(), *_forward_kinematics()]
     tests = [*_dimensions(), *_abduction(), *_flexion(), *_strokes(), _daily_tasks()]
-    return [*rig, *tests, *rows_of_c(), *rows_of_d()]
+    return [*rig, *tests, *_daily_range(), *_index(), *_optimum(), *rows_of_d()]
 
 
 def _fitted_lengths() -> FloatArray:
@@ -206,14 +204,6 @@ def _share(geometry: WristGeometry, both_ends: bool) -> float:
     return 100.0 * float(inside.mean())
 
 
-def rows_of_c() -> list[Row]:
-    """Rows of the ledger.
-
-    Source: thesis (C-1), (C-2), Table 2-1, Table C-1, Table C-2.
-    """
-    return [*_daily_range(), *_index(), *_optimum()]
-
-
 def _daily_range() -> list[Row]:
     """The summary of Table 2-1 from its surveys, and how far it spreads in the ball of rotation vectors."""
     # The two surveys that print where a range begins and ends; their angles are positive as named.
@@ -271,52 +261,19 @@ _POSE_AND_WEIGHT = "R = Rz Rx Ry, weight without g (2 N)"
 _NO_WEIGHT = f"{_POSE_AND_WEIGHT}, which F_s0 leaves out"
 
 
-def example_pose() -> Rotation:
-    """(θx, θy, θz) = (2π/7, π/4, -π/3)."""
-    return thesis_rotation(*ANGLES)
-
-
-@dataclass(frozen=True)
-class OtherReading:
-    """The example as the thesis seems to have computed it.
-
-    Attributes
-    ----------
-    tensions : ndarray
-        f_i, N.
-    limb_force : ndarray
-        F_s0 = Σ f_i s_i, N.
-    side_directions : ndarray
-        X_i in rows.
-    """
-
-    tensions: FloatArray
-    limb_force: FloatArray
-    side_directions: FloatArray
-
-    @classmethod
-    def computed(cls) -> OtherReading:
-        """Solve the example."""
-        mechanism = preset("appendix-d")
-        assert mechanism.arm is not None
-        x, y, z = ANGLES
-        R = Rotation.from_euler("ZXY", [z, x, y]).as_matrix()
-        a, b = mechanism.geometry.base_points, mechanism.geometry.platform_points @ R.T
-        s = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
-        X = -np.cross(a, b)
-        X /= np.linalg.norm(X, axis=1, keepdims=True)
-        weight = np.array([0.0, 0.0, -mechanism.arm.mass])
-        f = np.linalg.solve(np.cross(b, s).T, np.cross(R @ mechanism.arm.centre_of_mass, weight))
-        return cls(f, s.T @ f, X)
-
-    def side_forces(self, limb_force: FloatArray) -> FloatArray:
-        """g_i that make F_s zero, N."""
-        return np.asarray(-np.linalg.solve(self.side_directions.T, limb_force))
-
-    def bounded_side_forces(self) -> FloatArray:
-        """g_i that make |F_s| least with |g_i| <= |f_i|, N."""
-        most = np.abs(self.tensions)
-        return np.asarray(scipy.optimize.lsq_linear(self.side_directions.T, -self.limb_force, (-most, most)).x)
+def _other_reading() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The example as the thesis seems to have computed it: f_i and F_s0 = Σ f_i s_i, N, and X_i in rows."""
+    mechanism = preset("appendix-d")
+    assert mechanism.arm is not None
+    x, y, z = ANGLES
+    R = Rotation.from_euler("ZXY", [z, x, y]).as_matrix()
+    a, b = mechanism.geometry.base_points, mechanism.geometry.platform_points @ R.T
+    s = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
+    X = -np.cross(a, b)
+    X /= np.linalg.norm(X, axis=1, keepdims=True)
+    weight = np.array([0.0, 0.0, -mechanism.arm.mass])
+    f = np.linalg.solve(np.cross(b, s).T, np.cross(R @ mechanism.arm.centre_of_mass, weight))
+    return f, s.T @ f, X
 
 
 def rows_of_d() -> list[Row]:
@@ -325,22 +282,25 @@ def rows_of_d() -> list[Row]:
     Source: thesis (D-31), (D-32), (D-33), (D-35), (D-36).
     """
     mechanism = preset("appendix-d")
-    model, pose = EquilibriumModel(mechanism), example_pose()
+    model, pose = EquilibriumModel(mechanism), thesis_rotation(*ANGLES)
     spherical = solve(model, Case(pose))
     minimal = solve(model, Case(pose), Assumptions("minimal"))
     bounded = solve(model, Case(pose), Assumptions("minimal", constraint_bounds="actuator"))
-    other = OtherReading.computed()
-    g = other.bounded_side_forces()
-    least = float(np.linalg.norm(other.limb_force + other.side_directions.T @ g))
+    tensions, limb_force, X = _other_reading()
+    most = np.abs(tensions)
+    # g_i that make |F_s| least with |g_i| <= |f_i|, and those that make F_s as printed zero.
+    g = scipy.optimize.lsq_linear(X.T, -limb_force, (-most, most)).x
+    balanced = -np.linalg.solve(X.T, PRINTED_FORCE)
+    least = float(np.linalg.norm(limb_force + X.T @ g))
     force = spherical.shoulder_force
     return [
-        row("appendix_d.f_i", spherical.actuator_forces, reading=(_POSE_AND_WEIGHT, other.tensions)),
+        row("appendix_d.f_i", spherical.actuator_forces, reading=(_POSE_AND_WEIGHT, tensions)),
         row("appendix_d.F_s0_components", [*force[1:], spherical.magnitude],
-            reading=(_NO_WEIGHT, [*other.limb_force[1:], np.linalg.norm(other.limb_force)])),
-        row("appendix_d.F_s0_component_x", force[0], reading=(_NO_WEIGHT, other.limb_force[0]),
-            values=(other.limb_force[0],)),
+            reading=(_NO_WEIGHT, [*limb_force[1:], np.linalg.norm(limb_force)])),
+        row("appendix_d.F_s0_component_x", force[0], reading=(_NO_WEIGHT, limb_force[0]),
+            values=(limb_force[0],)),
         row("appendix_d.g_i", minimal.constraint_forces,
-            reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", other.side_forces(PRINTED_FORCE))),
+            reading=(f"{_POSE_AND_WEIGHT}, from F_s0 as printed", balanced)),
         row("appendix_d.F_s_of_least_size", minimal.shoulder_force),
         row("appendix_d.least_F_s_with_g_i", bounded.magnitude, reading=(_NO_WEIGHT, least)),
         row("appendix_d.g_i_of_least_F_s", bounded.constraint_forces, reading=(_NO_WEIGHT, g)),
@@ -363,9 +323,5 @@ def _acceleration() -> Row:
     step = np.finfo(float).eps ** 0.25
     measured = (centre(step) - 2 * C + centre(-step)) / step**2
     turning = np.cross(omega, np.cross(omega, C))
-    return row(
-        "appendix_d.a_C_by_the_printed",
-        measured,
-        printed=-np.cross(eta, C) + turning,
-        mended=np.cross(eta, C) + turning,
-    )
+    speeding = np.cross(eta, C)
+    return row("appendix_d.a_C_by_the_printed", measured, printed=turning - speeding, mended=turning + speeding)

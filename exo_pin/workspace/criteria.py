@@ -13,7 +13,7 @@ from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.records import Record
-from ..core.validation import as_choice, as_finite, as_positive, require_type, set_positive
+from ..core.validation import as_choice, as_finite, require_types, set_fields, set_positive
 from ..design import Arm, Mechanism, Wearer
 from ..design.obstacles import as_obstacle
 from ..device.wrist_device import as_device
@@ -129,36 +129,28 @@ class Criteria(Record):
             for name in asked:
                 if name not in CRITERIA:
                     raise UnknownName("criterion", name, CRITERIA)
-            object.__setattr__(self, "names", tuple(name for name in CRITERIA if name in asked))
+            set_fields(self, names=tuple(name for name in CRITERIA if name in asked))
         as_choice("stroke_rule", self.stroke_rule, ("each", "not all short"))
-        for name in ("least_margin", "least_tension", "least_moment"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
-        object.__setattr__(self, "least_gap", float(as_finite("least_gap", self.least_gap, ())))
-        set_positive(self, "least_rate", "least_twin_angle", optional=True)
-        set_positive(
-            self, "largest_shoulder_force", "limb_radius", "largest_cuff_pull", "largest_cuff_slip", optional=True
-        )
+        set_positive(self, "least_margin", "least_tension", "least_moment", zero=True)
+        set_fields(self, least_gap=float(as_finite("least_gap", self.least_gap, ())))
+        forces = ("largest_shoulder_force", "largest_cuff_pull", "largest_cuff_slip")
+        set_positive(self, "least_rate", "least_twin_angle", "limb_radius", *forces, optional=True)
         zero = ("largest_pull_out", "least_above_elbow", "least_moment_without_limb")
         set_positive(self, *zero, zero=True, optional=True)
-        require_type("socket", self.socket, GlenoidCone | None)
-        require_type("body", self.body, BodyShape | None)
-        self._check_wearers()
-        named = (self.obstacles,) if isinstance(self.obstacles, str) else tuple(self.obstacles)
-        for each in named:
+        require_types(self, socket=GlenoidCone | None, body=BodyShape | None)
+        wearers = (self.wearers,) if isinstance(self.wearers, Wearer) else tuple(self.wearers)
+        if not all(isinstance(each, Wearer) for each in wearers):
+            raise InvalidInput(f"expected wearers to be Wearers, got {echo(self.wearers)}")
+        obstacles = (self.obstacles,) if isinstance(self.obstacles, str) else tuple(self.obstacles)
+        for each in obstacles:
             as_obstacle(each)
-        object.__setattr__(self, "obstacles", named)
+        set_fields(self, wearers=wearers, obstacles=obstacles)
+        if self.elbow_range is not None:
+            set_fields(self, elbow_range=as_elbow_range(self.elbow_range))
         if self.obstacles and self.body is not None:
             raise InvalidInput("obstacles stand about the wearers: with a body of your own, put them into its torso")
         if self.body is not None:
             self.body.require_fit(self.wearers)
-
-    def _check_wearers(self) -> None:
-        given = (self.wearers,) if isinstance(self.wearers, Wearer) else tuple(self.wearers)
-        if not all(isinstance(each, Wearer) for each in given):
-            raise InvalidInput(f"expected wearers to be Wearers, got {echo(self.wearers)}")
-        object.__setattr__(self, "wearers", given)
-        if self.elbow_range is not None:
-            object.__setattr__(self, "elbow_range", as_elbow_range(self.elbow_range))
 
     @classmethod
     def of(cls, value: Criteria | Iterable[str] | None) -> Criteria:

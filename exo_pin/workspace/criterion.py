@@ -38,6 +38,12 @@ NO_SPRINGS = "no spring has a law"
 _NO_FORCES = ("stroke", "end fitting", "range of length")
 
 
+#: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
+Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
+#: Why a criterion is not checked that nobody asked for.
+NO_LIMIT = "no limit given"
+
+
 def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the universal joints' ranges."""
     jointed = [limb for limb in mechanism.limbs if limb.kind == "UPU"]
@@ -49,23 +55,13 @@ def joints(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]
     return lacking
 
 
-def springs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of springs, whose laws may end."""
-    return [] if mechanism.springs else [NO_SPRINGS]
-
-
-def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of poses on a grid."""
-    return [] if is_grid else ["poses on a grid of three angles"]
-
-
 def forces(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     """Need of the tensions within the actuators' limits."""
     lacking = [] if mechanism.arm is not None or criteria.wearers else ["arm mass"]
     lacking += [text for text in missing_limits(mechanism) if not text.startswith(_NO_FORCES)]
     # A muscle's pull depends on its length.
     laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in mechanism.limbs)
-    return [*lacking, *strokes(mechanism, criteria, is_grid)] if laws else lacking
+    return [*lacking, *_strokes(mechanism, criteria, is_grid)] if laws else lacking
 
 
 def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
@@ -73,54 +69,33 @@ def body(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
     return list(unknown_for_gaps(as_device(mechanism), criteria.body_of(mechanism), criteria.limb_radius))
 
 
-def shoulder(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the shoulder's range."""
-    known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
-    return [] if known else ["range of motion of the shoulder ([shoulder])"]
+def _one(words: str, known: Callable[[Mechanism, Criteria], Any]) -> Need:
+    """Need of one thing, in words, and whether a design and limits have it."""
+    return lambda mechanism, criteria, is_grid: [] if known(mechanism, criteria) else [words]
 
 
-def strokes(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the strokes."""
-    known = not any(np.isnan(limb.length_range).any() for limb in mechanism.limbs)
-    return [] if known else ["stroke or end fitting of limbs"]
+def grid(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """Need of poses on a grid."""
+    return [] if is_grid else ["poses on a grid of three angles"]
 
 
-def socket(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the way the socket faces."""
-    known = criteria.socket is not None and criteria.socket.orientation is not None
-    return [] if known else ["where the socket faces (socket, --person)"]
-
-
-def own_arm(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of a person's arm."""
-    known = criteria.wearers or (mechanism.arm is not None and mechanism.arm.person is not None)
-    return [] if known else ["a person's arm"]
-
-
-def cuff(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of the cuff's stiffness."""
-    return [] if mechanism.interfaces.cuff is not None else ["stiffness of the cuff (interfaces)"]
-
-
-def limbs(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of limbs between two joint centres."""
-    return ["limbs between two joint centres"] if as_device(mechanism).accelerate("workspace") is None else []
-
-
-def every_axis(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of drives that hold the arm about every axis."""
-    return [] if as_device(mechanism).driven_moments == 3 else ["drives that hold the arm about every axis"]
-
-
-def wearers(mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
-    """Need of who wears it."""
-    return [] if criteria.wearers_of(mechanism) else [NOBODY]
-
-
-#: Lists what a design, limits and poses (whether they are a grid) lack for a criterion; empty if nothing.
-Need: TypeAlias = "Callable[[Mechanism, Criteria, bool], list[str]]"
-#: Why a criterion is not checked that nobody asked for.
-NO_LIMIT = "no limit given"
+_springs = _one(NO_SPRINGS, lambda device, _: device.springs)
+_shoulder = _one(
+    "range of motion of the shoulder ([shoulder])",
+    lambda device, _: None not in (device.shoulder.half_diagonal, device.shoulder.abduction_centre),
+)
+_strokes = _one(
+    "stroke or end fitting of limbs",
+    lambda device, _: not any(np.isnan(limb.length_range).any() for limb in device.limbs),
+)
+_socket = _one(
+    "where the socket faces (socket, --person)", lambda _, asked: asked.socket and asked.socket.orientation is not None
+)
+_own_arm = _one("a person's arm", lambda device, asked: asked.wearers or (device.arm and device.arm.person))
+_cuff = _one("stiffness of the cuff (interfaces)", lambda device, _: device.interfaces.cuff)
+_limbs = _one("limbs between two joint centres", lambda device, _: as_device(device).accelerate("workspace"))
+_every_axis = _one("drives that hold the arm about every axis", lambda device, _: as_device(device).driven_moments == 3)
+_wearers = _one(NOBODY, lambda device, asked: asked.wearers_of(device))
 
 
 @checked
@@ -240,92 +215,65 @@ _held = _at_least("moment", "least_moment")
 _loss = _at_least("moment_without_limb", "least_moment_without_limb")
 
 
-def _connection_margin(at: PoseValues) -> FloatArray:
-    return at.connection() - at.criteria.least_margin
-
-
 def _clearance(at: PoseValues) -> FloatArray:
     return np.asarray(at.gaps.min(axis=1) - at.criteria.least_gap)
 
 
-def _below(
-    limit: str, value: str, name: str, unit: str, words: str, colour: str, scale: float, *needs: Need
+def _limited(
+    name: str, unit: str, words: str, colour: str, limit: str, margin: Any, scale: Any, *needs: Need, **more: Any
 ) -> Criterion:
-    """A value below a limit of the record, both by name, that adds at most one to the merit."""
-    margin = lambda at: np.asarray(getattr(at.criteria, limit) - getattr(at, value))  # noqa: E731
-    return Criterion(name, unit, words, colour, margin, scale, needs, most=1.0, limit=limit)
+    """A criterion that is asked by a limit of the record and adds at most one to the merit of a pose.
 
-
-def _shoulder_force_margin(at: PoseValues) -> FloatArray:
-    limit = at.criteria.largest_shoulder_force
-    assert limit is not None
-    return np.asarray(limit - np.sqrt((at.shoulder**2).sum(axis=1)))
+    ``margin`` is a function, or the name of a value that stays below the limit.
+    """
+    below = lambda at: np.asarray(getattr(at.criteria, limit) - getattr(at, margin))  # noqa: E731
+    found = below if isinstance(margin, str) else margin
+    return Criterion(name, unit, words, colour, found, scale, needs, most=1.0, limit=limit, **more)
 
 
 _ALL = (
     # First, for of a pose that data do not cover nothing else is known.
-    Criterion("evaluated", "", "data of a spring", "#88CCEE", lambda at: at.data_margin, np.inf, (springs,)),
+    Criterion("evaluated", "", "data of a spring", "#88CCEE", lambda at: at.data_margin, np.inf, (_springs,)),
+    Criterion("joint_angles", "rad", "joint angles", "#882255", lambda at: at.bend, 0.5, (joints,), aim=0.05),
     Criterion(
-        "joint_angles", "rad", "joint angles", "#882255", lambda at: at.bend, scale=0.5, needs=(joints,), aim=0.05
+        "shoulder_range", "rad", "shoulder range", "#DDDDDD", lambda at: at.shoulder_range(), np.inf, (_shoulder,)
     ),
-    Criterion(
-        "shoulder_range", "rad", "shoulder range", "#DDDDDD", lambda at: at.shoulder_range(), np.inf, (shoulder,)
-    ),
-    Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (strokes,), is_vital=True),
+    Criterion("stroke", "m", "stroke", "#E69F00", _stroke_margin, 0.05, (_strokes,), is_vital=True),
     Criterion(
         "singularity", "", "singularity", "#000000", _at_least("margin", "least_margin"), 0.08, aim=0.03, is_vital=True
     ),
-    Criterion("connected", "", "connection to rest", "#777777", _connection_margin, 0.08, (grid,), is_vital=True),
+    Criterion(
+        "connected", "", "connection to rest", "#777777", _at_least("connection", "least_margin"), 0.08, (grid,),
+        is_vital=True,
+    ),
     Criterion("forces", "N m", "forces of the actuators", "#D55E00", _held, 5.0, (forces,), aim=1.0, is_vital=True),
     # A pose that is not held has no shoulder force; "forces" counts how far it is from being held: so one at most.
-    Criterion(
-        "shoulder_force",
-        "N",
-        "shoulder force",
-        "#CC79A7",
-        _shoulder_force_margin,
-        lambda limits: limits.largest_shoulder_force or 1.0,
-        (forces,),
-        0.0,
-        1.0,
-        "largest_shoulder_force",
-        True,
+    _limited(
+        "shoulder_force", "N", "shoulder force", "#CC79A7", "largest_shoulder_force", "shoulder_size",
+        lambda limits: limits.largest_shoulder_force or 1.0, forces, is_vital=True,
     ),
-    _below("largest_pull_out", "pull_out", "socket", "N", "head pulled out", "#332288", 100.0, forces, socket),
-    _below("largest_cuff_pull", "cuff_pull", "cuff_pull", "N", "pull of the cuff", "#44AA99", 100.0, forces, own_arm),
-    _below(
-        "largest_cuff_slip", "cuff_slip", "cuff_slip", "m", "slip of the cuff", "#999933", 0.05, forces, own_arm, cuff
+    _limited("socket", "N", "head pulled out", "#332288", "largest_pull_out", "pull_out", 100.0, forces, _socket),
+    _limited(
+        "cuff_pull", "N", "pull of the cuff", "#44AA99", "largest_cuff_pull", "cuff_pull", 100.0, forces, _own_arm
+    ),
+    _limited(
+        "cuff_slip", "m", "slip of the cuff", "#999933", "largest_cuff_slip", "cuff_slip", 0.05, forces, _own_arm, _cuff
     ),
     Criterion(
-        "elbow", "m", "elbow free of the cuff", "#661100", _elbow, 0.05, (limbs, wearers), limit="least_above_elbow"
+        "elbow", "m", "elbow free of the cuff", "#661100", _elbow, 0.05, (_limbs, _wearers), limit="least_above_elbow"
     ),
     Criterion(
         "limb_loss", "N m", "loss of a limb", "#AA4499", _loss, 5.0, (forces,), limit="least_moment_without_limb"
     ),
-    Criterion(
-        "accuracy",
-        "m/rad",
-        "weak drives",
-        "#117733",
-        _at_least("rates", "least_rate"),
-        lambda a: a.least_rate or 1.0,
-        (every_axis,),
-        most=1.0,
-        limit="least_rate",
+    _limited(
+        "accuracy", "m/rad", "weak drives", "#117733", "least_rate", _at_least("rates", "least_rate"),
+        lambda limits: limits.least_rate or 1.0, _every_axis,
     ),
-    Criterion(
-        "twins",
-        "",
-        "looks like another pose",
-        "#6699CC",
-        lambda at: at.twin_difference - 1.0,
-        1.0,
-        (every_axis,),
-        0.2,
-        1.0,
-        "least_twin_angle",
+    _limited(
+        "twins", "", "looks like another pose", "#6699CC", "least_twin_angle", lambda at: at.twin_difference - 1.0, 1.0,
+        _every_axis, aim=0.2,
     ),
     Criterion("clearance", "m", "clearance", "#F0E442", _clearance, 0.03, (body,), aim=0.003, is_vital=True),
-)
+)  # fmt: skip
 #: Criteria by name, in the order in which they are reported.
 CRITERIA: dict[str, Criterion] = {criterion.name: criterion for criterion in _ALL}

@@ -243,28 +243,10 @@ def day_reach(exo: ShoulderExo, criteria: Criteria | Iterable[str] | None = None
     swivels = 2.0 * np.pi * np.arange(count) / count - np.pi
     places, torso = _places(wearer), BodyShape.of(wearer).torso
     rows = [_row(exo, wearer, task, places[task.place], torso, swivels, limits) for task in _DAY]
-    poses = Rotation.concatenate([row.poses for row in rows])
-    return Day(
-        exo.name,
-        tuple(task.name for task in _DAY),
-        swivels,
-        Rotation.from_quat(poses.as_quat().reshape(len(_DAY), count, 4)),
-        np.array([row.bend for row in rows]),
-        np.stack([row.possible for row in rows]),
-        np.stack([row.inside for row in rows]),
-        np.stack([row.reasons for row in rows]),
-        np.stack([row.force for row in rows]),
-        exo.side,
-    )
-
-
-class _Row(NamedTuple):
-    bend: float
-    poses: Rotation
-    possible: NDArray[np.bool_]
-    inside: NDArray[np.bool_]
-    reasons: NDArray[np.str_]
-    force: FloatArray
+    quaternions, bends, *columns = map(np.stack, zip(*rows, strict=True))
+    names, poses = tuple(task.name for task in _DAY), Rotation.from_quat(quaternions)
+    possible, inside, reasons, force = columns
+    return Day(exo.name, names, swivels, poses, bends, possible, inside, reasons, force, exo.side)
 
 
 def _row(
@@ -275,18 +257,17 @@ def _row(
     torso: FloatArray,
     swivels: FloatArray,
     limits: Criteria,
-) -> _Row:
-    """One task, on the side of the design."""
+) -> tuple[Any, ...]:
+    """One task, on the side of the design: quaternions, and the attributes of :class:`Day` from the elbow's on."""
     count = len(swivels)
     bend = bend_to(place, wearer)
-    nothing = np.zeros(count, dtype=bool)
+    inside = np.zeros(count, dtype=bool)
     texts, force = np.full(count, "", dtype=object), np.full(count, np.nan)
     if np.isnan(bend):
-        return _Row(bend, Rotation.identity(count), nothing, nothing, texts.astype(str), force)
+        return Rotation.identity(count).as_quat(), bend, inside, inside, texts.astype(str), force
     matrices = swivelled(place, wearer, bend, swivels)
     possible = ~beyond_motion(matrices, "left") & _is_free(matrices, wearer, bend, torso)
     poses = Rotation.from_matrix(matrices if exo.side == "left" else MIRROR @ matrices @ MIRROR)
-    inside = nothing.copy()
     if possible.any():
         worn = exo.worn_by(replace(wearer, elbow_flexion=bend))
         if task.lean:
@@ -297,7 +278,7 @@ def _row(
         found = workspace(worn.device, poses[possible], replace(limits, obstacles=task.obstacles))
         inside[possible], force[possible] = found.inside, found.magnitude
         texts[possible] = found.reasons
-    return _Row(bend, poses, possible, inside, texts.astype(str), force)
+    return poses.as_quat(), bend, possible, inside, texts.astype(str), force
 
 
 def bend_to(place: FloatArray, wearer: Wearer) -> float:

@@ -205,6 +205,7 @@ class PoseValues(Record):
         shoulder_stack(self.matrices, shoulder.abduction_centre, shoulder.half_diagonal, outward, margin)
         return margin
 
+    @property
     def connection(self) -> FloatArray:
         """Least margin on the best way from rest, shape (N,)."""
         return connection_margin(lambda way: self.side * self._signed_at(way), self.matrices, self.shape, self.margin)
@@ -251,6 +252,11 @@ class PoseValues(Record):
     def shoulder(self) -> FloatArray:
         """F_s with these tensions, shape (N, 3), N."""
         return self._forces[2]
+
+    @property
+    def shoulder_size(self) -> FloatArray:
+        """|F_s|, shape (N,), N."""
+        return np.sqrt((self.shoulder**2).sum(axis=1))
 
     @property
     def pull_out(self) -> FloatArray:

@@ -205,19 +205,18 @@ def nearest_to_rest(matrices: FloatArray) -> int:
     return int((matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2]).argmax())
 
 
-def largest_region(inside: NDArray[np.bool_], sign: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
+def largest_region(inside: NDArray[np.bool_], sign: FloatArray) -> NDArray[np.bool_]:
     """The largest set of neighbouring poses of a grid, shape of ``inside``.
 
     Parameters
     ----------
     inside : ndarray of bool
         Grid of three dimensions; neighbours share a face.
-    sign : ndarray, optional
+    sign : ndarray
         Same shape: poses of different sign are not neighbours.
     """
     best = np.zeros(inside.shape, dtype=bool)
-    parts = [inside] if sign is None else [inside & (sign > 0.0), inside & (sign < 0.0)]
-    for part in parts:
+    for part in (inside & (sign > 0.0), inside & (sign < 0.0)):
         labels, count = ndimage.label(part)
         if count:
             sizes = np.bincount(labels.ravel())

@@ -312,24 +312,16 @@ def parts_sheet(mechanism: Device | Mechanism, table: StudyTable) -> str:
         )  # fmt: skip
     known = table["mass_kg"]
     unknown = int(np.isnan(known).sum())
-    words = f"Mass of these parts: {np.nansum(known):.2f} kg"
-    words += (
-        f", without {unknown} of {int((table['unit'] != '').sum())} drives, whose mass is not known."
-        if unknown
-        else "."
-    )
-    if as_device(mechanism).accelerate("workspace") is not None:
-        words += f" {_massless_words(mechanism)}"
-    else:
+    count = int((table["unit"] != "").sum())
+    without = f", without {unknown} of {count} drives, whose mass is not known" if unknown else ""
+    words = f"Mass of these parts: {np.nansum(known):.2f} kg{without}."
+    limbs = as_device(mechanism).accelerate("workspace")
+    if limbs is None:
         words += " Links that the design states may hold the drives' mass already."
+    else:
+        light = "limbs and drives weigh nothing, and " if limbs.limbs_are_massless else ""
+        words += f" In answers {light}the torso carries the frame."
     return "\n".join([*aligned(rows, words=1), filled(words)])
-
-
-def _massless_words(mechanism: Device | Mechanism) -> str:
-    """What of a device of limbs is without mass in all answers."""
-    device: Any = as_device(mechanism)
-    light = "limbs and drives weigh nothing, and " if device.limbs_are_massless else ""
-    return f"In answers {light}the torso carries the frame."
 
 
 def _cell(value: float, digits: int = 0) -> str:

@@ -25,7 +25,7 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, forces
-from .kernels import largest_region, nearest_to_rest
+from .kernels import largest_region
 
 
 @checked
@@ -110,10 +110,7 @@ class Workspace(Result, ReadOnly):
     @functools.cached_property
     def inside(self) -> NDArray[np.bool_]:
         """Shape (...): whether all criteria that were checked are met."""
-        inside = np.ones(self.margin.shape, dtype=bool)
-        for met in self.met.values():
-            inside &= met
-        return inside
+        return np.logical_and.reduce([np.ones(self.margin.shape, dtype=bool), *self.met.values()])
 
     @property
     def index(self) -> float:
@@ -272,7 +269,11 @@ class Workspace(Result, ReadOnly):
         InvalidInput
             If the poses are no grid of three dimensions.
         """
-        self._require_grid()
+        if self.margin.ndim != 3:
+            raise InvalidInput(
+                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
+                "exo_pin.adl_box or RangeOfMotion.poses"
+            )
         return largest_region(self.inside, self.margin)
 
     @property
@@ -280,19 +281,6 @@ class Workspace(Result, ReadOnly):
         """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
         poses = self.poses[self.region]
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
-
-    def _require_grid(self) -> None:
-        if self.margin.ndim != 3:
-            raise InvalidInput(
-                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
-                "exo_pin.adl_box or RangeOfMotion.poses"
-            )
-
-    @property
-    def nearest_to_rest(self) -> tuple[int, ...]:
-        """Index of the pose nearest to rest."""
-        flat = nearest_to_rest(self.poses.as_matrix().reshape(self.margin.size, 3, 3))
-        return tuple(int(k) for k in np.unravel_index(flat, self.margin.shape))
 
     @property
     def blocks_elbow(self) -> bool:
@@ -329,49 +317,44 @@ class Workspace(Result, ReadOnly):
         return found | {effort_column(*each): self.tensions[..., k] for k, each in enumerate(units)}
 
     def __str__(self) -> str:
-        return workspace_text(self)
-
-
-def workspace_text(found: Workspace) -> str:
-    """The result as text: share inside, wearers, forces and a line for each criterion."""
-    total, volume_share = found.inside.size, found.volume_share
-    volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
-    vital = [name for name in found.not_checked if CRITERIA[name].is_vital]
-    vital += ["elbow"] if found.blocks_elbow else []
-    without = f"; not checked: {', '.join(vital)}" if vital else ""
-    lines = [f"{found.name}: {100 * found.index:.1f} % of {total} poses are inside{volume}{without}."]
-    if found.wearers:
-        lines.append(f"Worn by {_persons(found)}.")
-    if found.centre_offset is not None:
-        furthest = [1e3 * length for length in found.largest_offsets.values()]
-        lines.append(
-            "The device's centre is off the shoulder's, in these poses by at most "
-            f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
-        )
-    if found.unknown.any():
-        lines.append(f"{100 * found.unknown.mean():.1f} % more depend on force limits that are not known.")
-    if found.not_evaluated.any():
-        share = 100.0 * found.not_evaluated.mean()
-        lines.append(f"{share:.1f} % are not evaluated: a spring has no data there, so nothing is known of forces.")
-    force = found.force_inside
-    if force:
-        lines.append(
-            f"Shoulder force inside: mean {force['mean']:.0f} N, largest {force['largest']:.0f} N "
-            "(tensions chosen for the least)."
-        )
-    width = max([16, *(len(name) + 2 for name in found.margins)])
-    if found.margins:
-        lines += ["", f"{'criterion':<{width}}{'met':>9}{'only this':>12}{'median margin':>18}"]
-    lost, middle = found.lost_to, found.median_margins
-    for name, share in found.fractions.items():
-        shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
-        margin = f"{middle[name]:>12.3g} {found.units[name]}" if np.isfinite(middle[name]) else f"{'-':>12}"
-        lines.append(f"{shares}{margin}".rstrip())
-    unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in found.not_checked.items() if NO_LIMIT in why]
-    shown = {name: why for name, why in found.not_checked.items() if NO_LIMIT not in why and NO_SPRINGS not in why}
-    lines += [_left_out(name, why) for name, why in shown.items()]
-    lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
-    return "\n".join(lines)
+        total, volume_share = self.inside.size, self.volume_share
+        volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
+        vital = [name for name in self.not_checked if CRITERIA[name].is_vital]
+        vital += ["elbow"] if self.blocks_elbow else []
+        without = f"; not checked: {', '.join(vital)}" if vital else ""
+        lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}{without}."]
+        if self.wearers:
+            lines.append(f"Worn by {_persons(self)}.")
+        if self.centre_offset is not None:
+            furthest = [1e3 * length for length in self.largest_offsets.values()]
+            lines.append(
+                "The device's centre is off the shoulder's, in these poses by at most "
+                f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
+            )
+        if self.unknown.any():
+            lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
+        if self.not_evaluated.any():
+            share = 100.0 * self.not_evaluated.mean()
+            lines.append(f"{share:.1f} % are not evaluated: a spring has no data there, so nothing is known of forces.")
+        force = self.force_inside
+        if force:
+            lines.append(
+                f"Shoulder force inside: mean {force['mean']:.0f} N, largest {force['largest']:.0f} N "
+                "(tensions chosen for the least)."
+            )
+        width = max([16, *(len(name) + 2 for name in self.margins)])
+        if self.margins:
+            lines += ["", f"{'criterion':<{width}}{'met':>9}{'only this':>12}{'median margin':>18}"]
+        lost, middle = self.lost_to, self.median_margins
+        for name, share in self.fractions.items():
+            shares = f"{name:<{width}}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %"
+            margin = f"{middle[name]:>12.3g} {self.units[name]}" if np.isfinite(middle[name]) else f"{'-':>12}"
+            lines.append(f"{shares}{margin}".rstrip())
+        unasked = [f"{name} ({CRITERIA[name].limit})" for name, why in self.not_checked.items() if NO_LIMIT in why]
+        shown = {name: why for name, why in self.not_checked.items() if NO_LIMIT not in why and NO_SPRINGS not in why}
+        lines += [_left_out(name, why) for name, why in shown.items()]
+        lines += [filled(f"Without a limit: {', '.join(unasked)}.")] if unasked else []
+        return "\n".join(lines)
 
 
 def _left_out(name: str, why: str) -> str:

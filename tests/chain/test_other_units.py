@@ -82,11 +82,9 @@ def test_motions(both):
     x = np.random.default_rng(3).normal(size=len(both.q))
     q = both.q * both.motion
     assert_equal(both.other.project_velocity(q, x * both.motion) / both.motion, v)
-    # Accelerations nearest to zero, and stacks.
+    # Accelerations nearest to zero.
     at_rest = both.chain.project_acceleration(both.q, v, 0.0 * v)
     assert_equal(both.other.project_acceleration(q, v * both.motion, 0.0 * v) / both.motion, at_rest)
-    stack = both.other.project_acceleration(q[None], (v * both.motion)[None], 0.0 * v[None])
-    assert_equal(stack[0] / both.motion, at_rest)
 
 
 def test_inverse_dynamics(both):

@@ -22,12 +22,12 @@ def moved(plant, start, faults=(), *more, sensor=None):
 
 
 def muscles():
-    """In line, with every option: manifold, three kinds of valves, friction, springs, the ends of the shoulder."""
+    """In line, with every option: manifold, both kinds of valves, friction, springs, the ends of the shoulder."""
     path, vent, narrow = Valve(2e-10, 0.4), Valve(3e-10, 0.25), Valve(1e-10, 0.5)
     valves = [
         ValveUnit(path, vent, restrictor=narrow, frequency=17.0),
         ValveUnit(path, vent, layout="fill and vent", frequency=31.0),
-        ValveUnit(path, vent, modulation="averaged"),
+        ValveUnit(path, vent),
     ]
     options = ep.PlantOptions(
         supply=Supply(3.7e5, Valve(1e-10, 0.3), 5e-5), valves=valves, polytropic_exponent=1.23, dead_volume=3.1e-6,

@@ -228,7 +228,7 @@ def loops():
     options = [
         ep.PlantOptions(valves=ValveUnit(path, path, layout="fill and vent", frequency=13.0),
         muscle_friction=ConstantFriction(), polytropic_exponent=1.3),
-        ep.PlantOptions(valves=ValveUnit(path, path, modulation="averaged"), muscle_damping=None, dead_volume=4e-6),
+        ep.PlantOptions(valves=ValveUnit(path, path), muscle_damping=None, dead_volume=4e-6),
     ]  # fmt: skip
     made = [
         control.muscle_loop(muscle_model("best", 0.25), 1.3, 0.12, gains=PIGains(0.03, 0.6), options=each, duration=0.6)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.plant.any_device.moving_torso import TorsoState, carried_along
+from exo_pin.control.plant.any_device.arm_actions import TorsoState, carried_along
 
 
 @pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr", "nesm"])

@@ -4,7 +4,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.controllers.wrist_lengths import length_motion
+from exo_pin.control.controllers.planning import planner_of
 
 
 def control_examples():
@@ -43,7 +43,7 @@ def _motor_examples(reference):
     length, model = control.LengthController(cables, reference), control.ModelController(cables, reference)
     for controller in (length, model):
         controller(0.0, seen)
-    motion = length_motion(cables.mechanism.geometry, reference(0.5))
+    motion = planner_of(cables).motion(reference(0.5))
     states = tackles.drive_states(lengths, np.full(4, 10.0))
     return (
         cables, start, seen, length, model, motion, states, *cables.drives, *cables.units, *rods.drives,

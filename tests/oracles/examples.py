@@ -30,7 +30,6 @@ from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.thesis.all_rows import printed_index
 from exo_pin.thesis.chapter_4 import scenario_one_rows
 from exo_pin.thesis.muscle_ledger import fit_rows
-from exo_pin.thesis.prototype import OtherReading
 from exo_pin.view.page.live_server import Reader
 from exo_pin.workspace import CRITERIA
 from exo_pin.wrist.forces.affine_state import AffineState
@@ -165,7 +164,6 @@ def rare_examples():
         scenario_one_rows(),
         printed_index()[0],
         printed_index()[0].entries[0],
-        OtherReading.computed(),
         Reader(bytes),
         SplineBasis(np.arange(20.0)),
         soft.reaction(poses, split="elastic").source.poses.moved,

@@ -120,7 +120,6 @@ def _more_chains(folder):
     str(rrr.reaction(rrr.pose([48.0, 50.0, 52.0, 54.0], 20.0)).verdict)
     rrr.workspace(rrr.pose([50.0, 52.0], 20.0), ["clearance"])
     chain._state.buffers.linearise(chain.close(chain.neutral()))
-    chain._state.buffers.unit_wrenches()
     model = pin.Model()
     kinds = pin.JointModelRUBY(), pin.JointModelPlanar(), pin.JointModelFreeFlyer()
     for kind in kinds:
@@ -135,7 +134,8 @@ def _workspaces(folder):
     body = ep.BodyShape.of(ep.Wearer(1.75, 75, "male"))
     cables = ep.load("four-cables")
     cables.workspace(55.0, ep.Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=body, least_gap=0.012))
-    moving = ep.CentreOffset.of_moving_shoulder(np.array([[0.0, 0.0, 0.01], [-0.02, -0.01, 0.02]]), [0.002, 0.0, 0.0])
+    own = np.array([0.002, 0.0, 0.0])
+    moving = ep.CentreOffset(own - np.array([[0.0, 0.0, 0.01], [-0.02, -0.01, 0.02]]), own)
     poses = cables.pose(abduction=[20.0, 60.0])
     cables.workspace(poses, ep.Criteria(largest_shoulder_force=120.0, body=body), centre_offset=moving)
     points = np.array(cables.geometry.base_points)

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from exo_pin.chain.dynamics.nonsmooth.joint_friction import friction_of
+from exo_pin.chain.kinematics.kernels.closure_kernels import fill_units, new_scratch
 
 
 @dataclass
@@ -42,7 +43,8 @@ def tree_forces(chain, q, v=None, a=None, multipliers=None, external=None):
     pin.forwardKinematics(model, data, q)
     pin.updateFramePlacements(model, data)
     chain.residual(q)
-    unit, pushes = state.buffers.unit_wrenches().copy(), [pin.Force.Zero() for _ in names]
+    unit, pushes = np.empty((chain.row_count, 6)), [pin.Force.Zero() for _ in names]
+    fill_units(state.buffers.poses, state.topology.loops, new_scratch(), unit)
     frames = {name: (data.oMi[k].rotation.copy(), data.oMi[k].translation.copy()) for k, name in enumerate(names)}
 
     def push(joint, wrench):

@@ -9,7 +9,7 @@ from exo_pin.load_case.pose_stacks import pose_matrices
 from exo_pin.workspace import Criteria, free_joints, lifting_poses, recheck
 from exo_pin.workspace.evaluation import PoseOffsets, PoseValues
 from exo_pin.workspace.optimisation.merit import Descent, Merit
-from exo_pin.workspace.optimisation.optimised import Candidate, FullGrid, Optimised
+from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
 from exo_pin.workspace.optimisation.search_poses import ContactObjective, DesignVariables
 from exo_pin.workspace.optimisation.stored_study import SearchRun, StoredStudy
 from exo_pin.wrist import BodyShape
@@ -49,7 +49,6 @@ def workspace_examples():
         merit.evaluate(np.full(24, 0.4), {}),
         *([_contact_objective(exo, criteria)] if find_spec("myo_sim") else []),
         candidate,
-        FullGrid(criteria, (None,), {}),
         Optimised((candidate,), (run,), ("index",), ({"index": 0.8},)),
         Descent.__new__(Descent),
         StoredStudy.__new__(StoredStudy),

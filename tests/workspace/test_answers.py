@@ -57,7 +57,8 @@ def grid(exo, low=10.0):
 
 def told(found):
     """All that is said of a workspace."""
-    region = found.nearest_to_rest, found.region_distance, float(found.region.mean())
+    nearest = np.unravel_index(found.poses.magnitude().argmin(), found.inside.shape)
+    region = nearest, found.region_distance, float(found.region.mean())
     return str(found), found.summary(), found.columns(), found.tensions, found.gaps, region
 
 
@@ -206,8 +207,8 @@ def checks():
     linear, serial = load("four-linear-actuators-worn"), load("serial-y-x-z")
     off = ep.CentreOffset([0.011, 0.0, -0.004], [0.0, 0.006, 0.002])
     found = [
-        recheck(linear.device, linear.reaction, ep.Criteria(wearers=(MAN,), least_gap=0.01), 40.0, 2, off, 35.0),
-        recheck(linear.device, linear.reaction, ep.Criteria(largest_shoulder_force=90.0), 55.0, 1, None, 45.0),
+        recheck(linear.device, linear.reaction, ep.Criteria(wearers=(MAN,), least_gap=0.01), 40.0, off, 35.0),
+        recheck(linear.device, linear.reaction, ep.Criteria(largest_shoulder_force=90.0), 55.0, None, 45.0),
         recheck(serial.device, serial.reaction, ep.Criteria(("stroke", "singularity")), 60.0, step=50.0),
     ]
     words = [[line for line in str(each).splitlines() if "Checked with Pinocchio" not in line] for each in found]

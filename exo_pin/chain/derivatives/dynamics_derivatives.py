@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -26,22 +27,42 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ..dynamics.equations.equations_of_motion import open_tree, wrenches_on
-from ..dynamics.equations.motion_kernels import NUMBERS
 from ..dynamics.inverse_dynamics import refuse_motion, unbounded_forces
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
-from ..kinematics.reduced_kinematics import refuse_choice
-from ..structure.chain_state import ActuatedCoordinates, ChainState
+from ..kinematics.reduced_kinematics import NONE_GIVEN, refuse_choice
+from ..structure.chain_state import ChainState
 from ..structure.memory.chain_buffers import ChainBuffers
-from .force_change_kernels import COUNT, derivatives_of_motion, split_derivatives
+from .force_change_kernels import derivatives_of_motion
 
-#: No independent coordinates that were given.
-NONE_GIVEN = frozen(np.array([], dtype=np.int64))
+
+def window(name: str, *place: Any) -> Any:
+    """A part of an array of an object as a property: to make all parts takes longer than a small factorisation."""
+    return property(lambda self: getattr(self, name)[place])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Derivatives(Record):
     """Derivatives of efforts and multipliers along the closed loops, with respect to d independent coordinates.
+
+    Attributes
+    ----------
+    independent : ndarray of int
+        Shape (d,), the independent coordinates' indices in v; columns are in this order.
+    tau_q, tau_v, tau_a : ndarray
+        Shape (nv, d), derivatives of the efforts with respect to the independent coordinates, velocities and
+        accelerations.
+
+        In coordinates without actuator, of the generalised force that is missing there, which no actuator makes: zero
+        where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
+        by the characteristic length. All results are those with missing forces supplied.
+    multipliers_q, multipliers_v, multipliers_a : ndarray
+        Shape (rows, d), the same of λ. Where closures are redundant, of the λ of least norm in the metric "closures".
+    v_q : ndarray
+        Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian.
+    a_q, a_v : ndarray
+        Shape (nv, d), of all accelerations with q_i at constant v_i and a_i, and with v_i at constant a_i; with a_i by
+        the reduced Jacobian.
 
     Examples
     --------
@@ -52,106 +73,20 @@ class Derivatives(Record):
     (True, (12, 3))
     """
 
-    _given: tuple[ChainState, ActuatedCoordinates, FloatArray | None]
-    _block: FloatArray
-    _moved: FloatArray
-    _change: FloatArray
+    independent: NDArray[np.int64]
+    _moved: FloatArray  # (4, 3, nv, d): of q, v, a and efforts with q_i, v_i and a_i
+    _change: FloatArray  # (3, rows, d)
+    _given: tuple[Any, ...]  # of the forces
 
-    @cached_property
-    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What :func:`.force_change_kernels.split_derivatives` has."""
-        state = self._given[0]
-        parts: tuple[FloatArray, FloatArray, FloatArray]
-        parts = split_derivatives.plain(self._block, (state.row_count, state.nv, state.model.njoints), state.nq)
-        return parts
-
-    @property
-    def independent(self) -> NDArray[np.int64]:
-        """Shape (d,), the independent coordinates' indices in v; columns are in this order."""
-        return frozen(self._parts[2][4, : self._moved.shape[3]].astype(np.int64))
-
-    @property
-    def tau_q(self) -> FloatArray:
-        """Shape (nv, d), derivative of the efforts with respect to the independent coordinates.
-
-        In coordinates without actuator, of the generalised force that is missing there, which no actuator makes: zero
-        where the actuators drive the whole chain. With loops it is the one of least sum of squares, forces multiplied
-        by the characteristic length. All results are those with missing forces supplied.
-        """
-        return self._moved[3, 0]
-
-    @property
-    def tau_v(self) -> FloatArray:
-        """As ``tau_q``, with respect to the independent velocities."""
-        return self._moved[3, 1]
-
-    @property
-    def tau_a(self) -> FloatArray:
-        """As ``tau_q``, with respect to the independent accelerations."""
-        return self._moved[3, 2]
-
-    @property
-    def multipliers_q(self) -> FloatArray:
-        """Shape (rows, d), derivative of λ with respect to the independent coordinates.
-
-        Where closures are redundant, of the λ of least norm in the metric "closures".
-        """
-        return self._change[0]
-
-    @property
-    def multipliers_v(self) -> FloatArray:
-        """As ``multipliers_q``, with respect to the independent velocities."""
-        return self._change[1]
-
-    @property
-    def multipliers_a(self) -> FloatArray:
-        """As ``multipliers_q``, with respect to the independent accelerations."""
-        return self._change[2]
-
-    @property
-    def v_q(self) -> FloatArray:
-        """Shape (nv, d), of all velocities with q_i at constant v_i; with v_i they change by the reduced Jacobian."""
-        return self._moved[1, 0]
-
-    @property
-    def a_q(self) -> FloatArray:
-        """Shape (nv, d), of all accelerations with q_i at constant v_i and a_i; with a_i by the reduced Jacobian."""
-        return self._moved[2, 0]
-
-    @property
-    def a_v(self) -> FloatArray:
-        """Shape (nv, d), of all accelerations with v_i at constant a_i."""
-        return self._moved[2, 1]
-
-    @property
-    def numbers(self) -> list[float]:
-        """The numbers of :data:`exo_pin.chain.dynamics.equations.motion_kernels.NUMBERS`."""
-        numbers: list[float] = self._block[:NUMBERS].tolist()
-        return numbers
-
-    @property
-    def choice(self) -> tuple[int, float, float]:
-        """How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there."""
-        rank, error, cut = self._block[NUMBERS : COUNT - 1].tolist()
-        return int(rank), error, cut
-
-    @property
-    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """q, v, a and the generalised forces of the open tree."""
-        _, q, (v, a, tau, _, _) = self._parts
-        return q, v, a, tau
-
-    @property
-    def terms(self) -> FloatArray:
-        """The block of :func:`exo_pin.chain.dynamics.equations.motion_kernels.split_forces`."""
-        return self._parts[0]
+    tau_q, tau_v, tau_a = (window("_moved", 3, k) for k in range(3))
+    multipliers_q, multipliers_v, multipliers_a = (window("_change", k) for k in range(3))
+    v_q, a_q, a_v = window("_moved", 1, 0), window("_moved", 2, 0), window("_moved", 2, 1)
 
     @cached_property
     def forces(self) -> ClosedForces:
         """The forces themselves, in the metric "closures"."""
-        state, drive, friction = self._given
-        (flat, _, states), (q, _, _, tau) = self._parts, self.motion
-        return unbounded_forces(state, (q, tau), drive, self.numbers, flat, states[3] != 0.0, "closures", friction)
+        state, at, drive, numbers, *rest = self._given
+        return unbounded_forces(state, at, drive, numbers.tolist(), *rest)
 
 
 def inverse_dynamics_derivatives(
@@ -203,16 +138,16 @@ def inverse_dynamics_derivatives(
     given = NONE_GIVEN if independent is None else frozen(state.velocity_indices(independent))
     pushes = wrenches_on(state, external) if external is not None else {}
     forces, local, tau, friction = tree_derivatives(state, work, pushes)
-    block, moved, change, certain = derivatives_of_motion.run(
+    flat, unique, numbers, moved, change, own, choice, certain = derivatives_of_motion.run(
         *work.for_derivatives, forces, local, tau, drive.passive, given, state.tolerance
     )
-    known = state, drive, friction
-    found = Derivatives.made_of(_given=known, _block=block, _moved=frozen(moved), _change=frozen(change))
+    at = work.q.copy(), tau.copy()
     if not certain:
-        refuse_motion(state, found.motion, drive, found.numbers, found.terms)
+        refuse_motion(state, (at[0], work.v.copy(), work.a.copy(), at[1]), drive, numbers.tolist(), flat)
     if independent is not None:
-        refuse_choice(state, work.q, given, *found.choice)
-    return found
+        refuse_choice(state, at[0], given, *choice)
+    known = state, at, drive, numbers, flat, unique, "closures", friction
+    return Derivatives.made_of(independent=frozen(own), _moved=frozen(moved), _change=frozen(change), _given=known)
 
 
 def tree_derivatives(
@@ -235,7 +170,13 @@ def tree_derivatives(
     if not pushes and state.passive.is_idle:
         pin.computeRNEADerivatives(state.model, work.data, q, v, a)
         return work.tree, False, work.tau, None
-    _tree_by_motion(state, q, v, a, pushes)
+    pushed, (by_q, by_v, _) = _pushed(state, q, pushes), work.trees
+    pin.computeRNEADerivatives(state.model, work.data, q, v, a)
+    by_q -= pushed
+    if state.passive.act:
+        unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
+        by_q -= state.passive.change(q, unit, none)
+        by_v -= state.passive.change(q, none, unit)
     pin.computeJointJacobians(state.model, work.data, q)
     tau, friction = open_tree(state, q, v, a, pushes), None
     if state.passive.rubs:
@@ -244,22 +185,6 @@ def tree_derivatives(
         refuse_rest(state, rubbing, why)
         tau, friction = tau - rubbing.force, rubbing.force
     return work.forces, True, tau, friction
-
-
-def _tree_by_motion(
-    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, FloatArray]
-) -> None:
-    """Fill ``trees`` of the buffers, and the poses, Jacobians and ``tree``, too."""
-    work = state.buffers
-    data, (by_q, by_v, _) = work.data, work.trees
-    pushed = _pushed(state, q, external) if external else None
-    pin.computeRNEADerivatives(state.model, data, q, v, a)
-    if state.passive.act:
-        unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
-        by_q -= state.passive.change(q, unit, none)
-        by_v -= state.passive.change(q, none, unit)
-    if pushed is not None:
-        by_q -= pushed
 
 
 def _pushed(state: ChainState, q: FloatArray, external: Mapping[str, FloatArray]) -> FloatArray:

@@ -10,15 +10,11 @@ from ...core.compiled import kernel
 from ...numerics.small_linear import copy_numbers, solve_factored, solve_transposed
 from ..dynamics.equations.equation_kernels import split_terms
 from ..dynamics.equations.motion_kernels import NUMBERS, ORDINARY, fill_forces, forces_size, is_certain, new_room
-from ..dynamics.equations.solution_kernels import factored
-from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
+from ..dynamics.equations.solution_kernels import fill_factored
+from ..kinematics.kernels.dependent_kernels import reduced_motion
 from ..kinematics.rank import rank_tolerance
 from ..structure.memory.chain_buffers import unpacked_constants
 from .change_kernels import motion_changes, new_change_memory
-
-#: Numbers of the forces, see :data:`~..dynamics.equations.motion_kernels.NUMBERS`; then how many coordinates are
-#: dependent, the largest error of the reduced Jacobian, what is rounding there, and the sum of the sizes of q.
-COUNT = NUMBERS + 4
 
 
 @kernel
@@ -61,7 +57,9 @@ def force_changes(
             total += A[r, i] * A[r, i]
         longest = max(longest, total)
     tolerance = rank_tolerance((m, height), np.sqrt(longest), joints, gap)
-    (W, diagonal, half), order, rank, N = factored(A, tolerance)
+    W, N, U = np.empty((height, m)), np.empty((height, height)), np.empty((height, height))
+    order, diagonal, half = np.empty(height, dtype=np.int64), np.empty(height), np.empty(height)
+    rank = fill_factored(A, tolerance, np.ones(height, dtype=np.bool_), W, order, diagonal, half, N, U)
     free = height - rank
     # A⁺ᵀ λ = Q R⁻ᵀ λ of the columns that were taken.
     tall, b, x, turned = np.zeros(max(m, height)), np.empty(m), np.empty(height), np.empty(height)
@@ -115,32 +113,6 @@ def open_changes(trees: Any, along: Any, multipliers: Any, moved: Any) -> None:
                 tau[0, i, k] -= along[k, r, i] * multipliers[r]
 
 
-@kernel(inline=True)
-def split_derivatives(block: Any, shape: Any, nq: int) -> Any:
-    """Windows on the block of :func:`derivatives_of_motion`, behind its first :data:`COUNT` numbers.
-
-    Parameters
-    ----------
-    block : ndarray
-        Its numbers.
-    shape : tuple of int
-        rows, nv, njoints.
-    nq : int
-        Size of q.
-
-    Returns
-    -------
-    tuple of ndarray
-        The block of :func:`~..dynamics.equations.motion_kernels.split_forces`; q, shape (nq,); v, a, the open tree's
-        generalised forces, which efforts every solution shares (1) and which not (0), and the independent coordinates,
-        then the dependent ones, shape (5, nv).
-    """
-    rows, nv, joints = shape
-    zeroth = COUNT + forces_size(rows, nv, joints)
-    first = zeroth + nq
-    return block[COUNT:zeroth], block[zeroth:first], block[first : first + 5 * nv].reshape((5, nv))
-
-
 @kernel
 def derivatives_of_motion(
     poses: Any, J: Any, dJ: Any, motion: Any, trees: Any, constants: Any, rate: Any, forces: Any, local: bool,
@@ -164,67 +136,37 @@ def derivatives_of_motion(
 
     Returns
     -------
-    block : ndarray
-        That of :func:`split_derivatives`.
+    flat, unique, numbers : ndarray
+        What :func:`~..dynamics.equations.motion_kernels.forces_of_state` fills.
     moved, change : ndarray
         As for :func:`force_changes`.
+    own, choice
+        As of :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.reduced_motion`.
     certain : bool
         Whether nothing has to be refused, see :func:`~..dynamics.equations.motion_kernels.is_certain`.
     """
     loops, scales, bodies, axes = unpacked_constants(constants[0], constants[1])
     (height, nv), joints, count, nq = rate.shape, len(poses), len(passive), len(motion) - 2 * len(tau)
-    state = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
-    # To hand each array over takes as long as a small factorisation.
-    block = np.zeros(COUNT + forces_size(height, nv, joints) + nq + 5 * nv)
-    flat, own_q, states = split_derivatives(block, (height, nv, joints), nq)
-    terms, room = split_terms(flat, (height, nv, joints)), new_room(height, nv, count)
-    flags, indices = np.ones((2, nv), dtype=np.bool_), np.empty((2, nv), dtype=np.int64)
-    unique, allowed, order, independent, (q, v, a) = flags[0], flags[1], indices[0], indices[1], state
+    q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
+    flat, unique, numbers = np.zeros(forces_size(height, nv, joints)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
+    terms, room, extent = split_terms(flat, (height, nv, joints)), new_room(height, nv, count), 0.0
     fill_forces(
         poses, J, dJ, forces, local, v, a, True, tau, q, loops, scales, bodies, passive, tolerance, rate, flat, terms,
-        unique, block, room,
+        unique, numbers, room,
     )  # fmt: skip
-    gap = tolerance if tolerance > 0.0 else block[1]
-    factors, error = (np.empty((nv, height)), np.empty(nv), np.empty(nv)), np.empty(nv)
-    for k in given:
-        allowed[k] = False
-    jacobian, _, _, _, _ = terms
-    rank, block[NUMBERS + 2] = fill_dependent(
-        jacobian, np.empty((height, 0)), allowed, scales, joints, gap, factors, order, error
-    )
-    _fill_states(state, tau, unique, given, order, rank, own_q, states, independent, block)
+    gap, (jacobian, _, _, _, _), multipliers = tolerance if tolerance > 0.0 else numbers[1], terms, room[1][2]
+    own, Z, order, factors, choice = reduced_motion(jacobian, given, scales, joints, gap)
     moved, change, along = (
-        np.zeros((4, 3, nv, nv - rank)), np.zeros((3, height, nv - rank)), np.empty((nv - rank, height, nv)),
+        np.zeros((4, 3, nv, len(own))), np.zeros((3, height, len(own))), np.empty((len(own), height, nv)),
     )  # fmt: skip
-    block[NUMBERS + 1] = fill_reduced(order, rank, factors[0][rank:].T, error, independent[: nv - rank], moved[0, 0])
+    moved[0, 0] = Z
     motion_changes(
-        poses, J, v, a, q, rate, axes, loops, scales, order, rank, factors, moved, along, room[0],
+        poses, J, v, a, q, rate, axes, loops, scales, order, choice[0], factors, moved, along, room[0],
         new_change_memory(len(axes[0]), nv, height),
     )  # fmt: skip
-    multipliers = room[1][2]
     open_changes(trees, along, multipliers, moved)
     if count > 0:
         force_changes(moved, along, multipliers, scales, jacobian, passive, joints, gap, change)
-    return block, moved, change, is_certain(block, tolerance) and block[COUNT - 1] < ORDINARY
-
-
-@kernel
-def _fill_states(
-    state: Any, tau: Any, unique: Any, given: Any, order: Any, rank: int, own_q: Any, states: Any, independent: Any,
-    block: Any,
-) -> None:  # fmt: skip
-    """Fill what :func:`split_derivatives` has behind the forces, the independent coordinates, and the size of q."""
-    (q, v, a), nv, extent = state, len(order), 0.0
-    d = nv - rank
-    if len(given) == d:
-        for k in range(d):
-            independent[k] = given[k]
-    else:
-        fill_ascending(order[rank:], independent)
-    for k in range(len(q)):
-        own_q[k] = q[k]
-        extent += abs(q[k])
-    for k in range(nv):
-        states[0, k], states[1, k], states[2, k], states[3, k] = v[k], a[k], tau[k], 1.0 if unique[k] else 0.0
-        states[4, k] = independent[k] if k < d else order[k - d]
-    block[NUMBERS], block[NUMBERS + 3] = rank, extent
+    for number in q:
+        extent += abs(number)
+    return flat, unique, numbers, moved, change, own, choice, is_certain(numbers, tolerance) and extent < ORDINARY

@@ -23,17 +23,17 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.compiled import kernel
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ...numerics.small_linear import copy_numbers, solve_transposed
+from ...numerics.small_linear import solve_transposed
 from ..dynamics.equations.equation_kernels import clear_motion
 from ..dynamics.equations.equations_of_motion import MASSLESS, STILL, wrenches_on
 from ..dynamics.forward_dynamics import ClosedMotion, efforts_of, forward_dynamics
 from ..kinematics.kernels.closure_kernels import new_scratch
-from ..kinematics.kernels.dependent_kernels import fill_ascending, fill_dependent, fill_reduced
-from ..kinematics.reduced_kinematics import refuse_choice
+from ..kinematics.kernels.dependent_kernels import reduced_motion
+from ..kinematics.reduced_kinematics import NONE_GIVEN, refuse_choice
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.memory.chain_buffers import unpacked_constants
 from .change_kernels import motion_changes, new_change_memory
-from .dynamics_derivatives import NONE_GIVEN, tree_derivatives
+from .dynamics_derivatives import tree_derivatives, window
 from .force_change_kernels import open_changes
 
 
@@ -45,6 +45,20 @@ class MotionDerivatives(Record):
     exact. For changes that open the loops the closures' equations hold nevertheless, redundant ones as far as they
     agree.
 
+    Attributes
+    ----------
+    a_q, a_v, a_tau : ndarray
+        Shape (nv, nv), of all accelerations with q, in its tangent space, at constant v and τ, with v, and with τ.
+    independent : ndarray of int
+        Shape (d,), the independent coordinates' indices in v.
+    reduced_jacobian : ndarray
+        Z, shape (nv, d): changes of all coordinates with the independent ones, along the closed loops.
+    v_q : ndarray
+        Shape (nv, d), of all velocities with q_i at constant v_i.
+    independent_q, independent_v, independent_tau : ndarray
+        Shapes (d, d), (d, d) and (d, nv), of the independent accelerations with q_i at constant v_i, with v_i, and with
+        all efforts.
+
     Examples
     --------
     >>> chain = ep.load("three-linear-actuators").chain_with_masses()
@@ -53,63 +67,22 @@ class MotionDerivatives(Record):
     ((12, 12), (3, 3), (3, 12))
     """
 
+    independent: NDArray[np.int64]
+    reduced_jacobian: FloatArray
+    v_q: FloatArray
+    independent_q: FloatArray
+    independent_v: FloatArray
+    independent_tau: FloatArray
+    _changes: FloatArray  # (3, nv, nv): of a with q, v and τ
     _given: tuple[ChainState, FloatArray, FloatArray, FloatArray, dict[str, FloatArray] | None]
-    _changes: FloatArray
-    _reduced: FloatArray
-    _independent: NDArray[np.int64]
-    _own: FloatArray
+
+    a_q, a_v, a_tau = (window("_changes", k) for k in range(3))
 
     @cached_property
     def motion(self) -> ClosedMotion:
         """The acceleration itself, with its forces."""
         state, q, v, tau, external = self._given
         return forward_dynamics(state, q, v, tau, external=external)
-
-    @property
-    def a_q(self) -> FloatArray:
-        """Shape (nv, nv), of all accelerations with q, in its tangent space, at constant v and τ."""
-        return self._changes[0]
-
-    @property
-    def a_v(self) -> FloatArray:
-        """Shape (nv, nv), of all accelerations with v."""
-        return self._changes[1]
-
-    @property
-    def a_tau(self) -> FloatArray:
-        """Shape (nv, nv), of all accelerations with the efforts."""
-        return self._changes[2]
-
-    @property
-    def independent(self) -> NDArray[np.int64]:
-        """Shape (d,), the independent coordinates' indices in v."""
-        return self._independent
-
-    @property
-    def reduced_jacobian(self) -> FloatArray:
-        """Z, shape (nv, d): changes of all coordinates with the independent ones, along the closed loops."""
-        return self._reduced[0]
-
-    @property
-    def v_q(self) -> FloatArray:
-        """Shape (nv, d), of all velocities with q_i at constant v_i."""
-        return self._reduced[1]
-
-    @property
-    def independent_q(self) -> FloatArray:
-        """Shape (d, d), of the independent accelerations with q_i at constant v_i."""
-        return self._own[:, : len(self._own)]
-
-    @property
-    def independent_v(self) -> FloatArray:
-        """Shape (d, d), of the independent accelerations with v_i."""
-        d = len(self._own)
-        return self._own[:, d : 2 * d]
-
-    @property
-    def independent_tau(self) -> FloatArray:
-        """Shape (d, nv), of the independent accelerations with all efforts."""
-        return self._own[:, 2 * len(self._own) :]
 
 
 def forward_dynamics_derivatives(
@@ -162,19 +135,17 @@ def forward_dynamics_derivatives(
     work.v[:] = v
     pushes = wrenches_on(state, external) if external is not None else {}
     left = tree_derivatives(state, work, pushes)[2] - efforts
-    changes, reduced, independent_in_v, own, choice = acceleration_changes.run(
+    changes, Z, v_q, own, (by_q, by_v, by_tau), choice = acceleration_changes.run(
         *work.for_derivatives, work.jacobian, work.gap, left, given, state.tolerance
     )
     if independent is not None:
         refuse_choice(state, q, given, *choice)
     kept = {name: np.array(wrench) for name, wrench in pushes.items()} or None
     return MotionDerivatives.made_of(
+        independent=frozen(own), reduced_jacobian=frozen(Z), v_q=frozen(v_q), independent_q=frozen(by_q),
+        independent_v=frozen(by_v), independent_tau=frozen(by_tau), _changes=frozen(changes),
         _given=(state, q, v, efforts, kept),
-        _changes=frozen(changes),
-        _reduced=frozen(reduced),
-        _independent=frozen(independent_in_v),
-        _own=frozen(own),
-    )
+    )  # fmt: skip
 
 
 def _certain_acceleration(state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray) -> FloatArray | None:
@@ -225,38 +196,24 @@ def acceleration_changes(
     -------
     found : ndarray
         Shape (3, nv, nv), changes of a with q, v and τ.
-    reduced : ndarray
-        Shape (2, nv, d), Z and v_q of :class:`MotionDerivatives`.
-    independent : ndarray of int
-        Shape (d,).
-    inner : ndarray
-        Shape (d, 2 d + nv), changes of the independent accelerations with q_i, v_i and τ.
-    choice : tuple
-        How many coordinates are dependent; the reduced Jacobian's largest error, and what is rounding there.
+    Z, v_q : ndarray
+        Shape (nv, d), of :class:`MotionDerivatives`.
+    own, choice
+        As of :func:`exo_pin.chain.kinematics.kernels.dependent_kernels.reduced_motion`.
+    inner : tuple of ndarray
+        Changes of the independent accelerations with q_i, v_i and τ, shapes (d, d), (d, d) and (d, nv).
     """
     loops, scales, _, axes = unpacked_constants(constants[0], constants[1])
     (height, nv), nq = rate.shape, len(motion) - 2 * len(left)
     q, v, a = motion[:nq], motion[nq : nq + nv], motion[nq + nv :]
     lower = trees[2]
     row_scale, column, _ = scales
-    allowed, order = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64)
-    for k in given:
-        allowed[k] = False
     known = tolerance
     for r in range(height if tolerance == 0.0 else 0):
         known = max(known, abs(gap[r] * row_scale[r]))
-    factors, error = (np.empty((nv, height)), np.empty(nv), np.empty(nv)), np.empty(nv)
-    rank, cut = fill_dependent(
-        jacobian, np.empty((height, 0)), allowed, scales, len(poses), known, factors, order, error
-    )
-    d = nv - rank
-    reduced, own = np.zeros((2, nv, d)), np.empty(d, dtype=np.int64)
-    Z, v_q = reduced[0], reduced[1]
-    if len(given) == d:
-        copy_numbers(given, own)
-    else:
-        fill_ascending(order[rank:], own)
-    most = fill_reduced(order, rank, factors[0][rank:].T, error, own, Z)
+    own, Z, order, factors, choice = reduced_motion(jacobian, given, scales, len(poses), known)
+    rank, d = choice[0], len(own)
+    v_q = np.zeros((nv, d))
     # Jᵀ λ = left.
     multipliers = np.zeros(height)
     for i in range(rank):
@@ -288,15 +245,15 @@ def acceleration_changes(
     for s in range(d):
         _add_outer(response[s], response[s], found[2])
     _add_product(following, Z, 1.0, v_q)
-    inner = np.zeros((d, 2 * d + nv))
+    inner_q, inner_v, inner_tau = np.zeros((d, d)), np.zeros((d, d)), np.empty((d, nv))
     for s in range(d):
         for k in range(nv):
             by_q, by_v = found[0, own[s], k], found[1, own[s], k]
             for t in range(d):
-                inner[s, t] += by_q * Z[k, t] + by_v * v_q[k, t]
-                inner[s, d + t] += by_v * Z[k, t]
-            inner[s, 2 * d + k] = found[2, own[s], k]
-    return found, reduced, own, inner, (rank, most, cut)
+                inner_q[s, t] += by_q * Z[k, t] + by_v * v_q[k, t]
+                inner_v[s, t] += by_v * Z[k, t]
+            inner_tau[s, k] = found[2, own[s], k]
+    return found, Z, v_q, own, (inner_q, inner_v, inner_tau), choice
 
 
 @kernel

@@ -22,7 +22,7 @@ from ...core.validation import FloatArray, as_finite, as_mapping, as_real
 from ...numerics import KKT_TOLERANCE, LeastSquares, solve
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from .equations.equations_of_motion import EquationsOfMotion
-from .nonsmooth.joint_friction import Rubbing, joint_names
+from .nonsmooth.joint_friction import Rubbing
 from .wrenches import own_frame, turned
 
 #: Metrics: the wrenches of all joints and closures, or those of the closures alone.
@@ -135,47 +135,33 @@ def without_rounding(effect: FloatArray, sharpness: float) -> FloatArray:
     return np.asarray((U[:, significant] * sizes[significant]) @ ways[significant], dtype=np.float64)
 
 
-def bounds_of(
-    names: Sequence[str],
-    constant: FloatArray,
-    effect: FloatArray,
-    limits: tuple[ArrayLike, ArrayLike],
-    what: str,
-    margins: tuple[FloatArray | float, FloatArray | float] = (0.0, 0.0),
-) -> list[Bound]:
-    """Bounds on the components of a force.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Of the components.
-    constant, effect : ndarray
-        Shapes (count,) and (count, k).
-    limits : tuple of array_like
-        Lower and upper bounds, each a number or shape (count,), infinite where there is none.
-    what : str
-        For messages.
-    margins : tuple of float or ndarray
-        What is added to the lower and the upper bounds, each a number or shape (count,).
+def checked_range(limits: tuple[ArrayLike, ArrayLike], count: int, what: str) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper limits of a force's components, shape (count,), each a number or one for every component.
 
     Raises
     ------
     InvalidInput
-        If the limits have a wrong shape, are NaN, or a lower one exceeds the upper one.
+        If they have a wrong shape, are NaN, or a lower one exceeds the upper one.
     """
     try:
         pair = [as_real(what, side) for side in limits]
     except TypeError:
         pair = []
-    if len(pair) != 2 or any(side.shape not in ((), constant.shape) or np.isnan(side).any() for side in pair):
+    if len(pair) != 2 or any(side.shape not in ((), (count,)) or np.isnan(side).any() for side in pair):
         raise InvalidInput(
-            f"expected {what} as (lower, upper), numbers or {constant.size} of them each, infinite where there is "
-            f"none, got {limits!r}"
+            f"expected {what} as (lower, upper), numbers or {count} of them each, infinite where there is none, "
+            f"got {limits!r}"
         )
-    lower, upper = (np.broadcast_to(side, constant.shape) for side in pair)
+    lower, upper = (np.broadcast_to(side, (count,)) for side in pair)
     if not (lower <= upper).all() or (lower == np.inf).any() or (upper == -np.inf).any():
         raise InvalidInput(f"expected lower bounds at most the upper ones for {what}, got {limits!r}")
-    lower, upper = lower + margins[0], upper + margins[1]
+    return lower, upper
+
+
+def bounds_of(
+    names: Sequence[str], constant: FloatArray, effect: FloatArray, lower: FloatArray, upper: FloatArray
+) -> list[Bound]:
+    """Bounds on the components of forces that have some; effects have shape (count, k), the others (count,)."""
     return [
         Bound(name, float(constant[i]), effect[i], float(lower[i]), float(upper[i]))
         for i, name in enumerate(names)
@@ -322,55 +308,23 @@ def local_wrench(equations: EquationsOfMotion, name: str, start: FloatArray, str
     return turned(wrenches[6 * index : 6 * index + 6], own_frame(equations, index)[1])
 
 
-def effort_bounds_of(
-    state: ChainState,
-    driven: np.ndarray,
-    effort: FloatArray,
-    slope: FloatArray,
-    given: Mapping[str, Range] | Literal["model"] | None,
-    friction: tuple[FloatArray, FloatArray] | None = None,
-) -> list[Bound]:
-    """Bounds on the actuators' efforts, given these and their change per unit of z, shapes (nv,) and (nv, k).
-
-    With ranges of ``friction`` at rest, shape (nv,) each, the forces are efforts and friction together.
-    """
-    if given is None:
-        return []
+def effort_ranges(
+    state: ChainState, driven: np.ndarray, given: Mapping[str, Range] | Literal["model"] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds on the actuators' efforts, shape (nv,) each, infinite where there is none."""
+    low, high = np.full(state.nv, -np.inf), np.full(state.nv, np.inf)
     if isinstance(given, str):
         if given != "model":
             raise UnknownName("effort bounds", given, ("model", "a mapping of joints to (lower, upper)"))
-        given = _effort_limits(state, driven)
-    found: list[Bound] = []
+        limits = state.model.lowerEffortLimit, state.model.upperEffortLimit
+        joints = [(name, state.velocity_slice(name)) for name in list(state.model.names)[1:]]
+        given = {name: (limits[0][own], limits[1][own]) for name, own in joints if own.start in driven}
     for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
         own = state.velocity_slice(joint)
         if own.start not in driven:
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated, expected one of the actuated joints")
-        names = _components(f"effort of {joint}", own.stop - own.start)
-        rubbed = (0.0, 0.0) if friction is None else (friction[0][own], friction[1][own])
-        found += bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]", rubbed)
-    return found
-
-
-def effort_ranges(
-    state: ChainState, driven: np.ndarray, given: Mapping[str, Range] | Literal["model"] | None
-) -> tuple[FloatArray, FloatArray]:
-    """Bounds on efforts that :func:`effort_bounds_of` has checked, shape (nv,) each, infinite where there is none."""
-    low, high = np.full(state.nv, -np.inf), np.full(state.nv, np.inf)
-    ranges = {} if given is None else _effort_limits(state, driven) if isinstance(given, str) else given
-    for joint, limits in ranges.items():
-        own = state.velocity_slice(joint)
-        low[own], high[own] = limits
+        low[own], high[own] = checked_range(limits, own.stop - own.start, f"effort_bounds[{joint!r}]")
     return low, high
-
-
-def _effort_limits(state: ChainState, driven: np.ndarray) -> dict[str, Range]:
-    """Effort limits of the model, of the joints that are actuated."""
-    limits: dict[str, Range] = {}
-    for name in list(state.model.names)[1:]:
-        own = state.velocity_slice(name)
-        if own.start in driven:
-            limits[name] = (state.model.lowerEffortLimit[own].copy(), state.model.upperEffortLimit[own].copy())
-    return limits
 
 
 def reaction_bounds_of(
@@ -388,12 +342,8 @@ def reaction_bounds_of(
         effect = local[:, 1:]
         effect[np.abs(effect * unit).max(axis=1, initial=0.0) <= sharpness] = 0.0
         names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]
-        found += bounds_of(names, local[:, 0], effect, limits, f"reaction_bounds[{name!r}]")
+        found += bounds_of(names, local[:, 0], effect, *checked_range(limits, 6, f"reaction_bounds[{name!r}]"))
     return found
-
-
-def _components(name: str, count: int) -> Sequence[str]:
-    return [name] if count == 1 else [f"{name} ({k})" for k in range(count)]
 
 
 def bounds_and_multipliers(
@@ -415,26 +365,22 @@ def bounds_and_multipliers(
     effort, slope = equations.tau - equations.jacobian.T @ start, -equations.jacobian.T @ stresses
     slope[np.abs(slope * state.topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
     slope[drive.passive] = 0.0
-    friction = None
+    low, high = effort_ranges(state, actuators.driven, given[0])
+    alone = np.array([], dtype=np.int64)
     if rubbing is not None:
-        rests = np.isin(np.arange(state.nv), rubbing.rest)
-        friction = np.where(rests, rubbing.low, 0.0), np.where(rests, rubbing.high, 0.0)
-    bounds = effort_bounds_of(state, actuators.driven, effort, slope, given[0], friction)
-    if rubbing is not None:
-        bounds += friction_bounds(state, actuators, rubbing, effort, slope)
+        # Effort and friction at rest together; in joints without actuator the friction alone.
+        rests, alone = rubbing.rest, np.intersect1d(rubbing.rest, actuators.passive)
+        low[alone], high[alone] = 0.0, 0.0
+        low[rests] += rubbing.low[rests]
+        high[rests] += rubbing.high[rests]
+    owners, names = state.topology.owners, list[str]()
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    for k in bounded:
+        own = np.flatnonzero(owners == owners[k])
+        part = f" ({k - own[0]})" if len(own) > 1 else ""
+        names.append(f"{'friction' if k in alone else 'effort'} of {state.model.names[int(owners[k])]}{part}")
+    bounds = bounds_of(names, effort[bounded], slope[bounded], low[bounded], high[bounded])
     bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
     least_first = objective_of(equations, actuators.driven, (effort, slope), self_stress, objective)
     distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)
     return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)
-
-
-def friction_bounds(
-    state: ChainState, drive: ActuatedCoordinates, rubbing: Rubbing, force: FloatArray, slope: FloatArray
-) -> list[Bound]:
-    """Bounds on the friction of joints at rest without actuator, given joint forces and their change per unit of z."""
-    found = []
-    for k in np.intersect1d(rubbing.rest, drive.passive):
-        (joint,) = joint_names(state, np.array([k]))
-        low, high = float(rubbing.low[k]), float(rubbing.high[k])
-        found.append(Bound(f"friction of {joint}", float(force[k]), slope[k], low, high))
-    return found

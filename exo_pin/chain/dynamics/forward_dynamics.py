@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -16,13 +16,12 @@ from ..structure.chain_state import CLOSED, ChainState
 from .equations.equation_kernels import missed
 from .equations.equations_of_motion import (
     STILL,
-    equations_of_motion,
     moving_loops,
     refuse_missing,
     refuse_near_singular,
     refuse_opening,
 )
-from .inverse_dynamics import solved
+from .inverse_dynamics import least_forces
 from .nonsmooth.contact_forces import ContactForces, with_contacts
 from .nonsmooth.projected_motion import Applied, clear_acceleration, projected_motion
 from .reactions import ClosedForces
@@ -87,13 +86,12 @@ class ClosedMotion(Record):
             model = state.model.copy()
             model.gravity.linear = np.frombuffer(gravity)
             state = ChainState(model, state.description)
-        equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
+        contacts = self._contacts
+        all_forces = self.tau if contacts is None else self.tau + contacts.friction + contacts.stops
         # Nearness to a singular configuration was checked with the acceleration.
-        if self._contacts is None:
-            return solved(equations, state.drive(()), applied=self.tau, resolved=False)
-        all_forces = self.tau + self.friction + self.stop_reactions
-        found = solved(equations, state.drive(()), applied=all_forces, resolved=False)
-        return replace(found, tau=frozen(self.tau.copy()), _friction=self.friction)
+        found = least_forces(state, (q, v, self.a), external, state.drive(()), "reactions", all_forces, checked=False)
+        friction = None if contacts is None else contacts.friction
+        return ClosedForces.made_of(**vars(found) | {"tau": self.tau, "_friction": friction})
 
 
 def forward_dynamics(

@@ -1,33 +1,25 @@
-"""Inverse dynamics of a closed chain: efforts and closure forces that make a motion.
-
-Efforts and multipliers from the equations of motion: the least, or the least within bounds.
-"""
+"""Inverse dynamics of a closed chain: efforts and closure forces that make a motion, the least, or within bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray, as_choice, frozen
 from ..kinematics import closing
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.motion_axes import joint_names
-from .equations.equations_of_motion import (
-    EquationsOfMotion,
-    check_solution,
-    checked_equations,
-    equations_of_motion,
-    tree_terms,
-)
+from .equations.equations_of_motion import EquationsOfMotion, check_solution, open_tree, refuse_opening
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
-from .equations.solution_kernels import efforts_and_residual, least, solutions
-from .force_distribution import METRICS, Bound, Objective, Range, bounds_and_multipliers, effort_ranges
+from .equations.solution_kernels import fill_efforts
+from .force_distribution import METRICS, Objective, Range, bounds_and_multipliers, effort_ranges
 from .force_stacks import projected, stack_of_forces
-from .nonsmooth.joint_friction import RestingFriction, Rubbing, bearing_drive, friction_of, resting_friction
+from .nonsmooth.joint_friction import Rubbing, bearing_drive, friction_of, resting_friction
 from .reactions import ClosedForces, JointReaction
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction"]
@@ -39,20 +31,42 @@ PUSH: Range = (0.0, np.inf)
 
 def least_forces(
     state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
+    motion: tuple[FloatArray, FloatArray | None, FloatArray | None],
     external: Mapping[str, ArrayLike] | None,
     drive: ActuatedCoordinates,
     metric: str,
+    applied: FloatArray | None = None,
+    checked: bool = True,
 ) -> ClosedForces:
-    """:func:`solved` without bounds and dry friction, in one call of a kernel.
+    """The forces without bounds, in one call of a kernel.
 
-    q is checked, v and a have their shapes.
+    Parameters
+    ----------
+    motion : tuple of ndarray
+        q, checked, and v and a of shape (nv,), zero for None.
+    drive : ActuatedCoordinates
+        Coordinates with and without actuator.
+    applied : ndarray, optional
+        Shape (nv,), generalised forces that are known.
+    checked : bool
+        Whether to raise if the loops are open, the motion opens them, or the configuration is near a singular one.
+
+    Raises
+    ------
+    LoopNotClosed, InvalidInput, UndrivenMotion, NearSingularConfiguration, UnknownName
+        As for :meth:`ClosedChain.inverse_dynamics`.
     """
-    as_choice("metric", metric, METRICS)
-    work = state.buffers
-    v, a, moves, tau = tree_terms(state, q, v, a, external)
+    work, q, moves = state.buffers, motion[0], checked and not (motion[1] is None and motion[2] is None)
+    # Arrays of one kind: kernels are compiled anew for those that can be written.
+    v, a = (work.still if rates is None else frozen(rates.view()) for rates in motion[1:])
+    if moves:
+        work.jacobian_rates(q, v)
+    else:
+        pin.computeJointJacobians(state.model, work.data, q)
+        np.copyto(work.q, q)
+    tau = open_tree(state, q, v, a, external)
+    if applied is not None:
+        tau -= applied
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
     flat, unique, numbers = np.empty(forces_size.plain(*shape)), np.empty(nv, dtype=np.bool_), np.empty(NUMBERS)
     certain = forces_of_state.run(
@@ -61,7 +75,7 @@ def least_forces(
     )  # fmt: skip
     found: list[float] = numbers.tolist()
     if not certain:
-        refuse_motion(state, (q, v, a, tau), drive, found, flat)
+        refuse_motion(state, (q, v, a, tau), drive, found, flat, checked)
     return unbounded_forces(state, (q, tau), drive, found, flat, unique, metric)
 
 
@@ -71,6 +85,7 @@ def refuse_motion(
     drive: ActuatedCoordinates,
     numbers: Sequence[float],
     flat: FloatArray,
+    checked: bool = True,
 ) -> None:
     """Raise where a motion or its forces are refused, by what :func:`.motion_kernels.forces_of_state` fills.
 
@@ -80,9 +95,15 @@ def refuse_motion(
     state.configuration(q)
     for name, rates in (("v", v), ("a", a)):
         state.tangent(name, rates)
-    equations = checked_equations(state, q, tau, numbers[:6], flat, True)
-    share, weakest = numbers[8:10]
-    check_solution(equations, drive.passive, share, weakest)
+    worst, gap, speed, size, opening_v, opening_a, _, _, share, weakest, _ = numbers
+    if checked:
+        if not state.is_closed(worst, gap):
+            raise LoopNotClosed(q.copy(), worst, 0)
+        refuse_opening(state, opening_v, speed)
+        refuse_opening(state, opening_a, size, "acceleration")
+    known = state.uncertainty(gap)
+    equations = EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=known, motion=size, flat=flat)
+    check_solution(equations, drive.passive, share, weakest, checked)
 
 
 def unbounded_forces(
@@ -101,96 +122,8 @@ def unbounded_forces(
     gap, shape = state.uncertainty(gap), (state.row_count, state.nv, state.model.njoints)
     equations = EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=gap, motion=size, flat=flat)
     efforts, multipliers, start, stresses = split_forces.plain(flat, shape, int(free))
-    answer, self_stress = (efforts, residual, unique), (start, stresses, sharpness)
-    return _closed_forces(equations, drive, self_stress, multipliers, answer, metric, friction=friction)
-
-
-def solved(
-    equations: EquationsOfMotion,
-    drive: ActuatedCoordinates,
-    effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
-    reaction_bounds: Mapping[str, Range] | None = None,
-    objective: Objective | None = None,
-    metric: Literal["reactions", "closures"] = "reactions",
-    applied: FloatArray | None = None,
-    resolved: bool = True,
-    rubbing: Rubbing | None = None,
-) -> ClosedForces:
-    """:meth:`ClosedChain.inverse_dynamics` from the equations of motion.
-
-    Parameters
-    ----------
-    equations : EquationsOfMotion
-        At the state.
-    drive : ActuatedCoordinates
-        Coordinates with and without actuator.
-    applied : ndarray, optional
-        Shape (nv,), given generalised forces.
-    resolved : bool
-        Whether to raise too near a singular configuration; not where that was checked with the acceleration.
-    rubbing : Rubbing, optional
-        Dry friction; the equations contain that of motion already.
-
-    Raises
-    ------
-    UndrivenMotion, InfeasibleForces, SolverFailed, UnknownName
-        As for :meth:`ClosedChain.inverse_dynamics`.
-    """
-    as_choice("metric", metric, METRICS)
-    state, top, J = equations.state, equations.state.topology, equations.jacobian
-    if applied is not None:
-        equations = replace(equations, tau=equations.tau - applied)
-    actuators = drive
-    resting = rubbing if rubbing is not None and len(rubbing.rest) else None
-    if resting is not None:
-        drive = bearing_drive(drive, resting)
-    solution = solutions(
-        J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
-    )
-    start, stresses, sharpness = self_stress = solution[:3]
-    check_solution(equations, drive.passive, solution[5], solution[6], resolved)
-    bounds: tuple[Bound, ...] = ()
-    if effort_bounds is None and reaction_bounds is None and objective is None and resting is None:
-        multipliers = start
-        if metric == "reactions" and stresses.shape[1]:
-            multipliers = least(
-                start, stresses, equations.poses, equations.tree, equations.unit, top.carried, top.loops, top.length
-            )
-    else:
-        bounds, multipliers = bounds_and_multipliers(
-            equations, (drive, actuators), self_stress, (effort_bounds, reaction_bounds), objective, metric, rubbing
-        )
-    efforts = efforts_and_residual(J, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness)
-    tau, residual, unique = efforts
-    if applied is not None:
-        tau += applied
-    friction, rest = None if rubbing is None else rubbing.force, None
-    if resting is not None:
-        ranges = effort_ranges(state, actuators.driven, effort_bounds)
-        rest = resting_friction(actuators, resting, ranges, frozen(tau), frozen(unique))
-        tau, held = rest.split()
-        friction, unique = resting.force + held, (unique & ~rest.actuated) | rest.alone
-    return _closed_forces(
-        equations, drive, self_stress, multipliers, (tau, residual, unique), metric, bounds, friction, rest
-    )
-
-
-def _closed_forces(
-    equations: EquationsOfMotion,
-    drive: ActuatedCoordinates,
-    self_stress: tuple[FloatArray, FloatArray, float],
-    multipliers: FloatArray,
-    efforts: tuple[FloatArray, float, NDArray[np.bool_]],
-    metric: str,
-    bounds: tuple[Bound, ...] = (),
-    friction: FloatArray | None = None,
-    rest: RestingFriction | None = None,
-) -> ClosedForces:
-    """The result, from what the kernels return."""
-    start, stresses, sharpness = self_stress
-    tau, residual, unique = efforts
     return ClosedForces.made_of(
-        tau=frozen(tau),
+        tau=frozen(efforts),
         multipliers=frozen(multipliers),
         residual=residual,
         undetermined=stresses.shape[1],
@@ -200,11 +133,46 @@ def _closed_forces(
         _start=start,
         _sharpness=sharpness,
         _metric=metric,
-        _bounds=bounds,
+        _bounds=(),
         _friction=None if friction is None else frozen(friction),
-        _rest=rest,
+        _rest=None,
         _passive=drive.passive,
     )
+
+
+def _bounded_forces(
+    least: ClosedForces,
+    drives: tuple[ActuatedCoordinates, ActuatedCoordinates],
+    effort_bounds: Mapping[str, Range] | Literal["model"] | None,
+    reaction_bounds: Mapping[str, Range] | None,
+    objective: Objective | None,
+    rubbing: Rubbing | None,
+) -> ClosedForces:
+    """The forces within bounds, or of another objective, from those without.
+
+    ``drives`` are that of actuators and friction at rest, and that of actuators alone.
+    """
+    equations, (drive, actuators), stresses = least.equations, drives, least.self_stresses
+    state, self_stress = equations.state, (least._start, stresses, least._sharpness)
+    bounds, multipliers = bounds_and_multipliers(
+        equations, drives, self_stress, (effort_bounds, reaction_bounds), objective, least._metric, rubbing
+    )
+    tau, unique = np.empty(state.nv), np.empty(state.nv, dtype=np.bool_)
+    residual = fill_efforts(
+        equations.jacobian, equations.tau, multipliers, stresses, drive.passive, state.topology.per_newton,
+        least._sharpness, tau, unique,
+    )  # fmt: skip
+    friction, rest = None if rubbing is None else rubbing.force, None
+    if rubbing is not None and len(rubbing.rest):
+        ranges = effort_ranges(state, actuators.driven, effort_bounds)
+        rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
+        tau, held = rest.split()
+        friction, unique = rubbing.force + held, (unique & ~rest.actuated) | rest.alone
+    changed = {
+        "tau": frozen(tau), "multipliers": frozen(multipliers), "residual": residual, "_bounds": bounds, "_rest": rest,
+        "effort_is_unique": frozen(unique), "_friction": None if friction is None else frozen(friction),
+    }  # fmt: skip
+    return ClosedForces.made_of(**vars(least) | changed)
 
 
 def inverse_dynamics(
@@ -294,15 +262,22 @@ def inverse_dynamics(
     >>> forces.undetermined  # side forces and shoulder force, in three directions
     3
     """
-    actuated = None if actuated is None else joint_names(actuated)
-    problem = {
-        "effort_bounds": effort_bounds, "reaction_bounds": reaction_bounds, "objective": objective, "metric": metric,
-    }  # fmt: skip
+    drive = state.drive(None if actuated is None else joint_names(actuated))
     as_choice("metric", metric, METRICS)
-    drive, least = state.drive(actuated), effort_bounds is None and reaction_bounds is None and objective is None
+    is_free = effort_bounds is None and reaction_bounds is None and objective is None
 
     def one(q: ArrayLike, v: ArrayLike | None, a: ArrayLike | None, under: Any) -> ClosedForces:
-        return _forces_at(state, (q, v, a), under, drive, least, problem)
+        v = None if v is None else state.sized("v", v, state.nv)
+        a = None if a is None else state.sized("a", a, state.nv)
+        q, rubbing, bearing = state.configuration(q).copy(), None, drive
+        if state.passive.rubs:
+            rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a)
+            bearing = bearing_drive(drive, rubbing)
+        known = None if rubbing is None else frozen(rubbing.force)
+        least = least_forces(state, (q, v, a), under, bearing, metric, known)
+        if is_free and bearing is drive:
+            return least if rubbing is None else ClosedForces.made_of(**vars(least) | {"_friction": known})
+        return _bounded_forces(least, (bearing, drive), effort_bounds, reaction_bounds, objective, rubbing)
 
     if np.ndim(q) == 2:
         return stack_of_forces(state, (q, v, a), external, one, close, progress)
@@ -310,31 +285,6 @@ def inverse_dynamics(
         q = closing.close(state, q)
         v, a = projected(state, q, v, a)
     return one(q, v, a, external)
-
-
-def _forces_at(
-    state: ChainState,
-    motion: tuple[ArrayLike, ArrayLike | None, ArrayLike | None],
-    external: Mapping[str, ArrayLike] | None,
-    drive: ActuatedCoordinates,
-    least: bool,
-    problem: dict[str, Any],
-) -> ClosedForces:
-    """:func:`inverse_dynamics` of one state."""
-    q, v, a = motion
-    v = None if v is None else state.sized("v", v, state.nv)
-    a = None if a is None else state.sized("a", a, state.nv)
-    q = state.configuration(q).copy()
-    if least and not state.passive.rubs:
-        return least_forces(state, q, v, a, external, drive, problem["metric"])
-    for name, rates in (("v", v), ("a", a)):
-        if rates is not None:
-            state.tangent(name, rates)
-    equations, rubbing = equations_of_motion(state, q, v, a, external), None
-    if state.passive.rubs:
-        rubbing = friction_of(state, np.zeros(state.nv) if v is None else v, a)
-        equations = replace(equations, tau=equations.tau - rubbing.force)
-    return solved(equations, drive, **problem, rubbing=rubbing)
 
 
 def joint_reaction(

@@ -266,7 +266,7 @@ class ClosedForces(Record):
     def _certified(self, columns: FloatArray) -> Certified:
         """Values and certificates of several wrenches."""
         length = self._equations.state.characteristic_length
-        return certified(columns, length, np.full(len(columns), self._sharpness))
+        return certified(columns, length, self._sharpness)
 
     def joint_reaction(
         self,

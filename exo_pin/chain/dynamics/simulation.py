@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -172,20 +172,9 @@ def simulate(
     if rules.limits is not None:
         stops_at(state, rules.limits, start)
     states, steps, found = EventIntegration(rates, rules).run(instant, when, (rtol, atol), progress)
-    return replace(_simulation(state, when, states, steps), events=tuple(found))
-
-
-def _simulation(state: ChainState, when: FloatArray, states: list[Instant], steps: int) -> Simulation:
-    """The record of a motion."""
     energies = np.array([energies_of(state, instant) for instant in states])
-    return Simulation(
-        frozen(when),
-        frozen(np.array([instant.q for instant in states])),
-        frozen(np.array([instant.v for instant in states])),
-        frozen(energies[:, 0].copy()),
-        frozen(energies[:, 1].copy()),
-        frozen(np.array([instant.work for instant in states])),
-        frozen(np.array([instant.dissipated for instant in states])),
-        frozen(np.array([float(np.abs(residual(state, instant.q)).max(initial=0.0)) for instant in states])),
-        steps,
-    )
+    parts: list[FloatArray] = [frozen(np.array(part)) for part in zip(*states, strict=True)]
+    gaps = np.array([np.abs(residual(state, instant.q)).max(initial=0.0) for instant in states])
+    energy, kinetic = (frozen(part) for part in energies.T.copy())
+    q_all, v_all, work, dissipated = parts
+    return Simulation(when, q_all, v_all, energy, kinetic, work, dissipated, frozen(gaps), steps, tuple(found))

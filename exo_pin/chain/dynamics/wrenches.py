@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.compiled import kernel
@@ -19,7 +20,7 @@ from ...core.tables import three_digits
 from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
 from ..structure.couplings import refuse_coupling
-from ..structure.topology import Part, Topology
+from ..structure.topology import Part
 from .equations.equations_of_motion import EquationsOfMotion
 
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
@@ -117,36 +118,25 @@ def transmitting_part(state: ChainState, name: str) -> Part:
 
 
 def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, FloatArray]:
-    """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`; of a stack (n, 3), (n, 3, 3).
+    """Point (3,) and axes (3, 3), as rows, of a joint or closure, by :attr:`Part.place`.
 
     A joint's are those of its child link; a closure's point is frame b's origin and its axes are those of frame a.
     """
-    joints = equations.poses.shape[-3] - 1
-    if index >= joints:
-        return closure_frame(equations.state.topology, equations.poses, index - joints)
-    pose = equations.poses[..., 1 + index, :, :]
-    return pose[..., 3, :], pose[..., :3, :]
-
-
-def closure_frame(top: Topology, poses: FloatArray, index: int) -> tuple[FloatArray, FloatArray]:
-    """A closure's point p_b and the axes of frame a, as rows; ``poses`` of joints as in :class:`EquationsOfMotion`."""
-    (joint_a, joint_b), (local_a, local_b) = top.joints[index], top.local[index]
-    point = local_b[3] @ poses[..., joint_b, :3, :] + poses[..., joint_b, 3, :]
-    return point, local_a[:3] @ poses[..., joint_a, :3, :]
+    poses, top, c = equations.poses, equations.state.topology, index - (len(equations.poses) - 1)
+    if c < 0:
+        return poses[1 + index, 3], poses[1 + index, :3]
+    (joint_a, joint_b), (local_a, local_b) = top.joints[c], top.local[c]
+    return local_b[3] @ poses[joint_b, :3] + poses[joint_b, 3], local_a[:3] @ poses[joint_a, :3]
 
 
 def shifted(wrenches: FloatArray, by: FloatArray) -> FloatArray:
-    """Wrenches about a point that is ``by``, shape (..., 3), m, beyond theirs."""
-    cross = np.zeros((*by.shape, 3))
-    cross[..., 2, 1], cross[..., 0, 2], cross[..., 1, 0] = by.T
-    cross -= np.swapaxes(cross, -1, -2).copy()
-    force = wrenches[..., :3, :]
-    return np.concatenate([force, wrenches[..., 3:, :] - cross @ force], axis=-2)
+    """Wrenches, shape (6, sets), about a point that is ``by``, shape (3,), m, beyond theirs."""
+    return np.concatenate([wrenches[:3], wrenches[3:] - pin.skew(by) @ wrenches[:3]])
 
 
 def turned(wrenches: FloatArray, axes: FloatArray) -> FloatArray:
-    """Wrenches in axes that are given as rows, shape (..., 3, 3)."""
-    return np.concatenate([axes @ wrenches[..., :3, :], axes @ wrenches[..., 3:, :]], axis=-2)
+    """Wrenches in axes that are given as rows, shape (3, 3)."""
+    return np.concatenate([axes @ wrenches[:3], axes @ wrenches[3:]])
 
 
 def expressed(
@@ -166,7 +156,7 @@ def expressed(
     name, on, at, in_frame
         As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
     columns : ndarray
-        Shape (..., 6, sets).
+        Shape (6, sets).
     own : tuple of ndarray
         Its own point and axes, as of :func:`own_frame`.
     bodies : tuple of int
@@ -185,57 +175,32 @@ def expressed(
             raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
         if receiver != bodies[0]:
             columns = -columns
-    point, axes = axes_and_point(equations, own, at, in_frame)
-    return turned(shifted(columns, point - own[0]), axes), on or state.body_names[receiver]
-
-
-def axes_and_point(
-    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
-) -> tuple[FloatArray, FloatArray]:
-    """Point and axes in which a wrench is to be expressed.
-
-    Parameters
-    ----------
-    own : tuple of ndarray
-        Point (3,) and axes (3, 3), as rows.
-    at : str or array_like
-        "origin" for the own point, a frame's name for its origin, or a point (3,), m, world frame.
-    in_frame : str
-        "world", "local" for the own axes, or a frame's name.
-
-    Raises
-    ------
-    UnknownName
-        If a frame is not known.
-    """
-    names: tuple[Literal["origin", "world", "local"], ...] = ("origin", "world", "local")
     point, axes = own
-    if isinstance(at, str):
-        if at != "origin":
-            point = _frame_pose(equations, at, "point or frame", names[:1])[0]
-    else:
+    if not isinstance(at, str):
         point = as_finite("at", at, (3,))
+    elif at != "origin":
+        point = _frame_pose(equations, at, "point or frame", ("origin",))[0]
     if in_frame == "world":
-        return point, np.eye(3)
-    return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
+        axes = np.eye(3)
+    elif in_frame != "local":
+        axes = _frame_pose(equations, in_frame, "frame", ("world", "local"))[1]
+    return turned(shifted(columns, point - own[0]), axes), on or state.body_names[receiver]
 
 
 def _frame_pose(
     equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
     frame = equations.state.model.frames[equations.state.frames.find(what, name, others=others)]
-    pose = equations.poses[..., frame.parentJoint, :, :]
-    axes = pose[..., :3, :]
-    return frame.placement.translation @ axes + pose[..., 3, :], frame.placement.rotation.T @ axes
+    pose = equations.poses[frame.parentJoint]
+    return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]
 
 
 def on_body(posed: EquationsOfMotion, body: int, sets: int, columns_of: Callable[[int], FloatArray]) -> FloatArray:
-    """Total wrench of all joints and closures on a body about its joint's origin, world axes, shape (..., 6, sets).
+    """Total wrench of all joints and closures on a body about its joint's origin, world axes, shape (6, sets).
 
     ``columns_of`` gives that of a part, by :attr:`Part.place`, about its own point on the body that receives it.
     """
-    here = posed.poses[..., body, 3, :]
-    total = np.zeros((*here.shape[:-1], 6, sets))
+    here, total = posed.poses[body, 3], np.zeros((6, sets))
     for part in posed.state.all_parts:
         # A coupling joins no bodies.
         if part.receiver != part.other and body in (part.receiver, part.other):
@@ -258,7 +223,7 @@ class Certified(NamedTuple):
         return reduced_tuple(self)
 
 
-def certified(columns: FloatArray, length: float, sharpness: FloatArray) -> Certified:
+def certified(columns: FloatArray, length: float, sharpness: float) -> Certified:
     """Values and certificates of several wrenches.
 
     Parameters
@@ -267,8 +232,8 @@ def certified(columns: FloatArray, length: float, sharpness: FloatArray) -> Cert
         Shape (count, 6, 2 + k): the value, what z = 0 adds to it, and the change per unit of z.
     length : float
         Characteristic length, m, by which moments are divided.
-    sharpness : ndarray
-        Shape (count,), the share of a self-stress that is rounding.
+    sharpness : float
+        The share of a self-stress that is rounding.
     """
     columns = np.ascontiguousarray(columns)
     unique, basis, counts = _certificates(columns, length, sharpness)
@@ -279,7 +244,7 @@ def certified(columns: FloatArray, length: float, sharpness: FloatArray) -> Cert
 
 
 @kernel(stack=True)
-def _certificates(columns: Any, length: float, sharpness: Any) -> Any:
+def _certificates(columns: Any, length: float, sharpness: float) -> Any:
     """Which components are unique, and the directions in which the wrenches may change, with their number."""
     count, free = len(columns), columns.shape[2] - 2
     unique, counts = np.ones((count, 6), dtype=np.bool_), np.zeros(count, dtype=np.int64)
@@ -291,14 +256,14 @@ def _certificates(columns: Any, length: float, sharpness: Any) -> Any:
             for k in range(free):
                 A[i, k] = columns[s, i, 2 + k] * unit
                 total += A[i, k] * A[i, k]
-                if not abs(A[i, k]) <= sharpness[s]:
+                if not abs(A[i, k]) <= sharpness:
                     unique[s, i] = False
         # The largest singular value is not above the root of the sum of squares.
-        if not total > sharpness[s] * sharpness[s]:
+        if not total > sharpness * sharpness:
             continue
         U, sizes, _ = np.linalg.svd(A, False)
         for k in range(len(sizes)):
-            if sizes[k] > sharpness[s]:
+            if sizes[k] > sharpness:
                 counts[s] += 1
                 for i in range(6):
                     basis[s, i, k] = U[i, k] if i < 3 else U[i, k] * length

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import ExoPinError, LoopNotClosed, SamplesFailed
-from ...core.validation import FloatArray, as_finite
+from ...core.errors import LoopNotClosed
+from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from .kernels.dependent_kernels import nearest_motion
 from .rank import rank_tolerance
@@ -201,19 +201,17 @@ def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
     Parameters
     ----------
     q, v : array_like
-        Shapes (nq,), closed, and (nv,), or (n, nq) and (n, nv) for n samples.
+        Shapes (nq,), closed, and (nv,).
 
     Returns
     -------
     ndarray
-        As v.
+        Shape (nv,).
 
     Raises
     ------
     LoopNotClosed
         If the loops are open.
-    SamplesFailed
-        If some samples of a stack have no answer; it has the error of each, and the answers of the others.
 
     Examples
     --------
@@ -223,8 +221,6 @@ def project_velocity(state: ChainState, q: ArrayLike, v: ArrayLike) -> FloatArra
     >>> bool(np.abs(chain.constraint_jacobian(q) @ v).max() < 1e-12)  # the loops stay closed
     True
     """
-    if np.ndim(q) == 2:
-        return _projected(state, q, None, v)
     q, v = closed_configuration(state, q), state.tangent("v", v)
     state.buffers.linearise(q)
     return v - _least(state, state.buffers.jacobian @ v)
@@ -245,21 +241,21 @@ def refined(state: ChainState, q: FloatArray) -> FloatArray:
 def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: ArrayLike) -> FloatArray:
     """The acceleration nearest to a that does not open the loops while they move with v.
 
-    Nearest as for :meth:`ClosedChain.project_velocity`, also for stacks; v must not open them either.
+    Nearest as for :meth:`ClosedChain.project_velocity`; v must not open them either.
 
     Parameters
     ----------
     q : array_like
-        Shape (..., nq), closed.
+        Shape (nq,), closed.
     v : array_like
-        Shape (..., nv), rad/s and m/s.
+        Shape (nv,), rad/s and m/s.
     a : array_like
-        Shape (..., nv), rad/s² and m/s².
+        Shape (nv,), rad/s² and m/s².
 
     Returns
     -------
     numpy.ndarray
-        Shape (..., nv), rad/s² and m/s².
+        Shape (nv,), rad/s² and m/s².
 
     Examples
     --------
@@ -270,8 +266,6 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
     >>> bool(np.abs(chain.constraint_jacobian(q) @ a + chain.constraint_drift(q, v)).max() < 1e-12)  # m/s²
     True
     """
-    if np.ndim(q) == 2:
-        return _projected(state, q, v, a)
     q, v, a = closed_configuration(state, q), state.tangent("v", v), state.tangent("a", a)
     drift = state.buffers.drift_of(q, v).copy()
     state.buffers.linearise(q)
@@ -284,22 +278,3 @@ def _least(state: ChainState, right: FloatArray) -> FloatArray:
     gap = state.uncertainty(state.scaled_gap())
     found: FloatArray = nearest_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found
-
-
-def _projected(state: ChainState, q: ArrayLike, v: ArrayLike | None, x: ArrayLike) -> FloatArray:
-    """Projections of a stack: of velocities x, or with velocities v of accelerations x."""
-    rows = as_finite("q", q, (None, state.nq))
-    given = as_finite("v" if v is None else "a", x, (len(rows), state.nv))
-    moved = None if v is None else as_finite("v", v, given.shape)
-    out, failures = np.full(given.shape, np.nan), dict[int, ExoPinError]()
-    for k, row in enumerate(rows):
-        try:
-            if moved is None:
-                out[k] = project_velocity(state, row, given[k])
-            else:
-                out[k] = project_acceleration(state, row, moved[k], given[k])
-        except ExoPinError as error:
-            failures[k] = error
-    if failures:
-        raise SamplesFailed(failures, len(rows), out)
-    return out

@@ -10,12 +10,14 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
-from .kernels.dependent_kernels import dependent_on, reduced_motion
+from .kernels.dependent_kernels import fill_dependent, reduced_loops
 from .loops import closed_configuration, scaled_jacobian, tree_frame_jacobian
 
 IntArray = NDArray[np.int64]
+#: No independent coordinates that were given.
+NONE_GIVEN = frozen(np.array([], dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +77,9 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
     >>> len(split.independent), round(float(split.condition), 1)
     (3, 7.3)
     """
-    chosen, dependent, _, triangle = reduced(state, q, independent)
-    condition = float(np.linalg.cond(triangle)) if len(dependent) else 1.0
-    return CoordinateSplit(chosen, np.sort(dependent), condition)
+    chosen, dependent, _ = reduced(state, q, independent)
+    columns = scaled_jacobian(state, state.configuration(q))[0][:, dependent]
+    return CoordinateSplit(chosen, np.sort(dependent), float(np.linalg.cond(columns)) if len(dependent) else 1.0)
 
 
 def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = None) -> FloatArray:
@@ -105,28 +107,23 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
 
 def reduced(
     state: ChainState, q: ArrayLike, independent: Iterable[str] | None
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Independent and dependent coordinates, the reduced Jacobian, and the triangle of the dependent columns.
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Independent and dependent coordinates, and the reduced Jacobian.
 
     The buffers are linearised at q afterwards. See :func:`split` for what is raised.
     """
-    work, top, nv = state.buffers, state.topology, state.nv
-    q, allowed = state.configuration(q), np.ones(nv, dtype=np.bool_)
-    given = None if independent is None else state.velocity_indices(independent)
-    if given is not None:
-        allowed[given] = False
+    work, top, q = state.buffers, state.topology, state.configuration(q)
+    given = NONE_GIVEN if independent is None else frozen(state.velocity_indices(independent))
     pin.computeJointJacobians(state.model, work.data, q)
     np.copyto(work.q, q)
-    worst, others, dependent, G, error, triangle, tolerance = reduced_motion.run(
-        work.poses, work.J, top.loops, work.q, allowed, top.scales, state.model.njoints, state.tolerance, work.gap,
-        work.jacobian,
-    )  # fmt: skip
+    worst, own, dependent, G, choice = reduced_loops.run(
+        work.poses, work.J, top.loops, work.q, given, top.scales, state.tolerance, work.gap, work.jacobian
+    )
     if not state.is_closed(worst, state.scaled_gap()):
         raise LoopNotClosed(q.copy(), worst, 0)
-    if given is None:
-        return others, dependent, G, triangle
-    refuse_choice(state, q, given, len(dependent), error, tolerance)
-    return given, dependent, np.ascontiguousarray(G[:, np.searchsorted(others, given)]), triangle
+    if independent is not None:
+        refuse_choice(state, q, given, *choice)
+    return own, dependent, G
 
 
 def refuse_choice(
@@ -150,19 +147,6 @@ def still_moving(state: ChainState, q: FloatArray, others: IntArray) -> list[str
     _, values, rows = np.linalg.svd(scaled[:, others])
     free = np.linalg.norm(rows[int(np.sum(values > tolerance)) :], axis=0) > 1e-9
     return [str(state.model.names[int(i)]) for i in np.unique(state.topology.owners[others[free]])]
-
-
-def solve_dependent(
-    state: ChainState, q: ArrayLike, right: FloatArray, dependent: IntArray
-) -> tuple[IntArray, int, FloatArray, FloatArray, FloatArray, float]:
-    """Solve J x = right for ``dependent`` coordinates, as :func:`.dependent_on` does, at a configuration."""
-    work, top = state.buffers, state.topology
-    work.linearise(state.configuration(q))
-    allowed = np.zeros(state.model.nv, dtype=np.bool_)
-    allowed[dependent] = True
-    gap = state.uncertainty(state.scaled_gap())
-    *found, _ = dependent_on(work.jacobian, np.ascontiguousarray(right), allowed, top.scales, state.model.njoints, gap)
-    return tuple(found)
 
 
 def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Iterable[str] | None = None) -> FloatArray:
@@ -253,14 +237,17 @@ def _follow(
 
     ``drifting`` is the scaled size of the terms of the drift, which may cancel down to rounding, as in a parallelogram.
     """
-    top = state.topology
-    right = -state.buffers.jacobian @ x - drift
-    order, rank, found, error, *_ = solve_dependent(state, q, right[:, None], others)
+    top, jacobian, nv, rows = state.topology, state.buffers.jacobian, state.nv, state.row_count
+    allowed, order, error = np.zeros(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv + 1)
+    allowed[others] = True
+    factors, gap = (np.empty((nv + 1, rows)), np.empty(nv), np.empty(nv)), state.uncertainty(state.scaled_gap())
+    right = (-jacobian @ x - drift)[:, None]
+    rank, _ = fill_dependent.run(jacobian, right, allowed, top.scales, state.model.njoints, gap, factors, order, error)
     if rank < len(others):
         raise UndeterminedMotion(q.copy(), len(others) - rank, still_moving(state, q, others))
-    x[order[:rank]] = found[:, -1]
+    x[order[:rank]] = factors[0][nv, :rank]
     # The error of consistent equations is rounding and the loops' residual (at most 1e-8) times the condition; that
     # of contradictory ones is of the size of the given motion.
     size = float(np.abs(x / top.column).max(initial=0.0)) + drifting
-    if not error[-1] <= max(1e-6, state.contradiction) * size:
+    if not error[nv - rank] <= max(1e-6, state.contradiction) * size:
         raise InvalidInput("the given motion opens the loops: give the motion of fewer joints, of independent ones")

@@ -10,7 +10,7 @@ Why moments and not accelerations: an arm has so little inertia about its own ax
 wanted acceleration.
 
 The tensions for it are those nearest to the moment within what the drives can do at their lengths, and among these the
-ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). Cables are kept taut. Motors get the
+ones of least shoulder force (:mod:`exo_pin.control.controllers.planning`). Cables are kept taut. Motors get the
 forces of :mod:`exo_pin.control.controllers.motor_loop`. For muscles the static law turns tensions into pressures, a
 muscle that shall not pull into the pressure at which it would begin to, and :class:`ValveLoop` turns these into duties.
 A 3/2-way valve that fills for the share d of the time passes d ṁ_in - (1 - d) ṁ_out, by the flows of its two paths at
@@ -50,8 +50,7 @@ from ..plant.plant import Plant
 from ..trajectories.paths import Turn
 from ..trajectories.reference import ReferenceState
 from .motor_loop import MotorLoop, measured_drives
-from .planning import planner_of
-from .tension_program import Tensions
+from .planning import Tensions, planner_of
 
 
 class ValveLoop:
@@ -66,7 +65,8 @@ class ValveLoop:
     """
 
     def __init__(self, plant: Plant, gain: float) -> None:
-        self._plant, self._gain, self._units = plant, gain, plant.units
+        self._plant, self._gain = plant, gain
+        self._units = [(i, unit) for i, unit in enumerate(plant.units) if isinstance(unit, ValveUnit)]
 
     def air(self, tensions: FloatArray, lengths: FloatArray) -> FloatArray:
         """Air in one muscle of each limb that holds tensions in N at limb lengths in m, shape (n,), kg.
@@ -75,12 +75,10 @@ class ValveLoop:
         """
         tables, mass = self._plant.tables, np.zeros(len(lengths))
         pressures = self._plant.drive_states(lengths, tensions).pressures
-        for i, unit in enumerate(self._units):
-            if isinstance(unit, ValveUnit):
-                row, gauge = tables.muscles[i], float(pressures[i])
-                bladder = tension(tables.law, row, i, float(lengths[i]), 0.0, gauge, 0.0)[2]
-                volume = air_volume(row, bladder)[0]
-                mass[i] = (gauge + ATMOSPHERE) * volume / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
+        for i, _ in self._units:
+            row, gauge = tables.muscles[i], float(pressures[i])
+            bladder = tension(tables.law, row, i, float(lengths[i]), 0.0, gauge, 0.0)[2]
+            mass[i] = (gauge + ATMOSPHERE) * air_volume(row, bladder)[0] / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
         return mass
 
     def commands(
@@ -101,12 +99,13 @@ class ValveLoop:
         if supply is None:
             return commands
         wanted = self._plant.drive_states(lengths, tensions).pressures
-        for i, valves in enumerate(self._units):
-            if not isinstance(valves, ValveUnit):
-                continue
+        for i, valves in self._units:
             commands[i] = self._gain * (wanted[i] - measured[i]) / 1e5
-            need = 0.0 if flows is None else float(flows[i])
-            inflow, outflow = _flows(valves, supply.absolute, wanted[i] + ATMOSPHERE)
+            need, p = 0.0 if flows is None else float(flows[i]), wanted[i] + ATMOSPHERE
+            # Through the open fill path, and through the open vent path.
+            (filling, venting), air = valves.paths, supply.absolute
+            inflow = mass_flow(air, p, filling.conductance, filling.critical_ratio)
+            outflow = mass_flow(p, ATMOSPHERE, venting.conductance, venting.critical_ratio)
             if valves.layout == "3/2":
                 total = inflow + outflow
                 commands[i] = 2.0 * (commands[i] + ((need + outflow) / total if total > 0.0 else 0.0)) - 1.0
@@ -115,15 +114,6 @@ class ValveLoop:
             elif need < 0.0 < outflow:
                 commands[i] += need / outflow
         return commands
-
-
-def _flows(valves: ValveUnit, supply: float, p: float) -> tuple[float, float]:
-    """Flows of the open fill path and the open vent path at an absolute pressure of the muscle, kg/s."""
-    fill, vent = valves.paths
-    return (
-        mass_flow(supply, p, fill.conductance, fill.critical_ratio),
-        mass_flow(p, ATMOSPHERE, vent.conductance, vent.critical_ratio),
-    )
 
 
 #: How far the feed-forward of the air looks ahead, s: a period of the pulses.
@@ -317,12 +307,15 @@ class ModelController:
             pose, velocity = measurement.orientation, measurement.angular_velocity
             error = (wanted.orientation * pose.inv()).as_rotvec()
             error *= max(0.0, 1.0 - self.gains.dead_zone / max(float(np.linalg.norm(error)), 1e-12))
-        g, tables = self.gains, self.plant.tables
+        g, tables, R = self.gains, self.plant.tables, pose.as_matrix()
         lengths = self.plans.lengths(pose)
         if not getattr(measurement, "lost", False):
             self._notice(lengths, measurement)
         turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
-        feedback = self._shared(turned, pose) + self._integral - (1.0 - g.weight_share) * self._weight(pose)
+        # The part along the arm's own axis is reduced; the weight that is left to the person is not borne.
+        turned -= (1.0 - g.axial_share) * (R[:, 2] @ turned) * R[:, 2]
+        weight = np.cross(R @ tables.centre, tables.mass * tables.gravity)
+        feedback = turned + self._integral + (1.0 - g.weight_share) * weight
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
         load = Load(tables.force, -feedback, tables.point)
         self.planned = self._tensions(pose, Motion(velocity, wanted.angular_acceleration), lengths, load)
@@ -353,16 +346,6 @@ class ModelController:
         if self.reference is not None:
             return self.reference(t)
         return ReferenceState(measurement.orientation, measurement.angular_velocity, np.zeros(3))
-
-    def _weight(self, pose: Rotation) -> FloatArray:
-        """Moment that bears the arm's weight, shape (3,), N m."""
-        tables = self.plant.tables
-        return np.asarray(-np.cross(pose.as_matrix() @ tables.centre, tables.mass * tables.gravity))
-
-    def _shared(self, vector: FloatArray, pose: Rotation) -> FloatArray:
-        """A vector in the base frame with its part along the arm's own axis reduced."""
-        axis = pose.as_matrix()[:, 2]
-        return np.asarray(vector - (1.0 - self.gains.axial_share) * (axis @ vector) * axis)
 
     def _notice(self, lengths: FloatArray, measurement: Any) -> None:
         """Count limbs as torn whose drives have run away from where the arm holds the limb."""

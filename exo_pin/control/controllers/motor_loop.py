@@ -32,8 +32,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.validation import FloatArray, as_positive, require_type
 from ..plant.drives import DirectDrive, LimbDrive, MotorDrive
 from ..plant.plant import Plant
-from .planning import planner_of
-from .wrist_lengths import LengthMotion
+from .planning import LengthMotion, planner_of
 
 #: Speed within which the compensated friction changes its sign, m/s.
 _SMOOTH = 0.005

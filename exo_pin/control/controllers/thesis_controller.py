@@ -52,9 +52,7 @@ class PIGains:
     K_c : float
         Proportional gain, output per unit of error.
     T_i : float
-        Integral time, s.
-    T_t : float or None
-        Tracking time of the anti-windup, s; None for ``T_i``, infinite for none.
+        Integral time, s, which is that of the anti-windup, too.
 
     Examples
     --------
@@ -67,18 +65,10 @@ class PIGains:
 
     K_c: float
     T_i: float
-    T_t: float | None = None
 
     def __post_init__(self) -> None:
         set_positive(self, "K_c", zero=True)
         set_positive(self, "T_i")
-        if self.T_t is not None and self.T_t != np.inf:
-            set_positive(self, "T_t")
-
-    @property
-    def tracking_time(self) -> float:
-        """T_t, s."""
-        return self.T_i if self.T_t is None else float(self.T_t)
 
 
 class ProportionalIntegral:
@@ -113,7 +103,7 @@ class ProportionalIntegral:
         self.gains, self.output = tuple(gains), (low, high)
         self._proportional = np.array([each.K_c for each in gains])
         self._integral = np.array([each.K_c / each.T_i for each in gains])
-        self._tracking = np.array([1.0 / each.tracking_time for each in gains])
+        self._tracking = np.array([1.0 / each.T_i for each in gains])
         self.reset()
 
     def reset(self) -> None:

@@ -21,8 +21,7 @@ from ..controllers.motor_loop import LengthController
 from ..controllers.planning import planner_of
 from ..controllers.thesis_controller import ContractionController
 from ..imu import Imu, ImuSensor
-from ..plant.any_device.arm_actions import Payload, Wearer
-from ..plant.any_device.moving_torso import Torso
+from ..plant.any_device.arm_actions import Payload, Torso, Wearer
 from ..plant.any_device.padding import Padding
 from ..plant.drives import MuscleDrive
 from ..plant.faults import Fault, as_faults
@@ -30,8 +29,8 @@ from ..plant.options import PlantOptions
 from ..plant.plant import Plant
 from ..plant.state import PlantState
 from ..trajectories.reference import Reference
-from .foresight import default_controller, foreseen
 from .tracking import Tracking
+from .tracking_report import default_controller, foreseen
 
 #: Controllers by name: PI of each limb by itself, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")

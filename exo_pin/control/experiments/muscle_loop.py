@@ -9,7 +9,7 @@ friction can hold it. At no contraction the braid stops it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import inf
 
 import numpy as np
 
@@ -17,15 +17,14 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.records import Record
 from ...core.validation import FloatArray, as_positive, frozen, require_type
-from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.dynamic import G
-from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction
 from ...muscle.laws.static import StaticModel
 from ...muscle.laws.validity import BoolArray
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
 from ..controllers.thesis_controller import PIGains, ProportionalIntegral, command_of_duty, table_5_5_gains
-from ..plant.drives import THREAD
+from ..plant.drives import MuscleDrive
+from ..plant.equations.drive_kernels import air_volume
 from ..plant.options import PlantOptions
 
 #: Step of the motion, s, and of the controller.
@@ -98,22 +97,12 @@ class _Rig:
     """Mass, muscle, tube and valve."""
 
     def __init__(self, model: StaticModel, mass: float, options: PlantOptions, supply: float) -> None:
-        thread = muscle_model(THREAD)
-        assert isinstance(thread, ChouHannaford)
-        share = thread.reference_length / model.length
+        self.row = MuscleDrive("muscle", 0.0, model.length, 0.0, model, model.length, supply, options).row()
         self.model, self.mass, self.options = model, mass, options
-        self.thread, self.turns = thread.braid_length / share, thread.turns / share
         self.supply = (supply if options.supply is None else options.supply.pressure) + ATMOSPHERE
-        unit = options.valves if isinstance(options.valves, ValveUnit) else options.valves[0]
-        self.unit = unit
-        self.paths = [(path.conductance, path.critical_ratio) for path in unit.paths]
+        self.unit = options.valves if isinstance(options.valves, ValveUnit) else options.valves[0]
+        self.paths = [(path.conductance, path.critical_ratio) for path in self.unit.paths]
         self.x, self.v, self.pressure = 0.0, 0.0, 0.0
-
-    def volume(self) -> tuple[float, float]:
-        """Of the air, m³, and its derivative by the contraction, m²."""
-        length, square = self.model.length - self.x, 4.0 * pi * self.turns**2
-        own = length * (self.thread**2 - length**2) / square
-        return own + self.options.dead_volume, (3.0 * length**2 - self.thread**2) / square
 
     def advance(self, fills: float, vents: float) -> None:
         """One step of the motion; for these shares of it the valve fills and vents."""
@@ -121,7 +110,7 @@ class _Rig:
         # The plain form: compiling it takes longer than a run.
         flow = fills * mass_flow.plain(self.supply, absolute, *self.paths[0]) if fills else 0.0
         flow -= vents * mass_flow.plain(absolute, ATMOSPHERE, *self.paths[1]) if vents else 0.0
-        volume, widening = self.volume()
+        volume, widening = air_volume.plain(self.row, self.x)
         rate = flow * GAS_CONSTANT * REFERENCE_TEMPERATURE - absolute * widening * self.v
         self.pressure = max(0.0, self.pressure + _STEP * self.options.polytropic_exponent * rate / volume)
         pull = max(0.0, float(self.model.unchecked_force(self.x, self.pressure)))
@@ -216,18 +205,15 @@ def muscle_loop(
             if t >= pulse + period - 1e-9:
                 pulse = t
                 fills, vents = rig.unit.shares(float(command_of_duty([duty], rig.unit.layout)[0]))
-            if rig.unit.modulation == "averaged":
-                rig.advance(fills, vents)
-            else:
-                # The step in which a valve switches is shared between before and after.
-                rig.advance(_part(fills * period - (t - pulse)), _part(t + _STEP - pulse - (1.0 - vents) * period))
-    x, v, p, duty_given = rows.T
+            # The step in which a valve switches is shared between before and after.
+            rig.advance(_part(fills * period - (t - pulse)), _part(t + _STEP - pulse - (1.0 - vents) * period))
+    x, v, p, duties = (frozen(column.copy()) for column in rows.T)
     return MuscleLoop(
         time=frozen(np.linspace(0.0, (samples - 1) * _SAMPLE, samples)),
-        contraction=frozen(x.copy()),
-        velocity=frozen(v.copy()),
-        pressure=frozen(p.copy()),
-        duty=frozen(duty_given.copy()),
+        contraction=x,
+        velocity=v,
+        pressure=p,
+        duty=duties,
         wanted=share * model.length,
         inside=model.validity.contains(x / model.length, p),
     )

@@ -18,8 +18,16 @@ from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.planning import planner_of
 from ..plant.run import Run
-from .foresight import holdable
-from .tracking_report import columns_of, continuous_angles, findings, known_of, labelled, summary_of, verdict_of
+from .tracking_report import (
+    columns_of,
+    continuous_angles,
+    findings,
+    holdable,
+    known_of,
+    labelled,
+    summary_of,
+    verdict_of,
+)
 
 if TYPE_CHECKING:
     from .experiment import Experiment

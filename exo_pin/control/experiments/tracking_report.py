@@ -1,12 +1,19 @@
-"""What a tracking says of itself: its numbers and columns, what happened and why, and the verdict."""
+"""What is said of a tracking, before it and after: its numbers and columns, what happened and why, and the verdict.
+
+Before a run it can be said whether the drives can hold its poses, and whether lengths alone tell them: a controller of
+lengths does not see the arm. Where the weakest rate is small, an error of a length turns the arm far; where another
+pose has the same lengths, the arm may settle there, with every length right (:mod:`exo_pin.device.accuracy`). A sensor
+of the arm's orientation sees both.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.results import Known
@@ -16,10 +23,76 @@ from ...device.wrist_device import as_device
 from ...load_case import Case
 from ...load_case.case import beyond_motion
 from ...reaction import Assumptions, solve
+from ...reaction.holding.verdict import angle_words
+from ..controllers.planning import HELD, planner_of
 from ..plant.equations.drive_kernels import free_contraction
+from ..plant.plant import Plant
 
 if TYPE_CHECKING:
+    from .experiment import Experiment
     from .tracking import Tracking
+
+#: Poses of a reference that are looked at.
+_SAMPLES = 25
+
+
+def default_controller(mechanism: Any) -> str:
+    """The controller of a design for which none is named.
+
+    "model" of a redundant design, whose lengths do not say what each limb has to pull, unless the design states that
+    it measures no more than lengths; "pi" else, as in the thesis.
+    """
+    measures = _measures(mechanism)
+    sees = not measures or "arm" in measures
+    return "model" if (mechanism.limb_count > 3 or not as_device(mechanism).has_limbs) and sees else "pi"
+
+
+def foreseen(experiment: Experiment) -> tuple[str, ...]:
+    """Sentences on a run before it is made; of a controller that is a function only on what the drives can hold."""
+    mechanism, side = experiment.mechanism, experiment.mechanism.side
+    measures = _measures(mechanism)
+    end = experiment.reference.duration if experiment.duration is None else experiment.duration
+    poses = experiment.reference(np.linspace(0.0, end, _SAMPLES)).orientation
+    found = []
+    lacking = ~holdable(experiment.plant, poses)
+    if lacking.any():
+        share, words = 100.0 * lacking.mean(), angle_words(poses[int(lacking.argmax())], side)
+        found.append(
+            f"the drives cannot hold {share:.0f} % of the wanted poses at rest, the first at {words}: the arm will "
+            "not follow there"
+        )
+    if experiment.controller == "pi":
+        seen = pose_accuracy(as_device(mechanism), poses)
+        doubtful = seen.is_doubtful
+        if doubtful.any():
+            worst = int(np.where(doubtful, seen.rate, np.inf).argmin())
+            found.append(
+                f"lengths alone do not place the arm in {100.0 * doubtful.mean():.0f} % of the wanted poses; at "
+                f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation "
+                "does: --controller model"
+            )
+    elif experiment.controller == "model" and measures and "arm" not in measures:
+        found.append(
+            "the controller reads a sensor of the arm's orientation, which the design does not state (measures)"
+        )
+    return tuple(found)
+
+
+def _measures(device: Any) -> Any:
+    """What a wrist states that it measures; nothing of other devices."""
+    record = as_device(device).accelerate("plant")
+    return None if record is None else record.measures
+
+
+def holdable(plant: Plant, poses: Rotation) -> NDArray[np.bool_]:
+    """Shape (N,): whether the drives can hold a pose at rest, within the strokes of motor drives."""
+    plans = planner_of(plant)
+    lengths = np.array([plans.lengths(pose) for pose in poses]).reshape(len(poses), plant.count)
+    held = plans.missing(poses) <= HELD
+    for drive, length in zip(plant.drives, lengths.T, strict=True):
+        if drive.is_motor:
+            held &= drive.spans(length)
+    return np.asarray(held)
 
 
 #: |cos β| below which the angles lock.
@@ -86,22 +159,6 @@ def greatest_ratios(tracking: Tracking) -> np.ndarray:
     return shortest
 
 
-def out_of_stroke(tracking: Tracking) -> list[float]:
-    """When each limb first is as short as its drive can make it, s; NaN if it never is. List of n.
-
-    Of muscles only those that are filled count.
-    """
-    limits, found, run = greatest_ratios(tracking), [], tracking.run
-    for i, drive in enumerate(run.plant.drives):
-        if drive.is_motor:
-            short = run.drive_positions[:, i] <= drive.shortest
-        else:
-            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
-        at = np.flatnonzero(short)
-        found.append(float(tracking.times[at[0]]) if at.size else float("nan"))
-    return found
-
-
 def findings(tracking: Tracking) -> tuple[str, ...]:
     """Sentences, in the order of time."""
     return tuple(text for part in _PARTS for text in part(tracking))
@@ -112,18 +169,14 @@ def _rest(tracking: Tracking) -> list[str]:
     off = np.degrees(tracking.error[0])
     if off < _OFF:
         return []
-    angles = tracking.angles(convention="thesis")[0]
-    ratio = tracking.ratios[0]
-    taut = [str(i) for i, value in enumerate(ratio, 1) if value < 0.0]
-    text = f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({', '.join(f'{a:.1f}' for a in angles)})°"
-    wanted = tracking.wanted_ratios[0]
-    short = [
+    angles = ", ".join(f"{angle:.1f}" for angle in tracking.angles(convention="thesis")[0])
+    short = " and ".join(
         f"{_name(tracking, i)} would have to be {-100.0 * value:.0f} % longer than nominal"
-        for i, value in enumerate(wanted, 1)
+        for i, value in enumerate(tracking.wanted_ratios[0], 1)
         if value < 0.0
-    ]
-    why = f": {' and '.join(short)} there" if short and taut else ""
-    return [text + why]
+    )
+    why = f": {short} there" if short and (tracking.ratios[0] < 0.0).any() else ""
+    return [f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({angles})°{why}"]
 
 
 def _stretched(tracking: Tracking) -> list[str]:
@@ -136,13 +189,11 @@ def _beyond(tracking: Tracking) -> list[str]:
     for i, (wanted, limit) in enumerate(zip(tracking.wanted_ratios.T, greatest_ratios(tracking), strict=True), 1):
         beyond = np.flatnonzero(wanted > limit)
         if beyond.size:
-            first = beyond[0]
+            first = int(beyond[0])
             angle, name = _main(tracking, first, wanted=True)
-            start = f"{tracking.times[first]:.2f} s"
-            # To the end, or only for a part of the time.
-            lasting = beyond.size == len(wanted) - first
-            share = 100.0 * beyond.size / len(wanted)
-            when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
+            when = f"for {100.0 * beyond.size / len(wanted):.0f} % of the time, first at {tracking.times[first]:.2f} s"
+            if beyond.size == len(wanted) - first:
+                when = f"from {tracking.times[first]:.2f} s on"
             texts.append(
                 f"the reference needs {_name(tracking, i)} to contract by more than the {100.0 * limit:.0f} % that it "
                 f"can {when} ({name} {angle:.0f}° wanted)"
@@ -151,12 +202,19 @@ def _beyond(tracking: Tracking) -> list[str]:
 
 
 def _ends(tracking: Tracking) -> list[str]:
-    texts = []
-    for i, time in enumerate(out_of_stroke(tracking), 1):
-        if np.isfinite(time):
-            index = int(np.searchsorted(tracking.times, time))
-            angle, name = _main(tracking, index)
-            texts.append(f"{_name(tracking, i)} runs out of stroke at {time:.2f} s, at {name} {angle:.0f}°")
+    """When limbs first are as short as their drives can make them."""
+    limits, texts, run = greatest_ratios(tracking), [], tracking.run
+    for i, drive in enumerate(run.plant.drives):
+        if drive.is_motor:
+            short = run.drive_positions[:, i] <= drive.shortest
+        else:
+            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
+        if short.any():
+            first = int(short.argmax())
+            angle, name = _main(tracking, first)
+            texts.append(
+                f"{_name(tracking, i + 1)} runs out of stroke at {tracking.times[first]:.2f} s, at {name} {angle:.0f}°"
+            )
     return texts
 
 
@@ -247,15 +305,14 @@ def _sensor(tracking: Tracking) -> list[str]:
     imu = tracking.experiment.imu
     if imu is None or not imu.lost:
         return []
-    lost = [f"{start:g} to {end:g} s" for start, end in imu.lost]
+    lost = ", ".join(f"{start:g} to {end:g} s" for start, end in imu.lost)
 
     def unread(times: FloatArray) -> FloatArray:
         # A reading that is due now was taken before the delay.
         return np.array([imu.is_lost(t - imu.delay) for t in times], dtype=bool)
 
-    if not unread(tracking.times).any():
-        return [f"the inertial sensor is lost from {', '.join(lost)}; no sample of the run is then"]
-    return [f"the inertial sensor is lost from {', '.join(lost)}; {_worst(tracking, unread)}"]
+    worst = _worst(tracking, unread) if unread(tracking.times).any() else "no sample of the run is then"
+    return [f"the inertial sensor is lost from {lost}; {worst}"]
 
 
 def _often(tracking: Tracking, happens: np.ndarray, least: float, text: str) -> list[str]:

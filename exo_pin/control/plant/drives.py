@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any, ClassVar
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
-from ...design import Limb, preset, presets
+from ...design import preset, presets
 from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import ChouHannaford
 from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
@@ -84,25 +84,30 @@ class LimbDrive(ABC):
 
 @dataclass(frozen=True)
 class MotorDrive(LimbDrive):
-    """A winch or a linear actuator, seen along the limb.
+    """A winch or a linear actuator, seen along the limb; or a motor in a joint beyond a gear that gives way.
 
     Attributes
     ----------
-    parameters : MotorParameters
+    parameters : MotorParameters or JointMotor
         Of motor and transmission.
     pull_limit, push_limit : float
-        Greatest forces of the limb by the design, N; the motor's own limit is the larger of the two, either way.
+        Greatest forces of the limb by the design, N, or efforts along the coordinate, N m; the motor's own limit is the
+        larger of the two, either way.
+    no_load_speed : float
+        m/s or rad/s; infinite where it is not known.
     play : float
-        Between drive and limb, end to end, m.
+        Between drive and limb, end to end, m or rad.
+    of_joint : bool
+        Whether its effort is positive towards larger coordinates.
     """
 
     is_motor: ClassVar[bool] = True
-    #: Whether its effort is positive towards larger coordinates.
-    of_joint: ClassVar[bool] = False
-    parameters: MotorParameters
+    parameters: MotorParameters | JointMotor
     pull_limit: float
     push_limit: float
+    no_load_speed: float
     play: float = 0.0
+    of_joint: bool = False
 
     @property
     def pushes(self) -> bool:
@@ -144,19 +149,20 @@ class MotorDrive(LimbDrive):
 
     def row(self) -> FloatArray:
         """See :meth:`LimbDrive.row`."""
-        return self._row(vars(self.parameters), self.parameters.mass, self.parameters.no_load_speed)
-
-    def _row(self, given: Mapping[str, Any], mass: float, speed: float) -> FloatArray:
-        """A row; some columns are parameters as they are given."""
-        stall = given["stall_ratio"] * self.force_limit
-        values = {**given} | {
+        # Columns that get no value here are parameters as they are given.
+        own, limit = dict(vars(self.parameters)), self.force_limit
+        stall, speed = own["stall_ratio"] * limit, self.no_load_speed
+        if isinstance(self.parameters, JointMotor):
+            own["stop_stiffness"] = limit / self.parameters.stop_depth
+            own["stop_damping"] = self.parameters.stop_time * own["stop_stiffness"]
+        own |= {
             "present": 1.0,
-            "inverse_mass": 1.0 / mass,
-            "force_limit": self.force_limit,
+            "inverse_mass": 1.0 / self.parameters.mass,
+            "force_limit": limit,
             "stall_force": stall,
             "no_load_speed": speed,
             "stiffness": self.stiffness,
-            "damping": given["damping_time"] * self.stiffness,
+            "damping": own["damping_time"] * self.stiffness,
             "pushes": float(self.pushes),
             "shortest": self.shortest,
             "longest": self.longest,
@@ -165,35 +171,7 @@ class MotorDrive(LimbDrive):
             "along": 1.0 if self.of_joint else -1.0,
             "play": self.play,
         }
-        return np.array([values[name] for name in MOTOR_COLUMNS])
-
-
-@dataclass(frozen=True)
-class GearedDrive(MotorDrive):
-    """A motor in a joint beyond a gear that gives way and may have play; its effort is positive along the coordinate.
-
-    Attributes
-    ----------
-    parameters : JointMotor
-        Of motor and gear.
-    no_load_speed : float
-        rad/s or m/s; infinite where it is not known.
-    """
-
-    of_joint: ClassVar[bool] = True
-    parameters: JointMotor  # type: ignore[assignment]
-    no_load_speed: float = np.inf
-
-    @property
-    def brake_force(self) -> float:
-        """Of the brake that closes when the current fails, N m or N."""
-        return self.parameters.brake_effort
-
-    def row(self) -> FloatArray:
-        """See :meth:`LimbDrive.row`."""
-        own, stop = self.parameters, self.force_limit / self.parameters.stop_depth
-        known = {"stop_stiffness": stop, "stop_damping": own.stop_time * stop}
-        return self._row(vars(own) | known, own.inertia, self.no_load_speed)
+        return np.array([own[name] for name in MOTOR_COLUMNS])
 
 
 @dataclass(frozen=True)
@@ -236,7 +214,7 @@ class DirectDrive(LimbDrive):
     @property
     def brake_force(self) -> float:
         """Of the brake that closes when the current fails, N m or N."""
-        return self.holds or self.parameters.brake_effort
+        return self.holds or self.parameters.brake_force
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -335,12 +313,6 @@ def _friction(options: PlantOptions) -> dict[str, float]:
     return {}
 
 
-def has_motor(limb: Limb) -> bool:
-    """Whether the actuator of a limb is a winch or a linear actuator, by its family; otherwise it has muscles."""
-    actuator = limb.actuator
-    return actuator is not None and actuator.family != "pneumatic muscle" and actuator.tackle is None
-
-
 def drives_of(parts: Sequence[Any], name: str, options: PlantOptions) -> tuple[LimbDrive, ...]:
     """The drive of each limb, or of each drive and brake of a device, by the family of its actuator.
 
@@ -365,12 +337,13 @@ def _made(parts: Sequence[Any], options: PlantOptions) -> tuple[list[LimbDrive],
     found: list[LimbDrive] = []
     missing: list[str] = []
     for i, part in enumerate(parts):
+        actuator = getattr(part, "actuator", None)
         make: Callable[[Any, str, PlantOptions], LimbDrive] = _muscle_drive
         if not hasattr(part, "actuator"):
             make = _brake
-        elif has_motor(part):
+        elif actuator is not None and actuator.family != "pneumatic muscle" and actuator.tackle is None:
             make = _motor_drive
-        elif part.actuator is None and hasattr(part, "route"):
+        elif actuator is None and hasattr(part, "route"):
             make = _direct_drive
         try:
             found.append(make(part, f"limbs[{i}]", options))
@@ -393,7 +366,7 @@ def _direct_drive(part: Any, place: str, options: PlantOptions) -> LimbDrive:
     speed = np.inf if part.speed_limit is None else part.speed_limit
     if of_joint and motor.stiffness is not None:
         play = (part.play or 0.0) if motor.play is None else motor.play
-        return GearedDrive(word, *ends, 0.0, motor, high, -low, play, speed)
+        return MotorDrive(word, *ends, 0.0, motor, high, -low, speed, play, of_joint)
     least = max(low, 0.0) if part.route is not None else 0.0
     return DirectDrive(word, *ends, least, motor, low, high, speed, of_joint)
 
@@ -429,7 +402,8 @@ def _motor_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:
         parameters = replace(parameters, no_load_speed=actuator.speed_limit)
     word, taut = "cable" if is_cable else "actuator", parameters.least_tension
     play = (limb.play or 0.0) if options.play is None else options.play
-    return MotorDrive(word, *_ends(limb.stroke), taut, parameters, actuator.pull_limit, actuator.push_limit, play)
+    limits = actuator.pull_limit, actuator.push_limit
+    return MotorDrive(word, *_ends(limb.stroke), taut, parameters, *limits, parameters.no_load_speed, play)
 
 
 def _muscle_drive(limb: Any, place: str, options: PlantOptions) -> LimbDrive:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -14,13 +14,12 @@ from ...core.validation import (
     as_choice,
     as_count,
     as_finite,
-    as_positive,
-    as_real,
     require_type,
     set_fields,
     set_positive,
 )
 from ...muscle.valve.flow import Valve
+from .any_device.arm_actions import check_span
 
 FaultKind = Literal[
     "leak", "burst", "torn", "stuck valve", "no current", "slipping brake", "jam", "encoder loss", "supply drop"
@@ -36,15 +35,12 @@ _BURST = Valve(2e-8, 0.5)
 
 
 #: Faults as they are typed: kind and command.
-WORDS: dict[str, tuple[FaultKind, float]] = {
-    "torn": ("torn", -1.0),
-    "burst": ("burst", -1.0),
+WORDS: dict[str, tuple[Any, float]] = {
     "stuck-open": ("stuck valve", 1.0),
     "stuck-shut": ("stuck valve", -1.0),
-    "no-current": ("no current", -1.0),
-    "jam": ("jam", -1.0),
-    "encoder-loss": ("encoder loss", -1.0),
-    "supply-drop": ("supply drop", -1.0),
+    **{
+        kind.replace(" ", "-"): (kind, -1.0) for kind in FAULTS if kind not in ("leak", "stuck valve", "slipping brake")
+    },
 }
 
 
@@ -103,19 +99,14 @@ class Fault:
     def __post_init__(self) -> None:
         as_choice("kind", self.kind, FAULTS)
         set_fields(self, limb=as_count("limb", self.limb))
-        as_positive("start", self.start, zero=True)
-        end = as_real("end", self.end)
-        if end.shape != () or not end > self.start:
-            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+        check_span(self)
         if (self.kind == "leak") != isinstance(self.leak, Valve):
             raise InvalidInput('expected leak as a Valve with kind "leak", and with no other kind')
         if (self.kind == "slipping brake") != (self.brake_force is not None):
             raise InvalidInput('expected brake_force with kind "slipping brake", and with no other kind')
-        if self.brake_force is not None:
-            set_positive(self, "brake_force", zero=True)
         if not 0.0 <= float(as_finite("share", self.share, ())) <= 1.0:
             raise InvalidInput(f"expected share from 0 to 1, got {self.share!r}")
-        set_positive(self, "reported_after", zero=True, optional=True)
+        set_positive(self, "brake_force", "reported_after", zero=True, optional=True)
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
 

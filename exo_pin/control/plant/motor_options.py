@@ -297,6 +297,11 @@ class JointMotor:
             raise InvalidInput("expected the inertia of a motor beyond a gear that gives way, got none")
 
     @property
+    def brake_force(self) -> float:
+        """Effort of the brake, N m or N."""
+        return self.brake_effort
+
+    @property
     def mass(self) -> float:
         """Inertia carried over to the joint, kg m² or kg."""
         return self.inertia

@@ -18,31 +18,20 @@ from ...core.validation import as_finite, as_positive, as_single_rotation, requi
 from ...device import Device, as_device
 from ...load_case import Load
 from ...muscle.valve.flow import ATMOSPHERE, ValveUnit
-from .any_device.arm_actions import Payload, Wearer
+from .any_device.arm_actions import Payload, Torso, Wearer
 from .any_device.device_equations import DeviceEquations
 from .any_device.device_motion import started
-from .any_device.device_rest import device_rest
-from .any_device.moving_torso import Torso
 from .any_device.padding import Padding
-from .contractions import Contractions
+from .any_device.rest import rest_of
+from .contractions import Contractions, drive_states, force_limits
 from .drives import DirectDrive, MotorDrive, drives_of
 from .faults import Fault, as_faults
-from .held_drives import drive_states, force_limits
 from .options import PlantOptions
 from .plant_tables import Assumption, assumptions_of, plant_tables, supply_of
 from .run import Run
 from .run_summary import warn_of_stiff_drives
-from .simulation import (
-    SAME,
-    Clock,
-    DriveSchedule,
-    PlantSimulation,
-    RunInstant,
-    as_tolerance,
-    end_time,
-    events_of,
-)
-from .state import FIRST_STEP, Controller, PlantState, Sensor, equations_state, settled
+from .simulation import SAME, DriveSchedule, PlantSimulation, RunInstant, end_time, events_of, run_instants
+from .state import FIRST_STEP, Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
     from ...design import Mechanism
@@ -258,11 +247,7 @@ class Plant(Record):
         >>> ep.shoulder_angles(plant.rest().orientation, degrees=True).round(1)
         array([13. , -5.4,  0.6])
         """
-        start = self.state(near, pressures=pressures, drive_positions=drive_positions)
-        if self.equations is not None:
-            return device_rest(self, start)
-        pose = settled(self.tables, equations_state(start, self.motors), start.orientation)
-        return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
+        return rest_of(self, self.state(near, pressures=pressures, drive_positions=drive_positions))
 
     def held(self, poses: Rotation, tensions: ArrayLike) -> PlantState:
         """The state of rest in a pose, with the drives where they hold tensions.
@@ -362,10 +347,12 @@ class Plant(Record):
         require_type("controller", controller, Callable, "a function (t, measurement) -> commands")
         if sensor is not None:
             require_type("sensor", sensor, Callable, "a function (t, measurement) -> measurement")
-        clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate, start.time)
-        every = as_faults(faults, self.motors.tolist(), clock.end)
-        instants = clock.instants([*every, *self._sudden])
-        return PlantSimulation(self, controller, instants, start, every, sensor, as_tolerance(rtol)).run(progress)
+        given = {"control_rate": control_rate, "sample_rate": control_rate if sample_rate is None else sample_rate}
+        control, sample = (as_positive(name, rate) for name, rate in given.items())
+        end = end_time(start.time, as_positive("duration", duration), control, sample)
+        every = as_faults(faults, self.motors.tolist(), end)
+        instants = run_instants(start.time, end, control, sample, [*every, *self._sudden])
+        return PlantSimulation(self, controller, instants, start, every, sensor, rtol).run(progress)
 
     def step(
         self,
@@ -417,7 +404,7 @@ class Plant(Record):
         held = as_finite("commands", commands, (self.count,))
         events = {t for t in events_of([*every, *self._sudden]) if start + SAME < t < end - SAME}
         instants = [RunInstant(start, control=True), *map(RunInstant, sorted(events)), RunInstant(end, sample=True)]
-        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, as_tolerance(rtol))
+        motion = PlantSimulation(self, lambda t, seen: held, instants, state, every, None, rtol)
         # A sensor takes no part in a step.
         return replace(motion.stepped(), sensor=state.sensor)
 

@@ -18,15 +18,14 @@ from ...design import WristGeometry
 from ...design.actuator import is_law_text
 from ...load_case import Load
 from ...muscle.io.model_files import muscle_model
-from ...muscle.laws.static import BAR, StaticModel
+from ...muscle.laws.force_laws import PolynomialModel
+from ...muscle.laws.static import StaticModel
 from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
 from .drives import LimbDrive, MotorDrive, MuscleDrive
 from .equations.drive_kernels import AIR, COLUMNS, MOTOR_COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
 from .options import PlantOptions
 
-#: Powers of strain and pressure up to which a law is looked for among polynomials, and the error allowed, N.
-_POWERS, _ERROR = (6, 3), 1e-8
 #: Row of the table of muscles of a limb that has none: numbers that no division stumbles over.
 NO_MUSCLE = np.array([1.0 if name in ("nominal_length", "presliding", "ratio") else 0.0 for name in COLUMNS])
 
@@ -106,30 +105,16 @@ def _laws(drives: Sequence[LimbDrive]) -> FloatArray:
 
 
 def _polynomial(model: StaticModel) -> FloatArray:
-    """A law as a polynomial in strain and bar, without powers that it does not have.
-
-    The laws of this package are polynomials, written in several ways. The coefficients are found from values on a grid
-    and checked on another, which leaves laws of any class open.
-    """
-    (rows, columns), length = _POWERS, model.length
-    strain = 0.225 * (1.0 - np.cos(np.pi * (np.arange(2 * rows) + 0.5) / (2 * rows)))
-    bar = 2.5 * (1.0 - np.cos(np.pi * (np.arange(2 * columns) + 0.5) / (2 * columns)))
-    at, pressure = np.meshgrid(strain, bar, indexing="ij")
-    values = np.asarray(model.unchecked_force(at * length, pressure * BAR))
-    basis = (np.vander(strain, rows, increasing=True), np.vander(bar, columns, increasing=True))
-    table = np.linalg.pinv(basis[0]) @ values @ np.linalg.pinv(basis[1]).T
-    size = np.abs(table) * np.outer(0.45 ** np.arange(rows), 5.0 ** np.arange(columns))
-    table[size < 1e-11 * max(1.0, float(size.max()))] = 0.0
-    other, second = np.meshgrid(np.linspace(0.0, 0.4, 9), np.linspace(0.0, 4.5, 7), indexing="ij")
-    fitted = np.polynomial.polynomial.polyval2d(other, second, table)
-    error = np.abs(fitted - model.unchecked_force(other * length, second * BAR)).max()
-    if not error < _ERROR:
+    """Coefficients of a law by powers of strain and of pressure in bar."""
+    if not isinstance(model, PolynomialModel):
         raise InvalidInput(
             f"expected a static law that is a polynomial in contraction and pressure, got {model.name!r}, "
-            f"which is not, by {error:.2g} N; fit one with exo_pin.muscle.identify_static"
+            "which is not; fit one with exo_pin.muscle.identify_static"
         )
-    used = np.argwhere(table != 0.0).max(axis=0, initial=0) + 1
-    return np.array(table[: used[0], : used[1]])
+    table = np.zeros(np.max(list(model.coefficients), axis=0) + 1)
+    for (i, j), value in model.in_bar.items():
+        table[i, j] = value * model.reference_length**i
+    return table
 
 
 def _shoulder(mechanism: Any, options: PlantOptions) -> FloatArray:

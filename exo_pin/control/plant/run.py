@@ -17,8 +17,7 @@ from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
-from .any_device.arm_actions import ArmState
-from .any_device.moving_torso import arm_loads
+from .any_device.arm_actions import ArmState, arm_loads
 from .any_device.padding import displacements
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS

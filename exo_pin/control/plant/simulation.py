@@ -19,10 +19,9 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import shown
 from ...core.progress import track
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen, set_positive
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ...muscle.valve.flow import ValveUnit
-from .any_device.device_motion import DeviceMotion, Piece
-from .any_device.observations import observed
+from .any_device.device_motion import DeviceMotion, Piece, observed
 from .drives import DirectDrive, MotorDrive
 from .equations.drive_kernels import FLOWS
 from .equations.plant_kernels import DONE, TOO_SMALL, advance, observe, tolerances
@@ -81,27 +80,19 @@ class DriveSchedule(Record):
         return next((fault for fault in stuck if fault.acts(time + SAME)), None)
 
     def start(self, time: float) -> None:
-        """Take over the commands where a period of the pulses begins at ``time``, or pulses do not matter."""
+        """Take over the commands where a period of the pulses begins at ``time``."""
         for i, unit in self._valves():
             period = int(np.floor((time + SAME) * unit.frequency))
             stuck = self._stuck(i, time)
-            if unit.modulation == "averaged" or period != self._period[i] or stuck is not None:
+            if period != self._period[i] or stuck is not None:
                 self._shares[i] = unit.shares(float(self.commands[i]) if stuck is None else stuck.command)
             self._period[i] = period
 
     def next_switch(self, time: float) -> float:
         """The next instant after ``time`` at which a valve opens or closes or a period begins, s."""
-        following = np.inf
-        for i, unit in self._valves():
-            if unit.modulation == "averaged":
-                continue
-            begin = self._period[i] / unit.frequency
-            for place in (self._switch(i), 1.0):
-                instant = begin + place / unit.frequency
-                if instant > time + SAME:
-                    following = min(following, instant)
-                    break
-        return following
+        valves = [(self._period[i] / unit.frequency, self._switch(i), unit.frequency) for i, unit in self._valves()]
+        instants = (begin + place / rate for begin, switch, rate in valves for place in (switch, 1.0))
+        return min((instant for instant in instants if instant > time + SAME), default=np.inf)
 
     def _switch(self, i: int) -> float:
         """Share of the period at which the valve that opened at its start closes."""
@@ -158,14 +149,10 @@ class DriveSchedule(Record):
     def _open(self, i: int, unit: ValveUnit, time: float) -> tuple[float, float]:
         """How far fill and vent path are open, 0 to 1 each."""
         fill, vent = self._shares[i]
-        if unit.modulation == "averaged":
-            return float(fill), float(vent)
         place = (time + SAME) * unit.frequency - self._period[i]
         before = place < self._switch(i)
-        if unit.layout == "3/2":
-            filling = fill > 0.0 and (before or fill >= 1.0)
-            return float(filling), float(not filling)
-        return float(fill > 0.0 and before), float(vent > 0.0 and before)
+        fills = fill > 0.0 and (before or fill >= 1.0)
+        return float(fills), float(not fills if unit.layout == "3/2" else vent > 0.0 and before)
 
 
 #: A run with more instants than this is a slip in duration or rate.
@@ -186,64 +173,37 @@ def end_time(start: float, duration: float, *rates: float) -> float:
     return round(end, _DECIMALS)
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Duration in s, control and sample rate in Hz, and the time in s at which it begins."""
+def run_instants(
+    start: float, end: float, control_rate: float, sample_rate: float, sudden: Sequence[Any]
+) -> list[RunInstant]:
+    """Those that are known beforehand, from a start to an end, s, at rates in Hz.
 
-    duration: float
-    control_rate: float
-    sample_rate: float
-    start: float = 0.0
-
-    def __post_init__(self) -> None:
-        set_positive(self, "duration", "control_rate", "sample_rate")
-        for name in ("control_rate", "sample_rate"):
-            if self.duration * getattr(self, name) > _MOST_INSTANTS:
-                raise InvalidInput(
-                    f"expected {name} in Hz for at most {_MOST_INSTANTS} instants in {self.duration:g} s, got "
-                    f"{getattr(self, name):g}"
-                )
-
-    @property
-    def end(self) -> float:
-        """When it ends, s."""
-        return end_time(self.start, self.duration, self.control_rate, self.sample_rate)
-
-    def ticks(self, rate: float) -> FloatArray:
-        """Multiples of the period from start to end, s."""
-        first = int(np.ceil((self.start - SAME) * rate))
-        return np.arange(first, int(np.floor((self.end + SAME) * rate)) + 1) / rate
-
-    def instants(self, sudden: Sequence[Any] = ()) -> list[RunInstant]:
-        """Those that are known beforehand: of controller, samples, and what begins and ends, such as faults."""
-        controls, samples = self.ticks(self.control_rate), self.ticks(self.sample_rate)
-        events = [t for t in events_of(sudden) if self.start < t < self.end]
-        # Start and end are samples; the controller is not called at the end any more.
-        samples = np.concatenate([[self.start], samples, [self.end]])
-        fixed = np.unique(np.concatenate([controls, samples, events]))
-        fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
-        controlled = _among(fixed, controls) & (fixed < self.end - SAME)
-        each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
-        return [RunInstant(*one) for one in each]
+    They are those of controller and samples, and those at which something, such as a fault, begins or ends.
+    """
+    for name, rate in (("control_rate", control_rate), ("sample_rate", sample_rate)):
+        if (end - start) * rate > _MOST_INSTANTS:
+            raise InvalidInput(
+                f"expected {name} in Hz for at most {_MOST_INSTANTS} instants in {end - start:g} s, got {rate:g}"
+            )
+    # Multiples of each period.
+    controls, samples = (
+        np.arange(int(np.ceil((start - SAME) * rate)), int(np.floor((end + SAME) * rate)) + 1) / rate
+        for rate in (control_rate, sample_rate)
+    )
+    events = [t for t in events_of(sudden) if start < t < end]
+    # Start and end are samples; the controller is not called at the end any more.
+    samples = np.concatenate([[start], samples, [end]])
+    fixed = np.unique(np.concatenate([controls, samples, events]))
+    fixed = fixed[np.append(True, np.diff(fixed) > SAME)]
+    controlled = _among(fixed, controls) & (fixed < end - SAME)
+    each = zip(fixed.tolist(), _among(fixed, samples).tolist(), controlled.tolist(), strict=True)
+    return [RunInstant(*one) for one in each]
 
 
 def events_of(sudden: Sequence[Any]) -> list[float]:
     """When faults, payloads and pushes begin and end, s; a wearer's moment without these goes on smoothly."""
     ends = (getattr(each, name, np.inf) for each in sudden for name in ("start", "end"))
     return [float(time) for time in ends if np.isfinite(time)]
-
-
-def as_tolerance(rtol: float) -> float:
-    """A relative tolerance with which a run is a motion of the plant.
-
-    Raises
-    ------
-    InvalidInput
-        If it is not above zero, or too loose.
-    """
-    if as_positive("rtol", rtol) > _LOOSEST:
-        raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
-    return float(rtol)
 
 
 class RunInstant(NamedTuple):
@@ -305,11 +265,6 @@ class MinimalMotion:
         return ""
 
 
-def motion_of(plant: Plant, start: PlantState, rtol: float) -> MinimalMotion | DeviceMotion:
-    """What moves a plant on from a state."""
-    return (MinimalMotion if plant.equations is None else DeviceMotion)(plant, start, rtol)
-
-
 class PlantSimulation:
     """A plant under a controller from a start on: its motion, its drives, and their record.
 
@@ -329,7 +284,10 @@ class PlantSimulation:
         sensor: Sensor | None,
         rtol: float,
     ) -> None:
-        self.motion: MinimalMotion | DeviceMotion = motion_of(plant, start, rtol)
+        if as_positive("rtol", rtol) > _LOOSEST:
+            raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
+        kind = MinimalMotion if plant.equations is None else DeviceMotion
+        self.motion: MinimalMotion | DeviceMotion = kind(plant, start, float(rtol))
         self._plant, self._controller, self._instants, self._sensor = plant, controller, instants, sensor
         self._schedule = DriveSchedule(plant.units, faults)
         self._schedule.resume(start.commands, start.pulses)

@@ -27,39 +27,31 @@ SCHEMA = 1
 
 def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     """The table that a mechanism's file holds, keys with their units."""
-    table: dict[str, Any] = {"schema": SCHEMA, "name": mechanism.name}
-    if mechanism.title:
-        table["title"] = mechanism.title
-    table["side"] = mechanism.side
-    table["gravity_m_s2"] = mechanism.gravity.tolist()
-    if mechanism.estimated:
-        table["estimated"] = list(mechanism.estimated)
-    if mechanism.measures:
-        table["measures"] = list(mechanism.measures)
-    table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
-    if mechanism.arm is not None:
-        table["arm"] = arm_table(mechanism.arm)
-    shoulder = record_table(mechanism.shoulder)
-    if shoulder:
-        table["shoulder"] = shoulder
     own = mechanism.interfaces
     parts = {name: part and interface_table(part) for name, part in (("harness", own.harness), ("cuff", own.cuff))}
-    if interfaces := present(cuff_area_m2=own.cuff_area, **parts):
-        table["interfaces"] = interfaces
-    table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
-    return table | ({"sources": dict(mechanism.sources)} if mechanism.sources else {})
+    return present(
+        schema=SCHEMA,
+        name=mechanism.name,
+        title=mechanism.title or None,
+        side=mechanism.side,
+        gravity_m_s2=mechanism.gravity,
+        estimated=mechanism.estimated or None,
+        measures=mechanism.measures or None,
+        geometry=_geometry_table(mechanism.geometry, mechanism.side),
+        arm=mechanism.arm and arm_table(mechanism.arm),
+        shoulder=record_table(mechanism.shoulder) or None,
+        interfaces=present(cuff_area_m2=own.cuff_area, **parts) or None,
+        limbs=[_limb_table(limb) for limb in mechanism.limbs],
+        sources=dict(mechanism.sources) or None,
+    )
 
 
 def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:
-    content: dict[str, Any] = {}
-    if geometry.neutral.magnitude() != 0.0:
-        content["neutral_quaternion_xyzw"] = geometry.neutral.as_quat().tolist()
-    circles = geometry.circles
-    if circles is not None and circles.side == side:
-        content["circles"] = record_table(circles)
-    else:
-        content["points"] = record_table(geometry)
-    return content
+    turned = geometry.neutral.magnitude() != 0.0
+    own = {"neutral_quaternion_xyzw": geometry.neutral.as_quat().tolist()} if turned else {}
+    if geometry.circles is not None and geometry.circles.side == side:
+        return own | {"circles": record_table(geometry.circles)}
+    return own | {"points": record_table(geometry)}
 
 
 def arm_table(arm: Arm) -> dict[str, Any]:
@@ -85,12 +77,9 @@ def arm_table(arm: Arm) -> dict[str, Any]:
 
 def _is_arm_of(arm: Arm, wearer: Wearer) -> bool:
     """Whether the arm is what the wearer's size says, and not a changed copy."""
-    own = Arm.of_wearer(wearer)
-    if arm.device or arm.mass != own.mass or arm.body_mass != own.body_mass or arm.inertia is None:
-        return False
+    own, numbers = Arm.of_wearer(wearer), ("mass", "body_mass", "centre_of_mass", "inertia")
     # What belongs to a right arm differs by signs of zero alone.
-    same = np.array_equal(arm.centre_of_mass, own.centre_of_mass)
-    return same and own.inertia is not None and np.array_equal(arm.inertia, own.inertia)
+    return not arm.device and all(np.array_equal(getattr(arm, name), getattr(own, name)) for name in numbers)
 
 
 def _limb_table(limb: Limb) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -289,16 +291,10 @@ def _read_geometry(table: TomlTable, side: str, sources: dict[str, str]) -> Wris
     # With its neutral pose at once: in another one its limbs may be folded.
     geometry = WristGeometry(**read_fields(WristGeometry, points, sources), neutral=neutral)
     points.finish()
-    _check_size(geometry, table)
-    return geometry
-
-
-def _check_size(geometry: WristGeometry, table: TomlTable) -> None:
-    """Raise for joints so near the shoulder that metres were typed for millimetres."""
-    joints = np.concatenate([geometry.base_points, geometry.platform_points])
-    farthest = float(np.linalg.norm(joints, axis=1).max())
+    farthest = float(np.linalg.norm([*geometry.base_points, *geometry.platform_points], axis=1).max())
     if farthest < _NEAREST:
         raise table.error(f"the farthest joint is {1e3 * farthest:.3g} mm from the shoulder (metres?)", "points")
+    return geometry
 
 
 def read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
@@ -314,10 +310,7 @@ def read_arm(table: TomlTable, sources: dict[str, str]) -> Arm:
     # The person's mass belongs to the person's parts; where all is device it goes with the device.
     worn = not all(part.is_true("device") for part in parts)
     arms = [_read_body(part, None if worn and part.is_true("device") else body_mass) for part in parts]
-    total = arms[0]
-    for part in arms[1:]:
-        total = total + part
-    return total
+    return functools.reduce(operator.add, arms)
 
 
 def _read_body(table: TomlTable, body_mass: float | None = None) -> Arm:

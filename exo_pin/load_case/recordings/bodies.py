@@ -134,7 +134,8 @@ def bodies_of(source: Source, times: FloatArray, side: str, sensors: Mapping[str
     chosen = {}
     for role in ROLES:
         given = sensors.get(role)
-        name = _guessed(source, found, role, side) if given is None else _named(found, given)
+        names = [name for name in found if given is not None and name.lower() == given.lower()]
+        name = _guessed(found, role, side) if given is None else next(iter(names), None)
         if name is not None:
             chosen[role] = found[name]
         elif given is not None and Path(given).is_file():
@@ -156,11 +157,7 @@ def _unknown(source: Source, found: Mapping[str, FloatArray], what: str) -> File
     )
 
 
-def _named(found: Mapping[str, FloatArray], given: str) -> str | None:
-    return next((name for name in found if name.lower() == given.lower()), None)
-
-
-def _guessed(source: Source, found: Mapping[str, FloatArray], role: str, side: str) -> str | None:
+def _guessed(found: Mapping[str, FloatArray], role: str, side: str) -> str | None:
     """The body of a role by its name; None where there is none or several."""
     if role == "arm" and len(found) == 1:
         return next(iter(found))

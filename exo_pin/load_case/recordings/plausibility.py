@@ -8,7 +8,7 @@ Overhead it is the one in which the front of the arm faces the midline, whicheve
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -286,7 +286,8 @@ def _said(reasons: list[str], own: Evidence, found: Mapping[str, Evidence], is_m
         advice = "No other reading that is known fits better: check axes, order and signs of the angles, and the side."
         return Doubt(f"{said} {advice}", (), False)
     best = fits[0]
-    more = f" It also fits {_listed(fits[1:3])}." if len(fits) > 1 else ""
+    others = " and ".join(f'reading="{name}"' for name in fits[1:3])
+    more = f" It also fits {others}." if others else ""
     advice = f'It fits an arm where {READINGS[best]}: reading="{best}" (--reading {best}).{more}'
     begins = own.raised and found[best].hanging and own.outside > _DOUBTFUL
     impossible = max(own.outside, own.aside) > _IMPOSSIBLE or own.speed > _FASTEST or (is_movement and begins)
@@ -295,7 +296,3 @@ def _said(reasons: list[str], own: Evidence, found: Mapping[str, Evidence], is_m
         tuple(fits),
         impossible,
     )
-
-
-def _listed(names: Iterable[str]) -> str:
-    return " and ".join(f'reading="{name}"' for name in names)

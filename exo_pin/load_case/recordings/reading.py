@@ -125,9 +125,12 @@ class _Record:
             self.source = self.source.renamed(_column_map(options.columns))
         self.angles: Angles | None = angles_of(self.source, side)
         self.times = self.source.times(options.rate, options.duration) if timed else None
-        for name in options.names:
-            if name in _CLOCKS and self.times is not None:
-                self.times = self._clock(_CLOCKS[name])
+        for name in options.names if timed else ():
+            if name in _CLOCKS:
+                known = self.source.clocks()
+                if not known:
+                    raise FileFormatError("has no column of times whose unit may be another", path)
+                self.times = np.asarray(self.source.numbers(known[:1])[:, 0] * _CLOCKS[name])
         clock = np.zeros(0) if self.times is None else self.times
         self.bodies: Bodies | None = None
         if self.angles is None:
@@ -143,13 +146,6 @@ class _Record:
                 f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}", path
             )
         self.there: np.ndarray = there if self.times is None else np.asarray(there & np.isfinite(self.times))
-
-    def _clock(self, unit: float) -> FloatArray:
-        """Times if they were in another unit."""
-        known = self.source.clocks()
-        if not known:
-            raise FileFormatError("has no column of times whose unit may be another", self.source.path)
-        return np.asarray(self.source.numbers(known[:1])[:, 0] * unit)
 
     def read(self, *names: str) -> Reading:
         """The rows that are there, in readings by name."""
@@ -287,7 +283,7 @@ def read_poses(
         As :func:`read_movement`; of poses that are no movement only what stands against their orientations.
     """
     wanted = options if isinstance(options, RecordingOptions) else RecordingOptions("" if options is None else options)
-    record = _Record(path, as_side(side), wanted, movement or _needs_times(wanted))
+    record = _Record(path, as_side(side), wanted, movement or bool(wanted.sensors))
     with naming_file(path):
         read = record.stated()
         poses, times = read.poses, read.times
@@ -296,7 +292,8 @@ def read_poses(
         if lost:
             cautions.append(f"{lost} of {len(record.there)} rows have no orientation or no time and count as gaps.")
         if AS_NAMED not in wanted.names and len(poses) > 1:
-            start = None if wanted.start is None else _clinical_pose(wanted.start, side)
+            angles = None if wanted.start is None else np.radians(np.atleast_2d(wanted.start))
+            start = None if angles is None else CONVENTIONS[0].build(angles, side)[0]
             stated = read if movement else read._replace(times=None)
             found = doubt(stated, side, record.readings(movement), start)
             if found is not None and found.is_refused and movement:
@@ -306,14 +303,6 @@ def read_poses(
             poses, times, record.elbow(read), record.source.format, record.convention, tuple(cautions), record.source,
             record.there,
         )  # fmt: skip
-
-
-def _clinical_pose(angles: ArrayLike, side: str) -> Rotation:
-    return CONVENTIONS[0].build(np.radians(np.atleast_2d(angles)), side)[0]
-
-
-def _needs_times(options: RecordingOptions) -> bool:
-    return bool(options.sensors)
 
 
 def movement_cautions(movement: Movement, side: str) -> tuple[str, ...]:

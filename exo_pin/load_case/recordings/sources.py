@@ -126,7 +126,10 @@ class Source(Record):
 
     def clocks(self) -> list[str]:
         """Columns of times, in s or a unit of it, that hold something."""
-        return [name for name in (*TIMES, *PLAIN_TIMES) if name in self.names and self._is_filled(name)]
+        known = [name for name in (*TIMES, *PLAIN_TIMES) if name in self.names]
+        # Awinda leaves its clock empty.
+        empty = self.table is not None and "sampletimefine" in known and not _finite_cells(self.table, "sampletimefine")
+        return [name for name in known if not (empty and name == "sampletimefine")]
 
     @property
     def period(self) -> float:
@@ -178,18 +181,19 @@ class Source(Record):
             self.path,
         )
 
-    def _is_filled(self, name: str) -> bool:
-        """Whether a column holds something; Awinda leaves its clock empty."""
-        return name != "sampletimefine" or name in self.arrays or bool(self.table and _finite_cells(self.table, name))
-
     def _of_counter(self, names: list[str], rate: float) -> FloatArray:
         if not names:
-            return (
-                np.arange(len(next(iter(self.arrays.values()))) if self.table is None else len(self.table.rows)) / rate
-            )
-        counts = self.numbers(names)[:, 0]
-        counts = _unwrapped(counts, _WRAPS.get(names[0], np.inf)) if names[0] in _WRAPS else counts
+            count = len(next(iter(self.arrays.values()))) if self.table is None else len(self.table.rows)
+            return np.arange(count) / rate
+        counts = self._unwrapped(names[0])
         return np.asarray((counts - counts[np.isfinite(counts)][:1]) / rate)
+
+    def _unwrapped(self, name: str) -> FloatArray:
+        """Numbers of a column; one that begins again goes on."""
+        counts = self.numbers((name,))[:, 0]
+        if (size := _WRAPS.get(name)) is None:
+            return counts
+        return np.asarray(counts + size * np.cumsum(np.diff(counts, prepend=counts[:1]) < -0.5 * size))
 
     def _of_clock(self, name: str) -> FloatArray:
         if name not in self.arrays and self.table is not None:
@@ -198,8 +202,7 @@ class Source(Record):
                 seconds = _seconds_of_dates(cells)
                 if seconds is not None:
                     return np.array(seconds)
-        given = self.numbers((name,))[:, 0]
-        given = _unwrapped(given, _WRAPS[name]) if name in _WRAPS else given
+        given = self._unwrapped(name)
         known = given[np.isfinite(given)]
         if known.size < 2:
             return given
@@ -364,9 +367,3 @@ def _finite_cells(table: CsvTable, name: str) -> list[str]:
     """Cells of a column that hold something."""
     place = table.columns.index(name)
     return [row[place] for row in table.rows if row[place].lower() not in NO_NUMBER]
-
-
-def _unwrapped(counts: FloatArray, size: float) -> FloatArray:
-    """A counter that begins again at ``size``, going on."""
-    jumps = np.diff(counts, prepend=counts[:1]) < -0.5 * size
-    return np.asarray(counts + size * np.cumsum(jumps))

@@ -92,20 +92,13 @@ def _coordinates(movement: Movement, times: FloatArray, side: str) -> str:
     if movement.elbow_flexion is not None:
         values, names = np.c_[values, movement.elbow_flexion], [*names, f"elbow_flex_{side[0]}"]
     rows = np.c_[times, np.degrees(values)].tolist()
-    head = [
-        "Coordinates",
-        "version=1",
-        f"nRows={len(rows)}",
-        f"nColumns={len(names) + 1}",
-        "inDegrees=yes",
-        "endheader",
-    ]
+    head = f"Coordinates\nversion=1\nnRows={len(rows)}\nnColumns={len(names) + 1}\ninDegrees=yes"
     return _text(head, ["time", *names], ([repr(value) for value in row] for row in rows))
 
 
 def _orientations(poses: Rotation, times: FloatArray, side: str) -> str:
     rate = (len(times) - 1) / float(times[-1] - times[0])
-    head = [f"DataRate={rate:.6f}", "DataType=Quaternion", "version=3", "OpenSimVersion=4.5", "endheader"]
+    head = f"DataRate={rate:.6f}\nDataType=Quaternion\nversion=3\nOpenSimVersion=4.5"
     quaternions = poses.as_quat(scalar_first=True).tolist()
     rows = (
         [repr(time), "1.0,0.0,0.0,0.0", ",".join(map(repr, cell))]
@@ -114,5 +107,5 @@ def _orientations(poses: Rotation, times: FloatArray, side: str) -> str:
     return _text(head, ["time", "torso_imu", f"humerus_{side[0]}_imu"], rows)
 
 
-def _text(head: list[str], names: list[str], rows: Iterable[list[str]]) -> str:
-    return "\n".join([*head, "\t".join(names), *("\t".join(row) for row in rows), ""])
+def _text(head: str, names: list[str], rows: Iterable[list[str]]) -> str:
+    return "\n".join([head, "endheader", "\t".join(names), *("\t".join(row) for row in rows), ""])

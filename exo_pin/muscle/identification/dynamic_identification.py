@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import compress, count
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import scipy
@@ -53,28 +54,22 @@ class Recording(Record):
     2.1
     """
 
+    # What is given may be any array; what is kept is a PressureInput and arrays.
     time: FloatArray
     contraction: FloatArray
-    pressure: PressureInput
+    pressure: Any
     mass: float
     start: float | None = None
 
-    def __init__(
-        self,
-        time: ArrayLike,
-        contraction: ArrayLike,
-        pressure: PressureInput | ArrayLike,
-        mass: float,
-        start: float | None = None,
-    ) -> None:
-        t = as_rising("time", time)
+    def __post_init__(self) -> None:
+        t, pressure = as_rising("time", self.time), self.pressure
         set_fields(
             self,
             time=t,
-            contraction=as_finite("contraction", contraction, (len(t),)),
+            contraction=as_finite("contraction", self.contraction, (len(t),)),
             pressure=pressure if isinstance(pressure, PressureInput) else PressureTrace(t, pressure),
-            mass=as_positive("mass", mass),
-            start=None if start is None else float(as_finite("start", start, ())),
+            mass=as_positive("mass", self.mass),
+            start=None if self.start is None else float(as_finite("start", self.start, ())),
         )
 
     def residual(self, model: DynamicModel) -> FloatArray:

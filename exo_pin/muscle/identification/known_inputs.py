@@ -43,11 +43,6 @@ class _Off(StaticModel):
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         return self.share * self.law._pressure_gain(x - self.contraction, pressure - self.pressure)
 
-    def _powers(self, pressure: float) -> FloatArray:
-        powers = np.polynomial.Polynomial(self.law._powers(pressure - self.pressure))
-        moved = powers(np.polynomial.Polynomial([-self.contraction, 1.0]))
-        return self.share * np.asarray(moved.coef, dtype=np.float64)
-
 
 def known_inputs(
     build: Callable[[FloatArray], DynamicModel],

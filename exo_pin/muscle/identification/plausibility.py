@@ -245,11 +245,6 @@ def _slips(reading: _Reading) -> list[str]:
     return [slip for _, slip in sorted(ranked)[:2]]
 
 
-def _said(slips: list[str]) -> str:
-    alone = "no single slip of a unit, a sign or a column explains it: look whether the columns belong row by row"
-    return "; or ".join(slips) if slips else alone
-
-
 def as_measurements(
     contraction: ArrayLike,
     pressure: ArrayLike,
@@ -306,10 +301,12 @@ def as_measurements(
     slips: list[str] = []
     for units in (written, ("mm", "bar", "N")):
         slips = slips or _slips(replace(reading, columns=_as_written(x, p, f, length, units), units=units))
+    alone = "no single slip of a unit, a sign or a column explains it: look whether the columns belong row by row"
+    said = "; or ".join(slips) or alone
     if error:
-        raise InvalidInput(f"{error}; {_said(slips)}")
+        raise InvalidInput(f"{error}; {said}")
     settle = " or give the diameter, if the muscle is so" if "length over diameter" in " ".join(texts) else ""
-    return x, p, f, (f"The measurements say {' and '.join(texts)}: {_said(slips)}{settle}.",)
+    return x, p, f, (f"The measurements say {' and '.join(texts)}: {said}{settle}.",)
 
 
 def _as_written(

@@ -1,4 +1,4 @@
-"""Static models of muscles and their TOML files, both ways."""
+"""Models of muscles and their TOML files, both ways: static laws, and those with friction and damping."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_t
 from ...core.validation import as_mapping, require_type
 from ...design.actuator import is_law_text
 from ..identification.static_identification import coefficient_name
+from ..laws.dynamic import DynamicModel
 from ..laws.force_laws import ChouHannaford, PolynomialModel
-from ..laws.force_table import ForceTable
-from ..laws.published_laws import FestoLaw
+from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
+from ..laws.published_laws import FestoLaw, ForceTable
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 
+_PARAMETERS = files("exo_pin.muscle") / "parameters"
 #: Laws with constants of their own: form in the file, and the keys of the constants by attribute.
 _CONSTANTS: dict[type[StaticModel], tuple[str, dict[str, str]]] = {
     ChouHannaford: ("chou-hannaford", {"braid_length": "braid_length_m", "turns": "turns"}),
@@ -33,14 +35,7 @@ _TONDU_LOPEZ = ("tondu-lopez", {"diameter": "diameter_m", "braid_angle": "braid_
 
 
 def _unit(i: int, j: int) -> str:
-    parts = ["N"] + [f"{base}^-{power}" for base, power in (("m", i), ("bar", j)) if power]
-    return " ".join(parts)
-
-
-def _term(powers: tuple[int, int], value: float) -> dict[str, Any]:
-    i, j = powers
-    name, unit = coefficient_name(powers), _unit(i, j)
-    return {"symbol": name, "contraction_power": i, "pressure_power": j, "value": value, "unit": unit}
+    return " ".join(["N"] + [f"{base}^-{power}" for base, power in (("m", i), ("bar", j)) if power])
 
 
 @checked
@@ -69,11 +64,11 @@ def save_parameters(model: StaticModel, path: str | PathLike[str], **extra: Mapp
     >>> "reference_length_m = 0.3" in Path("best.toml").read_text()
     True
     """
-    write_toml(
-        path,
-        parameter_content(model)
-        | {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()},
-    )
+    write_toml(path, parameter_content(model) | _tables(extra))
+
+
+def _tables(extra: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: dict(as_mapping(key, value, "keys to values")) for key, value in extra.items()}
 
 
 def parameter_content(model: StaticModel) -> dict[str, Any]:
@@ -97,29 +92,31 @@ def parameter_content(model: StaticModel) -> dict[str, Any]:
     require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    if type(model) not in (PolynomialModel, ForceTable, *_CONSTANTS):
+    own: Any
+    if type(model) in _CONSTANTS:
+        form, keys = _CONSTANTS[type(model)]
+        part, own = "constants", {key: getattr(model, name) for name, key in keys.items()}
+    elif isinstance(model, PolynomialModel):
+        form, part = "polynomial", "coefficients"
+        own = [
+            {"symbol": coefficient_name((i, j)), "contraction_power": i, "pressure_power": j, "value": value,
+             "unit": _unit(i, j)}
+            for (i, j), value in model.in_bar.items()
+        ]  # fmt: skip
+    elif isinstance(model, ForceTable):
+        form, part, bars = _TABLE, "table", [p / BAR for p in model.pressures]
+        own = {"strain": list(model.strains), "pressure_bar": bars, "force_N": [list(row) for row in model.forces]}
+    else:
         raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
-    content = {
+    return {
         "name": model.name,
         "source": model.source,
         "notes": list(model.notes),
         "reference_length_m": model.reference_length,
-        "form": _form(model),
+        "form": form,
         "validity": _validity_table(model.validity),
+        part: own,
     }
-    if isinstance(model, PolynomialModel):
-        return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
-    if isinstance(model, ForceTable):
-        bars = [p / BAR for p in model.pressures]
-        rows = [list(row) for row in model.forces]
-        return content | {"table": {"strain": list(model.strains), "pressure_bar": bars, "force_N": rows}}
-    return content | {"constants": {key: getattr(model, name) for name, key in _CONSTANTS[type(model)][1].items()}}
-
-
-def _form(model: StaticModel) -> str:
-    if isinstance(model, PolynomialModel):
-        return "polynomial"
-    return _TABLE if isinstance(model, ForceTable) else _CONSTANTS[type(model)][0]
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -165,7 +162,11 @@ def parse_parameters(top: TomlTable) -> StaticModel:
         if form == "polynomial":
             build = partial(PolynomialModel.from_bar, _parse_terms(top))
         elif form == _TABLE:
-            build = partial(ForceTable, **_parse_table(top.required_table("table")))
+            table = top.required_table("table")
+            strains, bars = (table.quantity("number", key, (None,)).tolist() for key in ("strain", "pressure_bar"))
+            forces = table.quantity("number", "force_N", (len(strains), len(bars))).tolist()
+            table.finish()
+            build = partial(ForceTable, strains=strains, pressures=[BAR * bar for bar in bars], forces=forces)
         else:
             constants = top.required_table("constants")
             build, keys = laws[form] if form in laws else (PolynomialModel.tondu_lopez, _TONDU_LOPEZ[1])
@@ -176,14 +177,6 @@ def parse_parameters(top: TomlTable) -> StaticModel:
         top.skip("identification")
         top.finish()
         return build(**common)
-
-
-def _parse_table(table: TomlTable) -> dict[str, Any]:
-    """Strains, pressures and forces of a :class:`ForceTable`."""
-    strains, bars = table.quantity("number", "strain", (None,)), table.quantity("number", "pressure_bar", (None,))
-    forces = table.quantity("number", "force_N", (len(strains), len(bars)))
-    table.finish()
-    return {"strains": strains.tolist(), "pressures": (BAR * bars).tolist(), "forces": forces.tolist()}
 
 
 def _parse_validity(table: TomlTable) -> Validity:
@@ -258,8 +251,7 @@ def muscle_models() -> list[str]:
     >>> [name for name in muscle_models() if name.startswith("fitted")]  # to the measurements that the thesis prints
     ['fitted-chou-hannaford', 'fitted-second-order']
     """
-    folder = files("exo_pin.muscle") / "parameters"
-    return sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
+    return sorted(f.name[:-5] for f in _PARAMETERS.iterdir() if f.name.endswith(".toml"))
 
 
 @cache
@@ -268,7 +260,7 @@ def _published(name: str) -> StaticModel:
         return parse_parameters(parse_toml(name, "the force law"))
     if name not in muscle_models():
         raise UnknownName("muscle model", name, muscle_models())
-    return load_parameters(str(files("exo_pin.muscle") / "parameters" / f"{name}.toml"))
+    return load_parameters(str(_PARAMETERS / f"{name}.toml"))
 
 
 @checked
@@ -306,3 +298,153 @@ def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:
     """
     model = _published(name)
     return model if nominal_length is None else model.scaled(nominal_length)
+
+
+_LOAD_DEPENDENT = ("N_2_N_per_m2_bar", "N_1_N_per_m_bar", "N_0_N_per_bar", "load_bar_per_kg")
+_DAMPING = ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar")
+
+
+@checked
+def save_dynamic(model: DynamicModel, path: str | PathLike[str], **extra: Mapping[str, Any]) -> None:
+    """Write a dynamic model with its static one as a parameter set, whole or not at all.
+
+    Parameters
+    ----------
+    model : DynamicModel
+        What to write.
+    path : path
+        File to write.
+    **extra : mapping
+        Further tables; the reader leaves out ``identification`` and refuses others.
+
+    Raises
+    ------
+    InvalidInput
+        If the friction law has no file format.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from exo_pin.muscle import dynamic_model, save_dynamic
+    >>> save_dynamic(dynamic_model("tang-3-31"), "mine.toml")
+    >>> [line for line in Path("mine.toml").read_text().splitlines() if line.startswith("[") and "." not in line]
+    ['[friction]', '[damping]', '[static]']
+    """
+    require_type("model", model, DynamicModel)
+    law = model.friction
+    if isinstance(law, LoadDependentFriction):
+        values = (law.N_2 * BAR, law.N_1 * BAR, law.N_0 * BAR, law.load / BAR)
+        friction: dict[str, Any] = {"form": "load-dependent", **dict(zip(_LOAD_DEPENDENT, values, strict=True))}
+    elif isinstance(law, ConstantFriction):
+        friction = {"form": "constant", "force_N": law.force}
+    else:
+        raise InvalidInput(f"expected a friction law with a file format, got {type(law).__name__}")
+    content: dict[str, Any] = {
+        "name": model.name,
+        "source": model.source,
+        "notes": list(model.notes),
+        "friction": friction,
+        "damping": dict(zip(_DAMPING, (model.damping.D_1 * BAR, model.damping.D_2 * BAR), strict=True)),
+        "static": parameter_content(model.static),
+    }
+    write_toml(path, content | _tables(extra))
+
+
+def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
+    """Read a dynamic parameter set; its ``static`` is a table or the name of a published static set.
+
+    Parameters
+    ----------
+    path : path
+        A TOML file.
+
+    Returns
+    -------
+    DynamicModel
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be read or understood; it names the key.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model, load_dynamic, save_dynamic
+    >>> save_dynamic(dynamic_model("tang-3-31"), "sliding.toml")
+    >>> load_dynamic("sliding.toml").friction == dynamic_model("tang-3-31").friction
+    True
+    """
+    top = read_toml(path)
+    with naming_file(path):
+        name = str(top.text("name"))
+        if top.is_text("static"):
+            static = muscle_model(str(top.text("static", choices=muscle_models())))
+        else:
+            static = parse_parameters(top.required_table("static"))
+        friction = top.required_table("friction")
+        law: FrictionLaw
+        if friction.text("form", choices=("constant", "load-dependent")) == "load-dependent":
+            law = LoadDependentFriction.from_bar(*(friction.coefficient(key) for key in _LOAD_DEPENDENT))
+        else:
+            law = ConstantFriction(friction.coefficient("force_N"))
+        friction.finish()
+        damping = top.required_table("damping")
+        damped = Damping.from_bar(*(damping.coefficient(key) for key in _DAMPING))
+        damping.finish()
+        model = DynamicModel(
+            name=name,
+            static=static,
+            friction=law,
+            damping=damped,
+            source=top.text("source", required=False) or "",
+            notes=top.texts("notes"),
+        )
+    top.skip("identification")
+    top.finish()
+    return model
+
+
+def dynamic_models() -> list[str]:
+    """Names of the dynamic parameter sets there are.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_models
+    >>> dynamic_models()
+    ['tang-3-31', 'tang-constant-friction']
+    """
+    return sorted(f.name[:-5] for f in (_PARAMETERS / "dynamic").iterdir() if f.name.endswith(".toml"))
+
+
+@cache
+def dynamic_model(name: str) -> DynamicModel:
+    """Return a named dynamic parameter set.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`dynamic_models`.
+
+    Returns
+    -------
+    DynamicModel
+
+    Raises
+    ------
+    UnknownName
+        If there is no such set; it lists those there are.
+
+    Examples
+    --------
+    >>> from exo_pin.muscle import dynamic_model
+    >>> low, high = dynamic_model("tang-3-31").rest_band(12.74 / 9.81, 2.5e5)  # contractions that friction holds, m
+    >>> round(1e3 * float(high - low), 1)  # mm
+    11.1
+    """
+    if name not in dynamic_models():
+        raise UnknownName("dynamic muscle model", name, dynamic_models())
+    return load_dynamic(str(_PARAMETERS / "dynamic" / f"{name}.toml"))

@@ -170,7 +170,8 @@ class PolynomialModel(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
 
-    def _powers(self, pressure: float) -> FloatArray:
+    def contraction_powers(self, pressure: float) -> FloatArray:
+        """See :meth:`StaticModel.contraction_powers`."""
         powers = np.zeros(1 + max(i for i, _, _ in self._terms))
         for i, j, c in self._terms:
             powers[i] += c * pressure**j * self.scale**i
@@ -186,7 +187,7 @@ class PolynomialModel(StaticModel):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChouHannaford(StaticModel):
+class ChouHannaford(PolynomialModel):
     """Virtual work of a cylinder in an inextensible braid, (3-5): F = P (3 (L_0 - x)² - b²)/(4 π n²).
 
     Parameters
@@ -212,25 +213,17 @@ class ChouHannaford(StaticModel):
 
     braid_length: float
     turns: float
+    coefficients: Mapping[tuple[int, int], float] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        thread, length = (
+            as_positive("braid_length", self.braid_length),
+            as_positive("reference_length", self.reference_length),
+        )
+        share = 1.0 / (4 * pi * as_positive("turns", self.turns) ** 2)
+        terms = {(0, 1): share * (3 * length**2 - thread**2), (1, 1): -6 * share * length, (2, 1): 3 * share}
+        set_fields(self, coefficients=terms)
         super().__post_init__()
-        as_positive("braid_length", self.braid_length)
-        as_positive("turns", self.turns)
-
-    def _force(self, x: Any, pressure: Any) -> Any:
-        length = self.reference_length - x
-        return pressure * (3 * length**2 - self.braid_length**2) / (4 * pi * self.turns**2)
-
-    def _powers(self, pressure: float) -> FloatArray:
-        powers = np.array([3 * self.reference_length**2 - self.braid_length**2, -6 * self.reference_length, 3.0])
-        return pressure / (4 * pi * self.turns**2) * powers * self.scale ** np.arange(3)
-
-    def _stiffness(self, x: Any, pressure: Any) -> Any:
-        return -6 * pressure * (self.reference_length - x) / (4 * pi * self.turns**2)
-
-    def _pressure_gain(self, x: Any, pressure: Any) -> Any:
-        return self._force(x, 1.0) + 0.0 * pressure
 
     def diameter(self, contraction: Any) -> Any:
         """Diameter in m of the cylinder at a contraction in m, (3-3), (3-4), (3-13): sqrt(b² - L²)/(n π).

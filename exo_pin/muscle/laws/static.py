@@ -118,6 +118,11 @@ class StaticModel(ABC):
         -------
         ndarray
 
+        Raises
+        ------
+        InvalidInput
+            If the law has none.
+
         Examples
         --------
         >>> law = ep.muscle.muscle_model("best").scaled(0.25)
@@ -125,15 +130,7 @@ class StaticModel(ABC):
         >>> bool(abs(found - law.force(0.02, 3e5)) < 1e-9)
         True
         """
-        return self._powers(pressure)
-
-    @abstractmethod
-    def _powers(self, pressure: float) -> FloatArray:
-        """Those of :meth:`contraction_powers`."""
-
-    def _no_polynomial(self) -> InvalidInput:
-        """Say that the law has none."""
-        return InvalidInput(
+        raise InvalidInput(
             f"expected a force law that is a polynomial in contraction, got {self.name!r}, which is not; fit one to "
             "its forces with exo_pin.muscle.identify_static"
         )

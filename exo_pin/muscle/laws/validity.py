@@ -30,19 +30,12 @@ def _interval(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
-@dataclass(frozen=True)
-class _Bound:
-    name: str
-    unit: str
-    value: Any
-    bound: Any
-    upper: bool
-
-    def holds(self) -> Any:
-        # Forces are compared with an absolute slack of nN too, because their bound may be zero.
-        floor = 1.0 if self.unit == " N" else 0.0
-        slack = _SLACK * np.maximum(floor, np.abs(self.bound))
-        return self.value <= self.bound + slack if self.upper else self.value >= self.bound - slack
+def _within(unit: str, value: Any, low: Any, high: Any) -> tuple[Any, Any]:
+    """Whether values are above the lower bound, and below the upper one."""
+    # Forces are compared with an absolute slack of nN too, because their bound may be zero.
+    least = 1.0 if unit == " N" else 0.0
+    below, above = (_SLACK * np.maximum(least, np.abs(bound)) for bound in (low, high))
+    return value >= low - below, value <= high + above
 
 
 @checked
@@ -112,18 +105,15 @@ class Validity:
             return np.full(pressure.shape, np.inf)
         return np.asarray(self.capability[0] * pressure + self.capability[1])
 
-    def _bounds(self, strain: Any, pressure: Any, force: Any | None) -> list[_Bound]:
-        rows = [
-            _Bound("strain", "", strain, self.strain[0], False),
-            _Bound("strain", "", strain, self.strain[1], True),
-            _Bound("pressure", " Pa", pressure, self.pressure[0], False),
-            _Bound("pressure", " Pa", pressure, self.pressure[1], True),
+    def _bounds(self, strain: Any, pressure: Any, force: Any | None) -> list[tuple[str, str, Any, Any, Any]]:
+        """Name, unit, values, and least and greatest of what is bounded."""
+        rows: list[tuple[str, str, Any, Any, Any]] = [
+            ("strain", "", strain, *self.strain),
+            ("pressure", " Pa", pressure, *self.pressure),
         ]
         if force is not None:
-            rows.append(_Bound("force (a muscle cannot push)", " N", force, 0.0, False))
-            if self.capability is not None:
-                line = self.capability_line(pressure)
-                rows.append(_Bound("force (capability limit)", " N", force, line, True))
+            rows.append(("force (a muscle cannot push)", " N", force, 0.0, np.inf))
+            rows.append(("force (capability limit)", " N", force, -np.inf, self.capability_line(pressure)))
         return rows
 
     def contains(self, strain: FloatArray, pressure: FloatArray, force: FloatArray | None = None) -> BoolArray:
@@ -149,8 +139,8 @@ class Validity:
         given: dict[str, Any] = {"strain": strain, "pressure": pressure} | ({} if force is None else {"force": force})
         strain, pressure, *forces = broadcast_real(**given)
         inside = np.ones(strain.shape, dtype=bool)
-        for bound in self._bounds(strain, pressure, forces[0] if forces else None):
-            inside &= bound.holds()
+        for _, *bounded in self._bounds(strain, pressure, forces[0] if forces else None):
+            inside &= np.logical_and(*_within(*bounded))
         return inside
 
     def strains_at(self, pressure: float) -> tuple[float, float]:
@@ -200,10 +190,10 @@ class Validity:
         >>> Validity(strain=(0.0, 0.3), pressure=(1e5, 4e5)).explain(0.1, 5e5)
         'expected pressure at most 400000 Pa, got 500000 Pa'
         """
-        for row in self._bounds(strain, pressure, force):
-            if not row.holds():
-                side = "at most" if row.upper else "at least"
-                return f"expected {row.name} {side} {float(row.bound):.6g}{row.unit}, got {row.value:.6g}{row.unit}"
+        for name, unit, value, low, high in self._bounds(strain, pressure, force):
+            for holds, side, bound in zip(_within(unit, value, low, high), ("least", "most"), (low, high), strict=True):
+                if not holds:
+                    return f"expected {name} at {side} {float(bound):.6g}{unit}, got {value:.6g}{unit}"
         return ""
 
     def enforce(

@@ -161,12 +161,9 @@ class Valve:
 
 
 ValveLayout = Literal["3/2", "fill and vent"]
-Modulation = Literal["switched", "averaged"]
 
 #: How a muscle's valves are laid out.
 LAYOUTS = ("3/2", "fill and vent")
-#: How they are driven.
-MODULATIONS = ("switched", "averaged")
 
 
 @checked
@@ -231,11 +228,9 @@ class ValveUnit:
     restrictor : Valve or None
         In series with both, at the muscle's inlet; None for none.
     layout : {"3/2", "fill and vent"}
-    modulation : {"switched", "averaged"}
-        "switched" opens and closes each valve at its exact times in every period of the pulses; "averaged" passes the
-        share of the flow all the time, as a very fast pulsing would.
     frequency : float
-        Of the pulses, Hz. The command is taken over at the start of each period.
+        Of the pulses, Hz. Each valve opens and closes at its exact times in every period.
+        The command is taken over at the start of each period.
 
     Raises
     ------
@@ -258,13 +253,11 @@ class ValveUnit:
     vent: Valve
     restrictor: Valve | None = None
     layout: ValveLayout = "3/2"
-    modulation: Modulation = "switched"
     frequency: float = 20.0
 
     def __post_init__(self) -> None:
         require_types(self, fill=Valve, vent=Valve, restrictor=Valve | None)
         as_choice("layout", self.layout, LAYOUTS)
-        as_choice("modulation", self.modulation, MODULATIONS)
         set_positive(self, "frequency")
 
     @cached_property

@@ -12,8 +12,6 @@ with equal weights or the volumes of the muscles. Three conditions may be added:
 * Limb forces of the device are chosen in the same program, within their bounds; those that effort leaves open are the
   shortest (:mod:`.conic`).
 * At the end of its extension the elbow has a stop: it can carry a moment that would extend it further.
-
-Without a socket and with p = 2 the program is a quadratic one (ProxSuite).
 """
 
 from __future__ import annotations
@@ -25,8 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ...numerics.quadratic import LeastSquares
-from ...numerics.quadratic import solve as solve_quadratic
 from .conic import ActiveSet, ConicAnswer, ConicProgram, EffortProgram, polished, shortest_choice
 
 #: Unit of force, N, and of moment, N m, of the scaled programs.
@@ -132,8 +128,6 @@ def least_effort(pose: MusclePose) -> MuscleChoice:
 
 def _found(pose: MusclePose) -> tuple[MuscleChoice, NDArray[np.bool_]]:
     """Activations and limb forces, any of those that are equally good; shape (m + n,): which are fixed by a bound."""
-    if pose.power == 2 and pose.socket is None and pose.least == "effort":
-        return _by_quadratic(pose), np.zeros(len(pose.low), dtype=np.bool_)
     size = len(pose.low)
     extra = pose.muscles if pose.power == 3 and pose.least == "effort" else 0
     P, q = np.zeros((size + extra, size + extra)), np.zeros(size + extra)
@@ -206,17 +200,12 @@ def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
     effort = _scaled(pose)
     # A moment far above what muscles can make is measured in a unit of its own.
     unit = max(_MOMENT, float(np.linalg.norm(pose.rest)) * _LEVER)
-    answer = _constrained(P, np.zeros(size + 5), effort, _outside(pose) * unit / _MOMENT, in_socket).solve()
+    # Moments from outside in the rows of the scaled balance: equalities first, then the elbow that may be stopped.
+    outside = np.eye(5)[[0, 1, 2, 4, _ELBOW]] if pose.stopped else np.eye(5)
+    answer = _constrained(P, np.zeros(size + 5), effort, outside * unit / _MOMENT, in_socket).solve()
     if answer.is_infeasible:
         return np.full(5, np.nan), True
     return answer.x[size:] * unit, answer.is_optimal
-
-
-def _outside(pose: MusclePose) -> FloatArray:
-    """Moments from outside in the rows of the scaled balance: equalities first, then the elbow that may be stopped."""
-    if not pose.stopped:
-        return np.eye(5)
-    return np.eye(5)[[*np.flatnonzero(np.arange(5) != _ELBOW), _ELBOW]]
 
 
 def _constrained(
@@ -234,12 +223,3 @@ def _constrained(
     if in_socket and len(effort.d):
         program.add("second_order", -np.hstack([effort.B, np.zeros((3, extra))]), effort.d)
     return program
-
-
-def _by_quadratic(pose: MusclePose) -> MuscleChoice:
-    effort = _scaled(pose)
-    E = np.eye(pose.muscles, len(pose.low)) * np.sqrt(pose.weights)[:, None]
-    answer = solve_quadratic(
-        LeastSquares(E, np.zeros(pose.muscles), effort.A, effort.b, effort.low, effort.high, effort.C, effort.c)
-    )
-    return MuscleChoice(answer.z * pose.unit, answer.kkt, answer.gap, answer.is_optimal)

@@ -105,7 +105,7 @@ class ConicProgram(OneProcess):
             self._q,
             scipy.sparse.csc_matrix(A),
             b,
-            [self._cone(block) for block in self._blocks],
+            [_cone(self._clarabel, block) for block in self._blocks],
             _settings(self._clarabel, aim),
         )
         found = solver.solve()
@@ -133,12 +133,12 @@ class ConicProgram(OneProcess):
             found.append(np.asarray(push > room))
         return found
 
-    def _cone(self, block: Block) -> Any:
-        clarabel, rows = self._clarabel, len(block.b)
-        if block.cone == "cube":
-            return clarabel.PowerConeT(1.0 / 3.0)
-        kinds = {"zero": "ZeroConeT", "positive": "NonnegativeConeT", "second_order": "SecondOrderConeT"}
-        return getattr(clarabel, kinds[block.cone])(rows)
+
+def _cone(clarabel: Any, block: Block) -> Any:
+    if block.cone == "cube":
+        return clarabel.PowerConeT(1.0 / 3.0)
+    kinds = {"zero": "ZeroConeT", "positive": "NonnegativeConeT", "second_order": "SecondOrderConeT"}
+    return getattr(clarabel, kinds[block.cone])(len(block.b))
 
 
 def _settings(clarabel: Any, aim: tuple[float, float, float]) -> Any:

@@ -31,22 +31,6 @@ if TYPE_CHECKING:
     from ..wearer import Person
 
 
-class ExternalLoads(NamedTuple):
-    """What acts on the person's arm besides muscles and joint, of N poses, in {O_A}.
-
-    Attributes
-    ----------
-    force, moment : ndarray
-        Shape (N, 3), N and N m about the glenohumeral centre: weight, inertia and loads.
-    elbow : ndarray
-        Moment on forearm and hand about the axis of elbow flexion, shape (N,), N m.
-    """
-
-    force: FloatArray
-    moment: FloatArray
-    elbow: FloatArray
-
-
 class Balance(NamedTuple):
     """Balance of N poses, linear in the activations a: ``rows @ a = -(constant)`` and contact = ``pull @ a + rest``.
 
@@ -68,43 +52,40 @@ class Balance(NamedTuple):
     rest: FloatArray
 
 
-def external_loads(
-    person: Person, axis: FloatArray, gravity: FloatArray, query: Query, on_forearm: bool
-) -> ExternalLoads:
-    """Weight, inertia and load.
+def balance_of(
+    person: Person, limb: LimbGeometry, muscles: MuscleState, query: Query, gravity: FloatArray, options: ContactOptions
+) -> Balance:
+    """Muscles, weight, inertia and load about a centre that is displaced against bones and muscles.
 
     Parameters
     ----------
     person : Person
-        Whose arm it is.
-    axis : ndarray
-        Axis of elbow flexion, shape (N, 3), in {O_A}.
-    gravity : ndarray
-        Shape (3,), m/s².
+        Whose arm it is, a right one.
+    limb, muscles
+        Bones, paths and strengths in these poses.
     query : Query
         Poses, motion and load.
-    on_forearm : bool
-        Whether the load acts on the forearm or hand, so that the elbow has to carry it.
+    gravity : ndarray
+        Shape (3,), m/s².
+    options : ContactOptions
+        What the load acts on, so that the elbow has to carry it, and the displacement, for the side of the person.
     """
-    force, moment = carried(person.arm, gravity, query, query.force, query.moment)
+    shift = np.asarray(options.centre_shift) @ (MIRROR if person.side == "left" else np.eye(3))
+    force, about_centre = carried(person.arm, gravity, query, query.force, query.moment)
     nothing = np.zeros_like(query.force)
-    loaded = (query.force, query.moment) if on_forearm else (nothing, nothing)
-    below, about_centre = carried(person.forearm, gravity, query, *loaded)
-    about_elbow = about_centre - np.cross(query.matrices @ person.elbow_centre, below)
-    return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
-
-
-def balance_of(limb: LimbGeometry, muscles: MuscleState, loads: ExternalLoads, shift: FloatArray) -> Balance:
-    """Muscles and loads about a centre that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
-    moment, about = limb.moment - np.cross(shift, limb.pull), loads.moment - np.cross(shift, loads.force)
+    loaded = (query.force, query.moment) if options.load_on == "forearm" else (nothing, nothing)
+    below, about = carried(person.forearm, gravity, query, *loaded)
+    about_elbow = about - np.cross(query.matrices @ person.elbow_centre, below)
+    elbow = np.einsum("ni,ni->n", limb.elbow_axis, about_elbow)
+    moment = limb.moment - np.cross(shift, limb.pull)
     arms = np.concatenate([np.swapaxes(moment, 1, 2), limb.elbow[:, None, :], limb.forearm[:, None, :]], axis=1)
-    outer = np.concatenate([about, loads.elbow[:, None], np.zeros((len(loads.elbow), 1))], axis=1)
+    outer = np.concatenate([about_centre - np.cross(shift, force), elbow[:, None], np.zeros((len(elbow), 1))], axis=1)
     pulls = np.swapaxes(limb.pull, 1, 2)
     return Balance(
         arms * muscles.active[:, None, :],
         outer + np.einsum("nkm,nm->nk", arms, muscles.passive),
         -pulls * muscles.active[:, None, :],
-        -(loads.force + np.einsum("nkm,nm->nk", pulls, muscles.passive)),
+        -(force + np.einsum("nkm,nm->nk", pulls, muscles.passive)),
     )
 
 
@@ -176,19 +157,18 @@ def contact_forces(
         _refuse(limb, query.shape)
     velocity = None if motion is None else _length_rates(person, query)
     muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
-    loads = external_loads(person, limb.elbow_axis, pull, query, options.load_on == "forearm")
+    balance = balance_of(person, limb, muscles, query, pull, options)
     # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
     turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
     limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)
-    shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
-    action = None if action is None else action.about(shift)
-    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads, shift), options, progress, executor)
+    if action is not None:
+        action = action.about(np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3)))
+    arm = _Arm(person, query.shape, limb, muscles, balance, options, progress, executor)
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
-        kept = (
-            options.kept_activation * result.activations.reshape(-1, len(MUSCLES)) if options.kept_activation else 0.0
-        )
+        # NaN times zero is NaN, which counts as nothing that is kept.
+        kept = options.kept_activation * result.activations.reshape(-1, len(MUSCLES))
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by}, kept)
         held = np.array(np.broadcast_to(action.held, query.shape))
         result = replace(

@@ -129,20 +129,16 @@ def build_table(person: Person) -> str:
         Strengths are sums of the peak isometric forces of a group, N.
     """
     arm, forces = person.arm, person.muscle_table.force
-    place = 1e3 * float(np.linalg.norm(arm.centre_of_mass))
+    place, elbow = 1e3 * float(np.linalg.norm(arm.centre_of_mass)), np.degrees(person.elbow_flexion)
     load = f" with {person.payload:g} kg in the hand" if person.payload else ""
     strengths = [
         f"{name} {sum(forces[MUSCLES.index(muscle)] for muscle in group):.0f}" for name, group in _GROUPS.items()
     ]
-    return "\n".join(
-        [
-            f"{person.height:g} m, {person.mass:g} kg, {person.sex}, {person.side} arm, elbow at "
-            f"{np.degrees(person.elbow_flexion):.0f}°",
-            f"upper arm {-1e3 * person.elbow_centre[2]:.0f} mm; arm {arm.mass:.2f} kg{load}, its centre of mass "
-            f"{place:.0f} mm from the shoulder",
-            f"strength, N: {', '.join(strengths[:3])},",
-            f"  {', '.join(strengths[3:])}",
-        ]
+    return (
+        f"{person.height:g} m, {person.mass:g} kg, {person.sex}, {person.side} arm, elbow at {elbow:.0f}°\n"
+        f"upper arm {-1e3 * person.elbow_centre[2]:.0f} mm; arm {arm.mass:.2f} kg{load}, its centre of mass "
+        f"{place:.0f} mm from the shoulder\n"
+        f"strength, N: {', '.join(strengths[:3])},\n  {', '.join(strengths[3:])}"
     )
 
 

@@ -185,7 +185,9 @@ def limb_state(
     right = MIRROR @ matrices @ MIRROR if left else matrices
     angles = angles_of(limb, right)
     outside = beyond(limb, angles)
-    state = _nothing(angles, outside)
+    count, m = len(angles), len(MUSCLES)
+    shapes = ((3,), (3, 3), (m, 3), (m, 3), (m,), (m,), (3,), (m,))
+    state = LimbGeometry(angles, outside, *(np.full((count, *shape), np.nan) for shape in shapes))
     rest = _evaluate(limb, np.zeros(3), 0.0, 0.0)[0]
     to_base = thorax_to_base(limb)
     for row in np.flatnonzero(~outside.any(axis=1)):
@@ -219,12 +221,6 @@ def limb_by_elevation(scale: float, left: bool, scapular_motion: float = 1.0) ->
     axis = model_axes(myoarm())[:, 0]
     lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (-axis @ MIRROR if left else axis))
     return _ELEVATIONS, limb_state(lifted.as_matrix(), 0.0, 0.0, scale, left, scapular_motion)
-
-
-def _nothing(angles: FloatArray, outside: NDArray[np.bool_]) -> LimbGeometry:
-    count, m = len(angles), len(MUSCLES)
-    shapes = ((3,), (3, 3), (m, 3), (m, 3), (m,), (m,), (3,), (m,))
-    return LimbGeometry(angles, outside, *(np.full((count, *shape), np.nan) for shape in shapes))
 
 
 def _mirrored(state: LimbGeometry) -> LimbGeometry:

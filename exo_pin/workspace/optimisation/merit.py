@@ -27,7 +27,7 @@ from ...core.errors.base import echo
 from ...core.files.toml_tables import TomlTable
 from ...core.optional_packages import optional
 from ...core.records import OneProcess, Record
-from ...core.validation import FloatArray, as_choice
+from ...core.validation import FloatArray
 from ...design.io.mechanism_files import mechanism_table
 from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.pose_stack import limb_lengths
@@ -56,8 +56,10 @@ _KNOWN_BY = {
 }
 #: Merit of a design that cannot be built or evaluated.
 WORST = 100.0
-#: Forces, moments and rates that count as one in the merit, N, N m and m/rad, 1 mm/°; of masses 1 kg does.
-_FORCE, _MOMENT, _RATE = 100.0, 10.0, 0.18 / np.pi
+#: A force that counts as one in the merit, N, and units of objectives that count as one: N, N m, and m/rad (1 mm/°).
+_FORCE = 100.0
+_UNITS = dict.fromkeys(("mean_shoulder_force", "peak_shoulder_force", "contact_force"), _FORCE)
+_UNITS |= {"median_moment_margin": 10.0, "weakest_rate": 0.18 / np.pi}
 #: Share of the poses inside whose rates of the drives may be below the objective.
 _WEAKEST = 0.01
 
@@ -161,20 +163,16 @@ class Merit(Record):
                 mechanism, fit = self._built(mechanism, self.variables.sets_stroke), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
             values = values_of(mechanism, self._matrices, self.criteria, names, offsets=self._offsets)
-            contact = self._contact(mechanism, is_exact)
+            contact = np.nan
+            if self.contact is not None:
+                contact = (self.contact.exact if is_exact else self.contact.surrogate)(mechanism)
         except (ExoPinError, ValueError):
             return Evaluation(WORST, dict.fromkeys(OBJECTIVES, np.nan))
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, self.variables.sets_stroke)
             values.margins["stroke"] = window_margin(windows, values.lengths)
-        force = np.sqrt((values.shoulder**2).sum(axis=1))
         others = {"contact_force": contact, "device_mass": mass_of(mechanism)}
-        return judged(values.margins, force, self.poses.weights, self.criteria, others, weights)
-
-    def _contact(self, mechanism: Any, is_exact: bool) -> float:
-        if self.contact is None:
-            return float("nan")
-        return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
+        return judged(values.margins, values.shoulder_size, self.poses.weights, self.criteria, others, weights)
 
 
 def judged(
@@ -230,36 +228,16 @@ def judged(
 
 def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float]) -> float:
     """What the objectives add to the merit; ``carried`` is the mean of |F_s| over all poses, N, each at most 100 N."""
-    costs = {
-        "mean_shoulder_force": carried / _FORCE,
-        "peak_shoulder_force": _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE,
-        "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
-        "worst_margin": -_or(objectives["worst_margin"], 0.0),
-        "weakest_rate": -_or(objectives["weakest_rate"], 0.0) / _RATE,
-        "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
-        "device_mass": objectives["device_mass"],
-    }
-    return sum(weight * costs[name] for name, weight in weights.items())
-
-
-def check_objectives(names: object) -> tuple[str, ...]:
-    """The names of objectives, checked.
-
-    Raises
-    ------
-    UnknownName
-        If one is none of :data:`OBJECTIVES`.
-    """
-    listed = (names,) if isinstance(names, str) else tuple(names)  # type: ignore[arg-type]
-    return tuple(as_choice("objective", name, OBJECTIVES) for name in listed)
+    total, known = 0.0, {**objectives, "mean_shoulder_force": carried}
+    for name, weight in weights.items():
+        # Where it is not known it counts as nothing gained, or as a force that nobody bears.
+        value = np.nan_to_num(known[name], nan=0.0 if OBJECTIVES[name] else 20 * _FORCE)
+        total += weight * ((-value if OBJECTIVES[name] else value) / _UNITS.get(name, 1.0))
+    return float(total)
 
 
 def _mean(values: FloatArray, weights: FloatArray) -> float:
     return float((values * weights).sum() / weights.sum()) if weights.sum() > 0.0 else float("nan")
-
-
-def _or(value: float, other: float) -> float:
-    return other if np.isnan(value) else value
 
 
 def study_description(

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput, MissingData
 from ...core.errors.checked import checked
 from ...core.progress import track
-from ...core.validation import FloatArray, require_method
+from ...core.validation import FloatArray, as_choice, require_method
 from ...design.holding_frame import with_cuff_by_geometry
 from ...load_case.pose_stacks import require_massless
 from ..criteria import Criteria
@@ -23,13 +23,11 @@ from .merit import (
     OBJECTIVES,
     WORST,
     Descent,
-    Evaluation,
     Merit,
-    check_objectives,
     require_known,
     study_description,
 )
-from .optimised import Candidate, FullGrid, Optimised, reported
+from .optimised import Candidate, Optimised, on_full_grid, reported
 from .recheck import recheck
 from .search_poses import Centre, ContactObjective, DesignVariables, SearchPoses, as_centres, lifting_poses
 from .starting_designs import with_strokes
@@ -147,7 +145,8 @@ def optimise(
     (24, ('index',))
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
-    wanted = check_objectives(objectives)
+    listed = (objectives,) if isinstance(objectives, str) else tuple(objectives)
+    wanted = tuple(as_choice("objective", name, OBJECTIVES) for name in listed)
     if not wanted:
         raise InvalidInput(f"expected at least one objective of {', '.join(OBJECTIVES)}")
     for label, count in (("budget", budget), ("run_length", run_length)):
@@ -166,18 +165,17 @@ def optimise(
     chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
     exo = type(exo).from_mechanism(with_cuff_by_geometry(exo.mechanism)) if cuff_by_geometry else exo
     space = DesignVariables(exo.device, variables, cuff_by_geometry)
-    if refine:
-        space.require_design_inside()
+    start = space.point(space.of_design(must_fit=True)) if refine else None
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
     description = study_description(merit, wanted, seed, run_length, refine, centres)
     study = StoredStudy(storage, name, wanted, description, space.count, run_length)
-    start = space.point(space.of_design()) if refine else None
     unfinished: list[SearchRun] = []
     made = _made_runs(study, merit, wanted, seed, budget, run_length, start, unfinished)
     stopped = False
     try:
-        for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
+        left = max(0, budget - sum(run.evaluations for run in study.runs()))
+        for _ in track(made, "runs", progress, -(-left // run_length)):
             pass
     except KeyboardInterrupt:
         # The study goes on where it stands if it is asked again.
@@ -186,29 +184,27 @@ def optimise(
     if stopped and not runs:
         raise KeyboardInterrupt
     # The start is a candidate like all others.
-    known = [*([_begun(merit)] if refine else []), *runs]
+    known = runs if start is None else [_ended(merit, -1, start, {}, 0), *runs]
     # Links that do not fit together make no device; of a search that found no other, its error is the answer.
     known = [run for run in known if run.number < 0 or run.merit < WORST] or known
     designs = [exo.device if run.number < 0 else _designed(merit, run, centres) for run in known]
-    full = FullGrid(criteria, centres, _weights(wanted, seed, 0), contact, step)
-    values = [full.evaluate(design) for design in designs]
-    rows = reported(values, wanted, refine)
-    checked_rows = {*rows, 0} if refine else rows
-    candidates = {
-        row: _candidate(exo, merit, known[row], designs[row], values[row], (step, finer_step), centres)
-        for row in checked_rows
-    }
+    weights = _weights(wanted, seed, 0)
+    values = [on_full_grid(design, criteria, centres, weights, contact, step) for design in designs]
+    rows, candidates = reported(values, wanted, refine), {}
+    for row in {*rows, 0} if refine else rows:
+        design = type(exo).from_device(designs[row])
+        checks = [recheck(designs[row], design.reaction, criteria, finer_step, each, step) for each in centres]
+        candidates[row] = Candidate(design, known[row], tuple(checks), values[row].objectives)
     front = tuple(candidates[row] for row in rows)
     on_grid = tuple(each.objectives for run, each in zip(known, values, strict=True) if run.number >= 0)
     runs = [run for run in known if run.number >= 0]
     return Optimised(front, tuple(runs), wanted, on_grid, candidates[0] if refine else None, stopped)
 
 
-def _begun(merit: Merit) -> SearchRun:
-    """The design that a refinement was given, as a run that has evaluated nothing."""
-    point = merit.variables.point(merit.variables.of_design())
-    found = merit.evaluate(point, {})
-    return SearchRun(-1, point.tolist(), float(found.merit), found.objectives, 0)
+def _ended(merit: Merit, number: int, point: FloatArray, weights: dict[str, float], done: int) -> SearchRun:
+    """A point as what a run has found after so many designs."""
+    found = merit.evaluate(point, weights)
+    return SearchRun(number, point.tolist(), float(found.merit), found.objectives, done)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -255,13 +251,10 @@ def _made_runs(
             is_done = run.run(max(generations, 1) * GENERATION, store)
         except KeyboardInterrupt:
             if run.done:
-                found = merit.evaluate(run.best, weights)
-                best = float(found.merit), found.objectives
-                unfinished.append(SearchRun(trial.number, run.best.tolist(), *best, run.done))
+                unfinished.append(_ended(merit, trial.number, run.best, weights, run.done))
             raise
         if is_done:
-            found = merit.evaluate(run.best, weights)
-            study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
+            study.finish(trial, _ended(merit, trial.number, run.best, weights, run.done))
             yield trial.number
 
 
@@ -286,19 +279,3 @@ def _designed(merit: Merit, run: SearchRun, centres: tuple[Centre, ...]) -> Any:
     if not merit.fit_strokes:
         return device
     return with_strokes(device, merit.poses.weights, merit.lengths(device), centres, merit.variables.sets_stroke)
-
-
-def _candidate(
-    exo: ShoulderExo,
-    merit: Merit,
-    run: SearchRun,
-    device: Any,
-    values: Evaluation,
-    steps: tuple[float, float],
-    centres: tuple[Centre, ...],
-) -> Candidate:
-    design, (step, finer) = type(exo).from_device(device), steps
-    checks = [
-        recheck(device, design.reaction, merit.criteria, finer, centre_offset=centre, step=step) for centre in centres
-    ]
-    return Candidate(design, run, tuple(checks), values.objectives)

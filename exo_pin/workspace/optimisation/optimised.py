@@ -28,46 +28,37 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
 
-class FullGrid(Record):
-    """Merit and objectives of a design on the full grid.
+def on_full_grid(
+    device: Any,
+    criteria: Criteria,
+    centres: tuple[Centre, ...],
+    weights: dict[str, float],
+    contact: ContactObjective | None,
+    step: float,
+) -> Evaluation:
+    """Merit and objectives of a device as it is, on the full grid.
 
     Parameters
     ----------
+    device : Device
+        The device.
     criteria : Criteria
         What a pose must meet; those of a grid ("connected") count here.
     centres : tuple of CentreOffset, CentrePath or None
         Every pose counts once with each; the index is the least of them.
     weights : dict of str to float
         Of the objectives beside the coverage, in the merit.
-    contact : ContactObjective, optional
+    contact : ContactObjective or None
         Needed for the objective "contact_force", which is that of its own poses.
     step : float
         Of the grid, degrees.
     """
-
-    def __init__(
-        self,
-        criteria: Criteria,
-        centres: tuple[Centre, ...],
-        weights: dict[str, float],
-        contact: ContactObjective | None = None,
-        step: float = 4.0,
-    ) -> None:
-        self._criteria, self._centres, self._weights, self._contact = criteria, centres, weights, contact
-        self._step = step
-
-    def evaluate(self, mechanism: Any) -> Evaluation:
-        """Merit and objectives of a design as it is."""
-        found = [workspace(mechanism, self._step, self._criteria, centre_offset=centre) for centre in self._centres]
-        margins = {name: np.concatenate([each.margins[name].ravel() for each in found]) for name in found[0].margins}
-        force = np.concatenate([each.magnitude.ravel() for each in found])
-        others = {
-            "contact_force": float("nan") if self._contact is None else self._contact.exact(mechanism),
-            "device_mass": mass_of(mechanism),
-        }
-        share = np.full(force.size, 1.0 / force.size)
-        merit, objectives = judged(margins, force, share, self._criteria, others, self._weights)
-        return Evaluation(merit, objectives | {"index": min(each.index for each in found)})
+    found = [workspace(device, step, criteria, centre_offset=centre) for centre in centres]
+    margins = {name: np.concatenate([each.margins[name].ravel() for each in found]) for name in found[0].margins}
+    force = np.concatenate([each.magnitude.ravel() for each in found])
+    others = {"contact_force": np.nan if contact is None else contact.exact(device), "device_mass": mass_of(device)}
+    merit, objectives = judged(margins, force, np.full(force.size, 1.0 / force.size), criteria, others, weights)
+    return Evaluation(merit, objectives | {"index": min(each.index for each in found)})
 
 
 def reported(designs: Sequence[Evaluation], objectives: tuple[str, ...], has_start: bool) -> list[int]:
@@ -82,10 +73,9 @@ def reported(designs: Sequence[Evaluation], objectives: tuple[str, ...], has_sta
     def by_index(number: int) -> tuple[float, bool, float]:
         return -designs[number].objectives["index"], is_run[number], designs[number].merit
 
-    if objectives == ("index",):
-        return [min(numbers, key=by_index)] if designs else []
     if len(objectives) == 1:
-        return [min(numbers, key=lambda number: (designs[number].merit, is_run[number]))] if designs else []
+        key = by_index if objectives == ("index",) else lambda number: (designs[number].merit, is_run[number])
+        return sorted(numbers, key=key)[:1]
     from ...study import non_dominated
 
     table = {name: np.array([each.objectives[name] for each in designs]) for name in objectives}
@@ -209,7 +199,9 @@ class Optimised(Result):
             start, best = 100.0 * self.start.index, 100.0 * self.best_candidate.index
             kept = ", which is the start: no run was better" if self.best_candidate is self.start else ""
             lines.append(f"The start: {start:.1f} % of the full grid. The best: {best:.1f} %{kept}.")
-            lines += self._beside_start()
+            old, new = self.start.objectives, self.best_candidate.objectives
+            others = [name for name in self.objectives if name != "index"]
+            lines += [f"{name}: {old[name]:.4g} of the start, {new[name]:.4g} of the best." for name in others]
         for candidate in self.front:
             found = ", ".join(f"{name} {candidate.objectives[name]:.4g}" for name in self.objectives)
             works = ": the design works" if candidate.works else ""
@@ -217,11 +209,3 @@ class Optimised(Result):
             lines += ["", f"{name} ({found} on the full grid){works}."]
             lines += ["\n\n".join(str(check) for check in candidate.checks), filled(mass_words(candidate.design))]
         return "\n".join(lines)
-
-    def _beside_start(self) -> list[str]:
-        """Further objectives of the best design beside those of the start."""
-        if self.start is None:
-            return []
-        start, best = self.start.objectives, self.best_candidate.objectives
-        others = [name for name in self.objectives if name != "index"]
-        return [f"{name}: {start[name]:.4g} of the start, {best[name]:.4g} of the best." for name in others]

@@ -17,7 +17,7 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import as_count, as_positive, require_type
+from ...core.validation import as_positive, require_type
 from ...design import Mechanism, Wearer
 from ...device.protocol import Device
 from ...device.wrist_device import as_device
@@ -103,43 +103,31 @@ class Recheck(Record):
         return bool(complete and lifts and self.workspace.index >= 0.8)
 
     def __str__(self) -> str:
+        nearest = np.degrees(self.workspace.region_distance)
+        region = f"{100 * self.workspace.region.mean():.1f} % of the poses, the nearest {nearest:.0f}° from rest"
+        agreement = (
+            f"Checked with Pinocchio: {self.pinocchio_poses} poses, |F_s| differs by at most "
+            f"{self.pinocchio_difference:.1e} N."
+        )
         lines = [
             *([] if self.centre_offset is None else [centre_text(self.centre_offset)]),
             str(self.workspace),
             "",
             f"On the grid of {self.finer_step:g}°: {100 * self.finer_index:.1f} %.",
-            *self._region(),
+            *([f"Largest connected region on one side of det X = 0: {region}."] if self.workspace.region.any() else []),
             *(
                 f"{name} 0 to 90°: {int(each.inside.sum())} of {each.inside.size} poses inside, shoulder force at most "
                 f"{np.nanmax(each.magnitude):.0f} N, least moment margin {np.nanmin(each.margins['forces']):.1f} N m."
                 for name, each in (("Flexion", self.flexion), ("Abduction", self.abduction))
                 if "forces" in each.margins and np.isfinite(each.magnitude).any()
             ),
-            *self._agreement(),
+            *([agreement] if self.pinocchio_poses else []),
             *(
                 f"{name}: {100 * share:.1f} %{f'; {words}' if (words := self.beyond_elbow.get(name)) else ''}"
                 for name, share in {**self.persons, **self.offsets}.items()
             ),
         ]
         return "\n".join(lines)
-
-    def _agreement(self) -> list[str]:
-        if not self.pinocchio_poses:
-            return []
-        return [
-            f"Checked with Pinocchio: {self.pinocchio_poses} poses, |F_s| differs by at most "
-            f"{self.pinocchio_difference:.1e} N."
-        ]
-
-    def _region(self) -> list[str]:
-        region = self.workspace.region
-        if not region.any():
-            return []
-        nearest = np.degrees(self.workspace.region_distance)
-        return [
-            f"Largest connected region on one side of det X = 0: {100 * region.mean():.1f} % of the poses, the nearest "
-            f"{nearest:.0f}° from rest."
-        ]
 
 
 @checked
@@ -148,7 +136,6 @@ def recheck(
     reaction: Callable[..., Reaction],
     criteria: Criteria,
     finer_step: float = 2.0,
-    seed: int = 0,
     centre_offset: Centre = None,
     step: float = 4.0,
 ) -> Recheck:
@@ -164,8 +151,6 @@ def recheck(
         Limits; "connected" is checked too where they name no criteria.
     finer_step : float
         Of the second grid, degrees.
-    seed : int
-        Of the sample of poses.
     centre_offset : CentreOffset or CentrePath, optional
         Where the device's centre lies, seen from the shoulder's: the same for all poses, or a path.
     step : float
@@ -193,7 +178,7 @@ def recheck(
     require_type("criteria", criteria, Criteria)
     if not callable(reaction):
         raise InvalidInput(f"expected reaction to be a function, got {echo(reaction)}")
-    seed, finer_step, step = as_count("seed", seed), as_positive("finer_step", finer_step), as_positive("step", step)
+    finer_step, step = as_positive("finer_step", finer_step), as_positive("step", step)
     full, wide = workspace(device, step, criteria, centre_offset=centre_offset), max(step, 8.0)
     record = device.accelerate("workspace")
     rows, along = criteria.off_grid(), lifting_lines(device.side)
@@ -211,7 +196,7 @@ def recheck(
                 workspace(record, wide, own, centre_offset=centre_offset),
                 [workspace(record, poses, rows, None, centre_offset) for poses in along],
             )
-        checked, difference = _through_pinocchio(record, *answered, reaction, own, seed)
+        checked, difference = _through_pinocchio(record, *answered, reaction, own)
     return Recheck(
         full,
         workspace(device, finer_step, criteria, centre_offset=centre_offset).index,
@@ -233,11 +218,10 @@ def _through_pinocchio(
     lines: list[Workspace],
     reaction: Callable[..., Reaction],
     criteria: Criteria,
-    seed: int,
 ) -> tuple[int, float]:
     """Number of poses and the largest difference of |F_s|, N."""
     held = np.flatnonzero(np.isfinite(full.magnitude).ravel())
-    sample = np.sort(np.random.default_rng(seed).permutation(held)[:_SAMPLE])
+    sample = np.sort(np.random.default_rng(0).permutation(held)[:_SAMPLE])
     count, worst = 0, 0.0
     for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
         flat, n = part.magnitude.size, mechanism.limb_count

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -128,29 +128,24 @@ class DesignVariables(Record):
         share = (chosen - self.bounds[:, 0]) / (self.bounds[:, 1] - self.bounds[:, 0])
         return np.where(self._whole, share, np.arccos(np.clip(1.0 - 2.0 * share, -1.0, 1.0)) / np.pi)
 
-    def of_design(self) -> dict[str, float]:
-        """Values of the design to start from, by name, moved into the bounds; their middle where it has none."""
-        values = {}
-        for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
-            value = self.device.value_of(named)
-            values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
-        return values
-
-    def require_design_inside(self) -> None:
-        """Refuse a start outside its bounds: a search would begin elsewhere.
+    def of_design(self, must_fit: bool = False) -> dict[str, float]:
+        """Values of the design to start from, by name, moved into the bounds; their middle where it has none.
 
         Raises
         ------
         InvalidInput
-            If a value of the design is outside.
+            If a value of the design is outside, and the design must fit: a search would begin elsewhere.
         """
+        values = {}
         for named, (low, high) in zip(self.parameters, self.bounds, strict=True):
             value = self.device.value_of(named)
-            if value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
+            if must_fit and value is not None and not low - _ROUNDED <= value <= high + _ROUNDED:
                 raise InvalidInput(
                     f"expected bounds that hold the design that is refined: its {named.si_name} is {value:g}, outside "
                     f"{low:g} to {high:g} (m, rad)"
                 )
+            values[named.si_name] = float(np.clip(0.5 * (low + high) if value is None else value, low, high))
+        return values
 
     def design(self, values: Mapping[str, float]) -> Any:
         """The device with these values."""
@@ -170,22 +165,22 @@ def as_centres(given: Centre | ArrayLike | Sequence[Centre]) -> tuple[Centre, ..
     InvalidInput
         If one of them is a stack: a search has other poses than the check of what it finds.
     """
-    if isinstance(given, (tuple, list)) and all(isinstance(each, Centre) for each in given):
-        if not given:
-            raise InvalidInput("expected at least one centre_offset, got an empty sequence")
-        return tuple(_single(cast(Centre, each)) for each in given)
-    if given is None or isinstance(given, (CentreOffset, CentrePath)):
-        return (_single(given),)
-    return (_single(CentreOffset.together(as_finite("centre_offset", cast(ArrayLike, given), (3,), stack=True))),)
-
-
-def _single(centre: Centre) -> Centre:
-    if isinstance(centre, CentreOffset) and (centre.base.ndim > 1 or centre.cuff.ndim > 1):
-        raise InvalidInput(
-            f"expected centre_offset as one offset or a CentrePath, got stacks of {centre.base.shape}, "
-            f"{centre.cuff.shape}: designs are judged in other poses, too"
-        )
-    return centre
+    is_listed = isinstance(given, (tuple, list)) and all(isinstance(each, Centre) for each in given)
+    listed: Any = given if is_listed else (given,)
+    if not listed:
+        raise InvalidInput("expected at least one centre_offset, got an empty sequence")
+    found = []
+    for each in listed:
+        centre = each
+        if not isinstance(each, Centre):
+            centre = CentreOffset.together(as_finite("centre_offset", each, (3,), stack=True))
+        if isinstance(centre, CentreOffset) and (centre.base.ndim > 1 or centre.cuff.ndim > 1):
+            raise InvalidInput(
+                f"expected centre_offset as one offset or a CentrePath, got stacks of {centre.base.shape}, "
+                f"{centre.cuff.shape}: designs are judged in other poses, too"
+            )
+        found.append(centre)
+    return tuple(found)
 
 
 def shifted(centre: Centre, shift: FloatArray) -> CentreOffset | CentrePath:
@@ -202,10 +197,8 @@ def described(centre: Centre) -> dict[str, Any] | None:
     return None if centre is None else {name: np.asarray(value).tolist() for name, value in vars(centre).items()}
 
 
-def centre_text(centre: Centre) -> str:
+def centre_text(centre: CentreOffset | CentrePath) -> str:
     """One line on an offset, for a report."""
-    if centre is None:
-        return "The device's centre is the shoulder's."
     if isinstance(centre, CentrePath):
         most, fit = 1e3 * np.linalg.norm(centre.displacement, axis=1).max(), 1e3 * np.asarray(centre.fit)
         where = "" if not fit.any() else f", and is off by ({', '.join(f'{x:g}' for x in fit)}) mm at rest"
@@ -350,9 +343,11 @@ class ContactObjective(Record):
         allowed = np.flatnonzero(person.allows(poses.poses))
         if allowed.size:
             bare[allowed] = person.joint_contact(poses.poses[allowed]).magnitude
-        chosen = _evenly(np.where(np.isfinite(bare), poses.weights, 0.0))
-        if not chosen.size:
+        # Some poses in proportion to their weights: at equal steps of the sum of the weights.
+        reached = np.cumsum(np.where(np.isfinite(bare), poses.weights, 0.0))
+        if not reached[-1] > 0.0:
             raise MissingData(["poses that the person can hold"], "the contact force of a search")
+        chosen = np.unique(np.searchsorted(reached, (np.arange(_POSES) + 0.5) / _POSES * reached[-1]))
         self.poses, self.bare = poses.poses[chosen], bare[chosen]
         self._matrices = pose_matrices(self.poses)[1]
         self._offsets = poses.offsets.rows(chosen)
@@ -360,7 +355,7 @@ class ContactObjective(Record):
     def surrogate(self, mechanism: Any) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
         values = values_of(mechanism, self._matrices, self._criteria, ("forces",), offsets=self._offsets)
-        return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
+        return float(np.fmin(values.shoulder_size, self.bare).mean())
 
     def exact(self, mechanism: Any) -> float:
         """Mean of the least contact force, N; where no answer is found that without the device counts."""
@@ -381,12 +376,3 @@ class ContactObjective(Record):
     def description(self) -> Any:
         """What a stored study says of it."""
         return {"person": repr(self._person), "poses": len(self.bare)}
-
-
-def _evenly(weights: FloatArray) -> np.ndarray:
-    """Indices of some poses, in proportion to their weights: at equal steps of the sum of the weights."""
-    total = weights.sum()
-    if not total > 0.0:
-        return np.empty(0, dtype=int)
-    marks = (np.arange(_POSES) + 0.5) / _POSES * total
-    return np.unique(np.searchsorted(np.cumsum(weights), marks))

@@ -67,14 +67,9 @@ def starting_actuator(
     """
     greatest = PULL if pull is None else pull
     pressure = None if force_law is None else SUPPLY if supply is None else supply
-    return Actuator(
-        family,  # type: ignore[arg-type]
-        None if force_law else greatest,
-        (greatest if push is None else push) if family == "linear" else None,
-        force_law,
-        pressure,
-        travel_limit=travel,
-    )
+    own, other = None if force_law else greatest, greatest if push is None else push
+    both = own, other if family == "linear" else None
+    return Actuator(family, *both, force_law, pressure, travel_limit=travel)  # type: ignore[arg-type]
 
 
 def joints_and_variables(
@@ -112,16 +107,11 @@ def joints_and_variables(
     free = free_joints(mechanism.limb_count, **given)
     if refine:
         asked = free_joints(mechanism.limb_count, **dict.fromkeys(given, _AS_GIVEN))
-        free = {
-            name: pair if asked[name] == _AS_GIVEN else _reaching(pair, value_of(mechanism, parameter(name)))
-            for name, pair in free.items()
-        }
+        for name, (low, high) in free.items():
+            own = value_of(mechanism, parameter(name))
+            if own is not None and asked[name] != _AS_GIVEN:
+                free[name] = min(low, own), max(high, own)
     return {**{name: pair for name, pair in free.items() if name not in named}, **variables}
-
-
-def _reaching(bounds: tuple[float, float], value: float | None) -> tuple[float, float]:
-    """Bounds that hold a value, too."""
-    return bounds if value is None else (min(bounds[0], value), max(bounds[1], value))
 
 
 @checked

@@ -180,20 +180,17 @@ class StoredStudy(OneProcess):
         others = 0 if trial is None else sum(each.number != trial.number for each in self._running())
         return (left if runs else max(left, GENERATION)) - others * self._length
 
-    def evaluations(self) -> int:
-        """Designs that the finished runs have evaluated."""
-        return sum(run.evaluations for run in self.runs())
-
-    def finish(self, trial: Any, point: list[float], merit: float, objectives: dict[str, float], done: int) -> None:
+    def finish(self, trial: Any, run: SearchRun) -> None:
         """Store the end of a run, unless another worker has taken it over."""
         with self.watched():
             if not self._is_mine(trial):
                 return
-            known = {name: value for name, value in objectives.items() if not np.isnan(value)}
-            record = {"point": point, "merit": merit, "objectives": known, "evaluations": done}
+            record = run._asdict()
+            del record["number"]
+            record["objectives"] = {name: value for name, value in run.objectives.items() if not np.isnan(value)}
             trial.set_user_attr("result", json.dumps(record))
             trial.set_user_attr("progress", "")
-            values = [objectives[name] for name in self._objectives]
+            values = [run.objectives[name] for name in self._objectives]
             outcome: Any = {"values": values}
             if np.isnan(values).any():
                 outcome = {"state": self._optuna.trial.TrialState.FAIL}

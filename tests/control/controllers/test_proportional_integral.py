@@ -42,13 +42,12 @@ def test_step_response_tends_to_that_of_the_continuous_loop(gains):
 
 
 def test_integral_at_a_limit_follows_the_geometric_series_of_back_calculation():
-    gains, interval, error = PIGains(0.5, 0.8, 0.3), 0.01, 4.0
+    gains, interval, error = PIGains(0.5, 0.8), 0.01, 4.0
     controller = ProportionalIntegral([gains], (0.0, 1.0))
-    # I' = I + h (K_c e / T_i + (1 - K_c e - I) / T_t), at the limit from the first sample.
-    rest = 1.0 - gains.K_c * error + gains.K_c * error * gains.T_t / gains.T_i
+    # I' = I + h (K_c e + 1 - K_c e - I) / T_i, at the limit from the first sample.
     for k in range(1, 200):
         assert controller.step([error], interval) == 1.0
-        assert controller.integral[0] == pytest.approx(rest * (1.0 - (1.0 - interval / gains.T_t) ** k), abs=1e-12)
+        assert controller.integral[0] == pytest.approx(1.0 - (1.0 - interval / gains.T_i) ** k, abs=1e-12)
         if gains.K_c * error + controller.integral[0] < 1.0:
             break
     assert k == 199

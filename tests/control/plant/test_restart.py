@@ -1,7 +1,6 @@
 """A motion that is cut and goes on is the uncut one, bit for bit."""
 
 import pickle
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,7 +26,7 @@ def made(name, rng):
     path = Valve(2e-10, 0.4)
     valves = ValveUnit(path, path, layout=str(rng.choice(["3/2", "fill and vent"])), frequency=rng.choice([7.0, 20.0]))
     options = ep.PlantOptions(
-        valves=valves if rng.random() < 0.7 else replace(valves, modulation="averaged"),
+        valves=valves,
         supply=MANIFOLD if rng.random() < 0.7 else None,
         muscle_friction=ConstantFriction() if rng.random() < 0.5 else None,
         shoulder_coulomb=float(rng.choice([0.0, 0.2])),

@@ -168,7 +168,7 @@ def asked_of_friction():
 
 
 def asked_of_limb():
-    limb = Muscle(model=muscle_model("best", 0.26), end_fitting=0.07, supply_pressure=3.3e5, least_pressure=1.9e5)
+    limb = Muscle(model=muscle_model("best", 0.26), end_fitting=0.07, supply_pressure=3.3e5)
     lengths = [0.29, 0.277, 0.3]
     bare, unknown = Muscle(model=LAWS["sheet"], end_fitting=0.0), Muscle(model=LAWS["sheet"], end_fitting=None)
     return in_turn(
@@ -184,14 +184,12 @@ def asked_of_limb():
             limb.length_range(),
             [marked(each) for each in limb.force_limits([*lengths, 0.335], "mark")],
         ),
-        capped=lambda: Muscle(model=LAWS["sheet"], end_fitting=0.02, least_pressure=0.9e5).force_limits([0.262, 0.2]),
+        capped=lambda: Muscle(model=LAWS["sheet"], end_fitting=0.02).force_limits([0.262, 0.2]),
         pressures=lambda: marked(limb.pressure_for([12.0, 22.0, 20.0], lengths, "mark")),
         out_of_range=lambda: limb.force_limits(0.335),
         no_length=lambda: limb.contraction([0.3, 0.07]),
         unknown=lambda: unknown.contraction(0.3),
         unknown_range=lambda: unknown.length_range(),
-        turned=lambda: replace(limb, least_pressure=3.3e5),
-        over=lambda: replace(limb, supply_pressure=None, least_pressure=5e5),
         no_supply=lambda: replace(limb, supply_pressure=0.0),
         negative=lambda: replace(limb, end_fitting=-0.01),
         no_law=lambda: replace(limb, model="best"),
@@ -230,7 +228,6 @@ def asked_of_air():
         no_regulator=lambda: Supply(5e5, volume=0.002),
         no_air=lambda: Supply(0.0),
         layout=lambda: replace(unit, layout="4/2"),
-        modulation=lambda: replace(unit, modulation="none"),
         frequency=lambda: replace(unit, frequency=0.0),
         part=lambda: replace(unit, vent=None),
     )

@@ -67,7 +67,11 @@ def equations_of_stack(
         poses, J, dJ, forces, speed, rate, moves, q, state.topology.loops, state.topology.scales, jacobian, unit,
         wrenches, numbers,
     )  # fmt: skip
-    return EquationsStack(poses, J, tau, jacobian, unit, wrenches, keeps_closed(state, numbers))
+    most = max(OPENING, state.contradiction)
+    closed = (numbers[:, 0] <= CLOSED) | (numbers[:, 1] <= state.contradiction)
+    for opening, size in ((numbers[:, 4], numbers[:, 2]), (numbers[:, 5], numbers[:, 3])):
+        closed &= opening <= most * np.maximum(size, REST)
+    return EquationsStack(poses, J, tau, jacobian, unit, wrenches, closed)
 
 
 @kernel(stack=True)
@@ -85,18 +89,3 @@ def fill_stack(
         )  # fmt: skip
         for k in range(6):
             numbers[s, k] = found[k]
-
-
-def keeps_closed(state: ChainState, numbers: FloatArray) -> NDArray[np.bool_]:
-    """In which samples of a stack the loops are closed, and the motion keeps them so; see :mod:`.equations_of_motion`.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        Shape (n, 6 or more), first what :func:`.equation_kernels.fill_equations` returns.
-    """
-    most = max(OPENING, state.contradiction)
-    closed = (numbers[:, 0] <= CLOSED) | (numbers[:, 1] <= state.contradiction)
-    for opening, size in ((numbers[:, 4], numbers[:, 2]), (numbers[:, 5], numbers[:, 3])):
-        closed &= opening <= most * np.maximum(size, REST)
-    return np.asarray(closed)

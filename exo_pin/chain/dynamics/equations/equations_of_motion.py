@@ -5,7 +5,7 @@ When a motion or its forces are refused: loops that open, efforts that nothing m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -16,20 +16,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import (
     InvalidInput,
-    LoopNotClosed,
     MasslessMotion,
     NearSingularConfiguration,
     SingularConfiguration,
     UndrivenMotion,
 )
 from ....core.records import Record
-from ....core.validation import FloatArray, as_finite, as_mapping, frozen
+from ....core.validation import FloatArray, as_finite, as_mapping
 from ...kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ...kinematics.structural_rank import structural_rank
 from ...structure.chain_state import CLOSED, ChainState
 from ...structure.motion_axes import carried_joints, symmetric
 from . import equation_kernels as kernels
-from .solution_kernels import largest_of_loops, solutions
+from .solution_kernels import fill_solutions, largest_of_loops, new_memory
 
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
 #: of typed numbers.
@@ -130,14 +129,17 @@ def refuse_near_singular(
 def check_solution(
     equations: EquationsOfMotion, passive: NDArray[np.int64], share: float, weakest: float, resolved: bool = True
 ) -> None:
-    """Raise where no efforts make the motion, or near a singular configuration, by numbers of :func:`solutions`."""
+    """Raise where no efforts make the motion, or near a singular configuration, by :func:`.fill_solutions`."""
     state, top = equations.state, equations.state.topology
     if not share <= max(EXACT, state.contradiction):
-        _, _, _, missing, sizes, _, _ = solutions(
+        height, count = state.row_count, len(passive)
+        left, sizes = np.empty(count), np.empty(state.nv)
+        fill_solutions(
             equations.jacobian, equations.tau, equations.tree, top.owners, passive, top.scales, top.length,
-            equations.gap,
+            equations.gap, new_memory(height, state.nv, count), np.empty(height), left, sizes,
+            np.empty((height, height)),
         )  # fmt: skip
-        _refuse_undriven(equations, passive, missing, sizes)
+        _refuse_undriven(equations, passive, left, sizes[passive])
     if resolved and (weakest <= CERTAIN or state.tolerance):
         refuse_near_singular(state, equations.q, equations.jacobian, equations.gap, weakest, passive)
 
@@ -233,7 +235,7 @@ class EquationsOfMotion(Record):
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
         columns = np.ascontiguousarray(multipliers)  # another order would be compiled anew
-        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, 0, out)
+        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, out)
         return out
 
     def weights(self) -> FloatArray:
@@ -258,86 +260,6 @@ class EquationsOfMotion(Record):
         wrenches = self.wrenches(columns).reshape(-1, 6, columns.shape[1])
         wrenches[:, 3:] /= top.length
         return wrenches.reshape(-1, columns.shape[1])
-
-
-def equations_of_motion(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
-    external: Mapping[str, ArrayLike] | None = None,
-    check_closed: bool = True,
-) -> EquationsOfMotion:
-    """Equations of motion at a state.
-
-    Parameters
-    ----------
-    state : ChainState
-        The chain.
-    q, v, a : ndarray
-        Shapes (nq,), (nv,), (nv,), checked; None counts as zero.
-    external : mapping, optional
-        As for :meth:`exo_pin.ClosedChain.inverse_dynamics`.
-    check_closed : bool
-        Whether to raise if the loops are open or the motion opens them.
-
-    Raises
-    ------
-    LoopNotClosed
-        If the residual of the loops exceeds 1e-8.
-    InvalidInput
-        If the motion opens the loops.
-    UnknownName
-        If a frame is not known.
-    """
-    v, a, moves, tau = tree_terms(state, q, v, a, external, check_closed)
-    work, top = state.buffers, state.topology
-    flat = np.empty(kernels.terms_size(state.row_count, state.nv, state.model.njoints))
-    found = kernels.equations(
-        work.poses, work.J, work.dJ, work.forces, True, v, a, moves, top.loops, work.q, top.scales,
-        work.jacobian_rate, flat,
-    )  # fmt: skip
-    return checked_equations(state, q, tau, found, flat, check_closed)
-
-
-def tree_terms(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
-    external: Mapping[str, ArrayLike] | None,
-    check_closed: bool = True,
-) -> tuple[FloatArray, FloatArray, bool, FloatArray]:
-    """Fill the buffers with what :func:`.equation_kernels.equations` takes of the open tree.
-
-    Returns
-    -------
-    tuple
-        Velocity and acceleration, read-only; whether there is a motion; generalised forces of the tree.
-    """
-    work = state.buffers
-    moves = check_closed and not (v is None and a is None)
-    # Arrays of one kind: kernels are compiled anew for those that can be written.
-    v, a = (work.still if rates is None else frozen(rates.view()) for rates in (v, a))
-    if moves:
-        work.jacobian_rates(q, v)
-    else:
-        pin.computeJointJacobians(state.model, work.data, q)
-        np.copyto(work.q, q)
-    return v, a, moves, open_tree(state, q, v, a, external)
-
-
-def checked_equations(
-    state: ChainState, q: FloatArray, tau: FloatArray, found: Sequence[float], flat: FloatArray, check_closed: bool
-) -> EquationsOfMotion:
-    """The equations of motion with what the kernel found; see :func:`equations_of_motion`."""
-    worst, gap, speed, size, opening_v, opening_a = found
-    if check_closed:
-        if not state.is_closed(worst, gap):
-            raise LoopNotClosed(q.copy(), worst, 0)
-        refuse_opening(state, opening_v, speed)
-        refuse_opening(state, opening_a, size, "acceleration")
-    return EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=state.uncertainty(gap), motion=size, flat=flat)
 
 
 def open_tree(

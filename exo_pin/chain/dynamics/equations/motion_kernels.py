@@ -15,8 +15,9 @@ from .equation_kernels import fill_equations, split_terms
 from .equations_of_motion import CERTAIN, EXACT, STILL
 from .solution_kernels import fill_efforts, fill_solutions, least, new_memory
 
-#: Numbers of a state: what :func:`.equation_kernels.equations` returns, then the number of self-stresses, the share of
-#: one that is rounding, the share of the forces that is missing, the bound of the least singular value, the residual.
+#: Numbers of a state: what :func:`.equation_kernels.fill_equations` returns, then the number of self-stresses, the
+#: share of one that is rounding, the share of the forces that is missing, the bound of the least singular value, the
+#: residual.
 NUMBERS = 11
 #: A motion below this, characteristic lengths and rad a second squared, is finite and no larger than an input may be.
 ORDINARY = 1e6
@@ -120,9 +121,9 @@ def forces_of_state(
     Parameters
     ----------
     poses, J, dJ, forces, v, a, moves, q, rate
-        As for :func:`.equation_kernels.equations`.
+        As for :func:`.equation_kernels.fill_equations`.
     tau, passive
-        As for :func:`.solution_kernels.solutions`.
+        As for :func:`.solution_kernels.fill_solutions`.
     constants : tuple
         What :func:`packed_constants` packs.
     tolerance : float

@@ -29,30 +29,6 @@ _ROUNDING = 1e-6
 
 
 @kernel
-def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float) -> Any:
-    """All λ with tau - Jᵀλ = 0 in the passive coordinates.
-
-    Parameters are those of :func:`fill_solutions`.
-
-    Returns
-    -------
-    tuple
-        The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
-        orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
-        the passive coordinates, N m (scaled); the forces with which it compares in all, N m (scaled); the largest share
-        of these that is missing; a lower bound of the equations' smallest singular value that is not zero, which is at
-        most their number times that; infinite if there is none.
-    """
-    height, nv, count = len(scales[0]), len(tau), len(passive)
-    memory = new_memory(height, nv, count)
-    found, left, sizes, null = np.empty(height), np.empty(count), np.empty(nv), np.empty((height, height))
-    filled, sharpness, share, weakest = fill_solutions(
-        J, tau, tree, owners, passive, scales, length, gap, memory, found, left, sizes, null
-    )
-    return found, null[:, :filled].copy(), sharpness, left, sizes[passive], share, weakest
-
-
-@kernel
 def new_memory(height: int, nv: int, count: int) -> Any:
     """Numbers, indices and flags for :func:`fill_solutions`, which makes no array: rows, nv, passive coordinates."""
     numbers = np.empty(2 * height * (count + height + 1) + height + 2 * count)
@@ -64,7 +40,7 @@ def fill_solutions(
     J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float, memory: Any,
     found: Any, left: Any, sizes: Any, null: Any,
 ) -> Any:  # fmt: skip
-    """:func:`solutions` in given arrays.
+    """All λ with tau - Jᵀλ = 0 in the passive coordinates.
 
     The loops of each block are solved by themselves, so that a robot of many loops takes as many small factorisations.
 
@@ -87,14 +63,16 @@ def fill_solutions(
     memory : tuple of ndarray
         What :func:`new_memory` makes.
     found, left, sizes, null : ndarray
-        Shapes (rows,), (passive,), (nv,) and (rows, rows), filled: λ, what is missing, the forces with which it
-        compares, and self-stresses in the first columns.
+        Shapes (rows,), (passive,), (nv,) and (rows, rows), filled: the λ of least sum of squares of forces and of
+        moments over the length; what is missing, and the forces with which it compares, N m (scaled); self-stresses in
+        the first columns, orthonormal in that metric.
 
     Returns
     -------
     tuple
-        The number of self-stresses; the share of one that is rounding; the largest share that is missing; the bound of
-        the smallest singular value.
+        The number of self-stresses; the share of one that is rounding; the largest share that is missing; a lower bound
+        of the equations' smallest singular value that is not zero, which is at most their number times that; infinite
+        if there is none.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     count, height, blocks_count, nv = len(passive), len(row_scale), len(row_starts) - 1, len(tau)
@@ -155,28 +133,15 @@ def fill_solutions(
     return filled, sharpness, share, weakest
 
 
-@kernel
-def factored(A: Any, tolerance: float) -> Any:
-    """Pivoted QR of equations' columns, shape (n, m), one λ after the other, and the λ that make nothing.
-
-    Returns
-    -------
-    tuple
-        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the columns, the triangle's diagonal and half
-        the squares of the reflectors; the order of the columns; the rank; the orthonormal λ, shape (n, n - rank).
-    """
-    n, m = A.shape
-    W, order, allowed = np.empty((n, m)), np.empty(n, dtype=np.int64), np.ones(n, dtype=np.bool_)
-    diagonal, half, N, U = np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n))
-    rank = _fill_factored(A, tolerance, allowed, W, order, diagonal, half, N, U)
-    return (W, diagonal, half), order, rank, N[:, : n - rank].copy()
-
-
 @kernel(inline=True)
-def _fill_factored(
+def fill_factored(
     A: Any, tolerance: float, allowed: Any, W: Any, order: Any, diagonal: Any, half: Any, N: Any, U: Any
 ) -> int:
-    """:func:`factored` in given arrays; N and U, shape (n, n), are filled in their first columns. The rank."""
+    """Pivoted QR of equations' columns, shape (n, m), one λ after the other, and the λ that make nothing.
+
+    W, diagonal and half have what :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the columns, ``order``
+    their order, and the first columns of N, shape (n, n) as U, the orthonormal λ. The rank is returned.
+    """
     n, m = A.shape
     for r in range(n):
         for i in range(m):
@@ -236,7 +201,7 @@ def _solve_block(
     U, fourth = numbers[third : third + n * n].reshape((n, n)), third + n * n
     each, last = numbers[fourth : fourth + 3 * n].reshape((3, n)), fourth + 3 * n
     diagonal, half, x, b = each[0], each[1], each[2], numbers[last : last + m]
-    rank = _fill_factored(A, tolerance, allowed[:n], W, order, diagonal, half, N, U)
+    rank = fill_factored(A, tolerance, allowed[:n], W, order, diagonal, half, N, U)
     free = n - rank
     for s in range(free):
         for r in range(n):
@@ -294,7 +259,7 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
     Parameters
     ----------
     start, null : ndarray
-        What :func:`.solution_kernels.solutions` returns.
+        What :func:`fill_solutions` fills.
     poses, tree, unit, carried, loops
         As for :func:`exo_pin.chain.dynamics.equations.equation_kernels.wrenches_of`.
     length : float
@@ -306,7 +271,7 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
         columns[r, 0] = start[r]
         copy_numbers(null[r], columns[r, 1:])
     wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
-    wrenches_of(poses, tree, unit, carried, loops, columns, 0, wrenches)
+    wrenches_of(poses, tree, unit, carried, loops, columns, wrenches)
     matrix, z = np.zeros((count, count)), np.zeros(count)
     for i in range(len(wrenches)):
         weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)
@@ -325,19 +290,6 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
     return multipliers
 
 
-@kernel
-def efforts_and_residual(
-    J: Any, tau: Any, multipliers: Any, null: Any, passive: Any, unit: Any, sharpness: float
-) -> Any:
-    """Efforts, what is missing in the passive coordinates, and which efforts every solution shares.
-
-    Parameters are those of :func:`fill_efforts`.
-    """
-    efforts, unique = np.empty(len(tau)), np.empty(len(tau), dtype=np.bool_)
-    residual = fill_efforts(J, tau, multipliers, null, passive, unit, sharpness, efforts, unique)
-    return efforts, residual, unique
-
-
 @kernel(inline=True)
 def fill_efforts(
     J: Any, tau: Any, multipliers: Any, null: Any, passive: Any, unit: Any, sharpness: float, efforts: Any, unique: Any
@@ -347,7 +299,7 @@ def fill_efforts(
     Parameters
     ----------
     J, tau, passive, null, sharpness
-        As for :func:`.solution_kernels.solutions`.
+        As for :func:`fill_solutions`.
     multipliers : ndarray
         λ, shape (rows,).
     unit : ndarray

@@ -193,13 +193,6 @@ def contact_forces(
     return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
 
 
-def only_sliding(a: FloatArray, sliding: FloatArray) -> tuple[FloatArray, ContactForces]:
-    """An acceleration with the forces of a state in which no joint with friction is at rest and no stop is active."""
-    none, all_unique = np.array([]), np.ones(len(a), dtype=np.bool_)
-    stops = frozen(np.zeros(len(a)))
-    return a, ContactForces(a, none, none.astype(np.bool_), frozen(sliding), stops, frozen(all_unique), 0.0)
-
-
 def impact(
     motion: ProjectedMotion, v: FloatArray, stops: tuple[NDArray[np.int64], NDArray[np.int64]], restitution: float
 ) -> FloatArray:
@@ -229,8 +222,6 @@ def with_contacts(
     """Acceleration and forces with friction and stops; :func:`moving_loops` must have been called."""
     rubbing, contacts = contacts_at(state, q, v, stops)
     motion = projected_motion(state, q, v, applied.plus(rubbing.force))
-    if not len(contacts.place):
-        return only_sliding(motion.a, rubbing.force)
     found = contact_forces(state, motion, contacts, rubbing.force)
     return found.a, found
 

@@ -134,7 +134,9 @@ class RestingFriction(NamedTuple):
 
 
 def bearing_drive(drive: ActuatedCoordinates, rubbing: Rubbing) -> ActuatedCoordinates:
-    """Coordinates that an actuator or friction at rest holds, and the others."""
+    """Coordinates that an actuator or friction at rest holds, and the others; the drive itself where nothing rests."""
+    if not len(rubbing.rest):
+        return drive
     return ActuatedCoordinates(
         frozen(np.union1d(drive.driven, rubbing.rest)), frozen(np.setdiff1d(drive.passive, rubbing.rest))
     )

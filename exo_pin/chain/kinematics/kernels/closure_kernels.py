@@ -283,8 +283,8 @@ def least_step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: fl
             out[moved[k]] = weight[moved[k]] * total
 
 
-@kernel
-def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
+@kernel(fills=True)
+def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
     """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
 
     The force part is also how a shift of frame a against frame b changes the residual.
@@ -293,15 +293,11 @@ def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     ----------
     poses, loops
         As for :func:`residual_jacobian`.
+    scratch : tuple
+        What :func:`new_scratch` makes.
     out : ndarray
         Shape (rows, 6), filled: force and moment about the world's origin, world axes.
     """
-    fill_units(poses, loops, new_scratch(), out)
-
-
-@kernel(fills=True)
-def fill_units(poses: Any, loops: Any, scratch: Any, out: Any) -> None:
-    """:func:`unit_wrenches` with what :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.new_scratch` makes."""
     joints, local, kinds, lengths, rows, _, _, _, _ = loops
     frames, squares, parts = scratch
     a, b, Q, S, d, ignored = frames[0], frames[1], frames[2, :3], squares[0], parts[0], parts[1]

@@ -16,8 +16,10 @@ from .closure_kernels import residual_jacobian
 _CONSISTENT = 1e-11
 
 
-@kernel
-def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, residual: float) -> Any:
+@kernel(inline=True)
+def fill_dependent(
+    J: Any, right: Any, allowed: Any, scales: Any, joints: int, residual: float, factors: Any, order: Any, error: Any
+) -> Any:
     """Solve J x = right for the dependent coordinates of x, and their change with the others.
 
     Householder's QR with metres divided by the characteristic length. Every step takes the coordinate that may be
@@ -37,57 +39,19 @@ def dependent_on(J: Any, right: Any, allowed: Any, scales: Any, joints: int, res
         Number of joints of the tree.
     residual : float
         Largest scaled residual of the loops.
-
-    Returns
-    -------
-    order : ndarray of int
-        Shape (nv,), the dependent coordinates in the order in which they were taken, then the others.
-    rank : int
-        How many are dependent.
-    x : ndarray
-        Shape (rank, nv - rank + k): the dependent coordinates per unit of each of the others, then those for the
-        columns of ``right`` with the others at zero.
-    error : ndarray
-        Shape (nv - rank + k,): the largest scaled error that these leave in the rows.
-    triangle : ndarray
-        Shape (rank, rank), the scaled columns' triangle.
-    tolerance : float
-        Scaled columns no longer than this are rounding.
-    factors : tuple of ndarray
-        What :func:`~exo_pin.numerics.small_linear.pivoted_qr` leaves of the scaled columns, the triangle's diagonal and
-        half the squares of the reflectors.
-    """
-    m, nv, k = J.shape[0], J.shape[1], right.shape[1]
-    W, order, error, pivots = np.empty((nv + k, m)), np.empty(nv, dtype=np.int64), np.empty(nv + k), np.zeros((2, nv))
-    factors = W, pivots[0], pivots[1]
-    rank, tolerance = fill_dependent(J, right, allowed, scales, joints, residual, factors, order, error)
-    triangle = np.zeros((rank, rank))
-    for c in range(rank):
-        copy_numbers(W[c, :c], triangle[:c, c])
-        triangle[c, c] = pivots[0, c]
-    return order, rank, W[rank:, :rank].T.copy(), error[: nv - rank + k], triangle, tolerance, factors
-
-
-@kernel(inline=True)
-def fill_dependent(
-    J: Any, right: Any, allowed: Any, scales: Any, joints: int, residual: float, factors: Any, order: Any, error: Any
-) -> Any:
-    """:func:`dependent_on` in given arrays.
-
-    Parameters
-    ----------
-    J, right, allowed, scales, joints, residual
-        As there.
     factors : tuple of ndarray
         W, shape (nv + k, rows), and the triangle's diagonal and half the squares of the reflectors, shape (nv,),
-        filled. Behind the reflectors W has the columns of x, one below the other.
-    order, error : ndarray
-        Shapes (nv,) and (nv + k,), filled; the errors from the first on.
+        filled. Behind the reflectors W has in its rows the dependent coordinates per unit of each of the others, then
+        those for the columns of ``right`` with the others at zero.
+    order : ndarray of int
+        Shape (nv,), filled: the dependent coordinates in the order in which they were taken, then the others.
+    error : ndarray
+        Shape (nv + k,), filled from the first on: the largest scaled error that each of these leaves in the rows.
 
     Returns
     -------
     tuple
-        How many are dependent, and the tolerance.
+        How many are dependent, and the tolerance: scaled columns no longer than it are rounding.
     """
     row_scale, column, _ = scales
     W, diagonal, half = factors
@@ -114,83 +78,86 @@ def fill_dependent(
 
 
 @kernel
-def reduced_motion(
-    poses: Any,
-    J: Any,
-    loops: Any,
-    q: Any,
-    allowed: Any,
-    scales: Any,
-    joints: int,
-    tolerance: float,
-    gap: Any,
-    jacobian: Any,
+def reduced_motion(J: Any, given: Any, scales: Any, joints: int, residual: float) -> Any:
+    """Independent coordinates, and how all follow them.
+
+    Parameters
+    ----------
+    J, scales, joints, residual
+        As for :func:`fill_dependent`.
+    given : ndarray of int
+        Coordinates that have to be independent; if there are none, all are chosen.
+
+    Returns
+    -------
+    own : ndarray of int
+        The independent coordinates, as they are given if they are all, else ascending.
+    G : ndarray
+        Shape (nv, d), all velocities per unit of each of them.
+    order, factors
+        What :func:`fill_dependent` fills.
+    choice : tuple
+        How many coordinates are dependent; the largest scaled error that G leaves in the rows; what is rounding there.
+    """
+    (m, nv), distinct = J.shape, 0
+    allowed, order, error = np.ones(nv, dtype=np.bool_), np.empty(nv, dtype=np.int64), np.empty(nv)
+    for k in given:
+        distinct += allowed[k]
+        allowed[k] = False
+    factors = np.empty((nv, m)), np.empty(nv), np.empty(nv)
+    rank, cut = fill_dependent(J, np.empty((m, 0)), allowed, scales, joints, residual, factors, order, error)
+    own, G, most = np.empty(nv - rank, dtype=np.int64), np.zeros((nv, nv - rank)), 0.0
+    if len(own) == len(given) == distinct:
+        copy_numbers(given, own)
+    else:
+        fill_ascending(order[rank:], own)
+    for s in range(len(own)):
+        k = 0
+        while own[k] != order[rank + s]:
+            k += 1
+        G[order[rank + s], k] = 1.0
+        for i in range(rank):
+            G[order[i], k] = factors[0][rank + s, i]
+        most = max(most, error[s])
+    return own, G, order, factors, (rank, most, cut)
+
+
+@kernel
+def reduced_loops(
+    poses: Any, J: Any, loops: Any, q: Any, given: Any, scales: Any, tolerance: float, gap: Any, jacobian: Any
 ) -> Any:
-    """Reduced Jacobian at a configuration.
+    """:func:`reduced_motion` at a configuration.
 
     Parameters
     ----------
     poses, J, loops, q, gap, jacobian
         As for :func:`~exo_pin.chain.kinematics.kernels.closure_kernels.residual_jacobian`, which fills the last two.
-    allowed, scales, joints
-        As for :func:`dependent_on`.
+    given, scales
+        As for :func:`reduced_motion`.
     tolerance : float
         Of the geometry, scaled; 0 for an exact one.
 
     Returns
     -------
     tuple
-        The largest residual; the independent coordinates, ascending; the dependent ones; all velocities per unit of
-        each independent one, shape (nv, d); the largest scaled error that these leave in the rows; the triangle and
-        the tolerance of :func:`dependent_on`.
+        The largest residual; the independent coordinates; the dependent ones; the reduced Jacobian; the choice.
     """
-    worst, largest = residual_jacobian(poses, J, loops, q, gap, jacobian), 0.0
-    for i in range(len(gap)):
-        largest = max(largest, abs(gap[i] * scales[0][i]))
-    known = tolerance if tolerance > 0.0 else largest
-    order, rank, x, error, triangle, cut, _ = dependent_on(
-        jacobian, np.zeros((len(gap), 0)), allowed, scales, joints, known
-    )
-    independent, G = ascending(order[rank:]), np.zeros((len(order), len(order) - rank))
-    most = fill_reduced(order, rank, x, error, independent, G)
-    return worst, independent, order[:rank].copy(), G, most, triangle, cut
-
-
-@kernel
-def ascending(indices: Any) -> Any:
-    """A few indices in ascending order, in an array of their own: Numba's sort takes longer for so few."""
-    out = np.empty(len(indices), dtype=np.int64)
-    fill_ascending(indices, out)
-    return out
+    worst, known = residual_jacobian(poses, J, loops, q, gap, jacobian), tolerance
+    for i in range(len(gap) if tolerance == 0.0 else 0):
+        known = max(known, abs(gap[i] * scales[0][i]))
+    own, G, order, _, choice = reduced_motion(jacobian, given, scales, len(poses), known)
+    return worst, own, order[: choice[0]].copy(), G, choice
 
 
 @kernel(inline=True)
 def fill_ascending(indices: Any, out: Any) -> None:
-    """:func:`ascending` in a given array."""
+    """Fill a few indices in ascending order: Numba's sort takes longer for so few."""
     for i in range(len(indices)):
         k = i
         while k > 0 and out[k - 1] > indices[i]:
             out[k] = out[k - 1]
             k -= 1
         out[k] = indices[i]
-
-
-@kernel
-def fill_reduced(order: Any, rank: int, x: Any, error: Any, independent: Any, G: Any) -> float:
-    """Fill the reduced Jacobian, shape (nv, d) of zeros, from what :func:`dependent_on` returns; its largest error.
-
-    The columns are in the order of ``independent``; further ones of G are left.
-    """
-    most = 0.0
-    for s in range(len(independent)):
-        k = 0
-        while independent[k] != order[rank + s]:
-            k += 1
-        G[order[rank + s], k] = 1.0
-        for i in range(rank):
-            G[order[i], k] = x[i, s]
-        most = max(most, error[s])
-    return most
 
 
 @kernel

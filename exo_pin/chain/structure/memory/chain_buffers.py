@@ -21,7 +21,6 @@ from ....core.errors import ExoPinError
 from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
 from ...kinematics.kernels import closure_kernels as kernels
-from ...kinematics.kernels.closure_kernels import unit_wrenches
 from ..topology import IntArray, Topology
 from .new_data import new_data
 
@@ -107,8 +106,8 @@ class ChainBuffers(OneProcess):
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
         Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
-    gap, jacobian, jacobian_rate, drift, move, unit
-        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
+    gap, jacobian, jacobian_rate, drift, move
+        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,).
     q, v, a : ndarray
         Shapes (nq,), (nv,) and (nv,), the state of the last call, windows on one buffer.
     still : ndarray
@@ -137,7 +136,6 @@ class ChainBuffers(OneProcess):
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         motion = np.zeros(model.nq + 2 * model.nv)
         self.q, self.v, self.a = np.split(motion, [model.nq, model.nq + model.nv])
-        self.unit = np.zeros((rows, 6))
         self.constants = packed_constants(model, topology)
         self.for_derivatives = self.poses, self.J, self.dJ, motion, self.trees, self.constants, self.jacobian_rate
 
@@ -155,11 +153,6 @@ class ChainBuffers(OneProcess):
 
     def _filled(self, J: FloatArray, jacobian: FloatArray) -> float:
         return kernels.residual_jacobian(self.poses, J, self._topology.loops, self.q, self.gap, jacobian)
-
-    def unit_wrenches(self) -> FloatArray:
-        """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
-        unit_wrenches(self.poses, self._topology.loops, self.unit)
-        return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
         """Fill the poses, ``J``, ``dJ`` and ``q``."""

@@ -1,19 +1,61 @@
-"""What acts on the arm besides device and weight: what a wearer's moment is asked with, and payloads."""
+"""What acts on the arm besides device and weight: a wearer's moments, payloads, and a torso that moves.
+
+A torso moves the base frame {O_A} with shoulder and device, as the world sees it. Written in the moving frame, every
+body of spatial inertia I and twist v needs besides what it needs at rest
+
+    f = I (a_t + v_t × v) + v_t ×* I v + v ×* I v_t + v_t ×* I v_t
+
+with v_t and a_t the torso's twist and spatial acceleration: for a point m (a_O - g + Ω' × r + Ω × (Ω × r) + 2 Ω × ṙ).
+The part of gravity that turns with the torso is in a_t.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), Section 2.13 to 2.15.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pinocchio as pin
+from scipy.interpolate import PchipInterpolator
 
-from ....core.errors import InvalidInput
+from ....chain.structure.chain_state import ChainState
+from ....core.errors import InvalidInput, MissingData, SolverFailed
 from ....core.errors.checked import checked
-from ....core.validation import FloatArray, as_finite, as_positive, as_real, set_fields, set_positive
+from ....core.validation import FloatArray, as_finite, as_positive, as_real, require_type, set_fields, set_positive
+from ....load_case import Load
+
+if TYPE_CHECKING:
+    from ..plant import Plant
 
 #: Two times nearer than this, s, are one.
 _SAME = 1e-9
+
+
+def require_known(source: object, values: Mapping[str, Any], query: str) -> None:
+    """Raise MissingData for values that nobody gave, or gave without a source."""
+    missing = [name for name, value in values.items() if value is None]
+    missing += [] if isinstance(source, str) and source.strip() else ["source"]
+    if missing:
+        raise MissingData(missing, query)
+
+
+def check_span(record: Any) -> None:
+    """Check that a record starts at a time of zero or more, s, and ends later, or never."""
+    as_positive("start", record.start, zero=True)
+    end = as_real("end", record.end)
+    if end.shape != () or not end > record.start:
+        raise InvalidInput(f"expected end after start, got {record.end!r} and {record.start!r}")
+
+
+def load_at_shoulder(load: Load, R: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force of a load on the arm and its moment about O, base frame, at an orientation of the arm, shape (3, 3)."""
+    force, moment = (np.asarray(part, dtype=float) for part in (load.force, load.moment))
+    if load.frame == "arm":
+        force, moment = R @ force, R @ moment
+    return force, moment + np.cross(R @ np.asarray(load.at), force)
 
 
 class ArmState(NamedTuple):
@@ -75,9 +117,7 @@ class Payload:
     def __post_init__(self) -> None:
         set_positive(self, "mass")
         set_fields(self, at=tuple(as_finite("at", self.at, (3,)).tolist()))
-        as_positive("start", self.start, zero=True)
-        if not float(as_real("end", self.end)) > self.start:
-            raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
+        check_span(self)
 
     def is_held(self, time: Any, before: bool = False) -> Any:
         """Whether the arm holds it just after times in s, or just before them; at zero it is there before, too.
@@ -114,3 +154,182 @@ class Payload:
 
 #: Moment of the wearer on the arm about O, N m, base frame; or a force at O, N, and that moment.
 Wearer = Callable[..., Any]
+
+
+_NONE = np.zeros(3)
+
+
+class TorsoState(NamedTuple):
+    """How the torso moves at an instant, all of shape (3,), in the axes of {O_A}.
+
+    Attributes
+    ----------
+    acceleration : ndarray
+        Of O, less the change of gravity from a torso that stands upright, m/s².
+    angular_velocity, angular_acceleration : ndarray
+        Ω and Ω', rad/s and rad/s².
+    """
+
+    acceleration: FloatArray
+    angular_velocity: FloatArray
+    angular_acceleration: FloatArray
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Torso:
+    """How the torso turns and accelerates, with the shoulder and the device on it.
+
+    Parameters
+    ----------
+    turn : callable, optional
+        From time in s to ``orientation`` of {O_A} in the world, ``angular_velocity`` and ``angular_acceleration``
+        in the world's axes, such as a trajectory of :mod:`exo_pin.control`. The world is {O_A} of a torso that stands
+        upright.
+    acceleration : callable or tuple, optional
+        Of O in the world's axes, m/s²: a function of time; or times, shape (N,), s, and values, shape (N, 3), between
+        which it is interpolated, and beyond which it stays.
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is not usable.
+
+    Examples
+    --------
+    >>> from exo_pin import control
+    >>> dropped = control.Torso(acceleration=lambda t: np.array([0.0, 0.0, -9.81]))
+    >>> exo = ep.load("urdf/prototype-shoulder.urdf")
+    >>> plant = ep.Plant(exo, torso=dropped)
+    >>> run = plant.simulate(lambda t, seen: [], 0.1, plant.state(exo.pose(flexion=40)))
+    >>> bool(abs(run.angular_velocity).max() < 1e-9)  # rad/s: an arm that falls with its torso does not swing
+    True
+    """
+
+    turn: Callable[[float], Any] | None = None
+    acceleration: Callable[[float], Any] | tuple[Any, Any] | None = None
+
+    def __post_init__(self) -> None:
+        require_type("turn", self.turn, Callable | None, "a function of time")
+        if self.acceleration is None or callable(self.acceleration):
+            return
+        if not isinstance(self.acceleration, tuple) or len(self.acceleration) != 2:
+            raise InvalidInput("expected acceleration as a function of time, or as (times, values)")
+        times = as_finite("times of the acceleration", self.acceleration[0], (None,))
+        values = as_finite("values of the acceleration", self.acceleration[1], (len(times), 3))
+        if len(times) < 2 or not (np.diff(times) > 0.0).all():
+            raise InvalidInput("expected two or more times of the acceleration that ascend")
+        set_fields(self, acceleration=_Table(times, values))
+
+    def at(self, t: float, gravity: FloatArray) -> TorsoState:
+        """The state at a time.
+
+        Parameters
+        ----------
+        t : float
+            s.
+        gravity : ndarray
+            Shape (3,), m/s², on a torso that stands upright.
+
+        Returns
+        -------
+        TorsoState
+
+        Raises
+        ------
+        SolverFailed
+            If a number is not finite.
+
+        Examples
+        --------
+        >>> from exo_pin import control
+        >>> leaning = control.Torso(turn=control.AnglePath([0.0, 1.0], [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]], "left"))
+        >>> leaning.at(1.0, np.array([0.0, 0.0, -9.81])).acceleration.round(2)  # m/s²: as if O were pushed there
+        array([ 4.7,  0. , -1.2])
+        """
+        given: Any = self.acceleration
+        a: Any = _NONE if given is None else np.asarray(given(t), dtype=np.float64)
+        w, e = _NONE, _NONE
+        if self.turn is not None:
+            now = self.turn(t)
+            back = now.orientation.as_matrix().T
+            a = back @ (a - gravity) + gravity
+            w, e = back @ np.asarray(now.angular_velocity), back @ np.asarray(now.angular_acceleration)
+        if not all(part.shape == (3,) and np.isfinite(part).all() for part in (a, w, e)):
+            raise SolverFailed("the motion", np.inf, "the torso's motion is not three finite numbers each")
+        return TorsoState(a, w, e)
+
+
+class _Table:
+    """Values between times, without overshoot; beyond them the first and the last."""
+
+    def __init__(self, times: FloatArray, values: FloatArray) -> None:
+        self._ends, self._between = (times[0], times[-1]), PchipInterpolator(times, values, axis=0)
+
+    def __call__(self, t: float) -> FloatArray:
+        return np.asarray(self._between(min(max(t, self._ends[0]), self._ends[1])))
+
+
+def carried_along(
+    state: ChainState, centre: FloatArray, bodies: FloatArray, owners: Any, own: TorsoState
+) -> FloatArray:
+    """Generalised forces of a torso that moves, shape (nv,), where the Jacobians' rates were computed last.
+
+    Parameters
+    ----------
+    state : ChainState
+    centre : ndarray
+        O in the chain's world, shape (3,), m.
+    bodies : ndarray
+        Which joint carries which, of :func:`.carried_joints`.
+    owners : ndarray of int
+        The joint of each coordinate in v.
+    own : TorsoState
+    """
+    model, data = state.model, state.buffers.data
+    at_origin = pin.SE3(np.eye(3), centre)
+    vt = at_origin.act(pin.Motion(_NONE, own.angular_velocity))
+    at = at_origin.act(pin.Motion(own.acceleration, own.angular_acceleration))
+    forces = np.zeros((model.njoints, 6))
+    for k in range(1, model.njoints):
+        v, body = data.oMi[k].act(data.v[k]), data.oMi[k].act(model.inertias[k])
+        forces[k] = (body * (at + vt.cross(v)) + vt.cross(body * (v + vt)) + v.cross(body * vt)).vector
+    return -np.asarray(np.einsum("ci,ci->c", state.buffers.J, (bodies @ forces)[owners]))
+
+
+def arm_loads(
+    plant: Plant, times: FloatArray, R: FloatArray, w: FloatArray, e: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Force at O and moment about it of the given force, payloads with inertia, and the torso, shape (N, 3) each.
+
+    Parameters
+    ----------
+    plant : Plant
+    times : ndarray
+        Shape (N,), s.
+    R, w, e : ndarray
+        Rotation matrices of the arm, shape (N, 3, 3), ω and η, shape (N, 3), rad/s and rad/s², base frame.
+    """
+    tables, torso = plant.tables, plant.torso
+    force = np.tile(tables.force, (len(times), 1))
+    moment = np.cross(R @ tables.point, force)
+    bodies: list[tuple[Any, float, FloatArray, FloatArray]] = [(True, tables.mass, tables.centre, tables.inertia)]
+    for own in plant.payloads:
+        at, held = np.array(own.at), own.is_held(times, before=True)[:, None]
+        arm = R @ at
+        push = np.where(held, own.mass * (tables.gravity - np.cross(e, arm) - np.cross(w, np.cross(w, arm))), 0.0)
+        force, moment = force + push, moment + np.cross(arm, push)
+        bodies.append((held, own.mass, at, own.mass * (at @ at * np.eye(3) - np.outer(at, at))))
+    if torso is not None:
+        a, W, E = (np.array(part) for part in zip(*(torso.at(float(t), tables.gravity) for t in times), strict=True))
+        for held, mass, centre, inertia in bodies:
+            C, about = R @ centre, R @ inertia @ R.transpose(0, 2, 1)
+            swing = np.cross(E, C) + np.cross(W, np.cross(W, C)) + 2.0 * np.cross(W, np.cross(w, C))
+            spin = _turned(about, E + np.cross(W, w)) + np.cross(W, _turned(about, W + w))
+            spin = spin + np.cross(w, _turned(about, W)) + mass * np.cross(C, a)
+            force, moment = force - np.where(held, mass * (a + swing), 0.0), moment - np.where(held, spin, 0.0)
+    return force, moment
+
+
+def _turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("kij,kj->ki", matrices, vectors))

@@ -41,9 +41,8 @@ from ..drives import DirectDrive, LimbDrive, MuscleDrive
 from ..equations.drive_kernels import FLOWS, drive_rates, manifold_rates, slip
 from ..equations.plant_kernels import Tables, stop_moment
 from ..state import still_tables
-from .arm_actions import ArmState, Payload, Wearer
+from .arm_actions import ArmState, Payload, Torso, TorsoState, Wearer, carried_along
 from .direct_motors import DirectMotors, bristle_rates
-from .moving_torso import Torso, TorsoState, carried_along
 from .padding import Padding, Pads
 
 _INTACT, _EFFORT, _POWERED = (FLOWS.index(name) for name in ("intact", "effort", "powered"))

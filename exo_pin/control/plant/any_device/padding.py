@@ -25,6 +25,7 @@ from ....device.device_model import DeviceModel
 from ....device.elastic.soft_tree import padded_device
 from ....device.elastic.springs import CUFF, HARNESS, PlacedSpring
 from ....device.postures import following, postures
+from .arm_actions import require_known
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -74,10 +75,7 @@ class Padding:
     source: str = ""
 
     def __post_init__(self) -> None:
-        missing = ["damping_time"] if self.damping_time is None else []
-        missing += [] if isinstance(self.source, str) and self.source.strip() else ["source"]
-        if missing:
-            raise MissingData(missing, "a cuff or harness that gives way")
+        require_known(self.source, {"damping_time": self.damping_time}, "a cuff or harness that gives way")
         set_positive(self, "damping_time", "mass", "radius", zero=True)
 
 

@@ -289,12 +289,6 @@ def slip(loaded: float, size: float) -> float:
 
 
 @kernel
-def is_motor(row: Any) -> bool:
-    """Whether a row of the table of motor drives is one."""
-    return row[_PRESENT] > 0.0
-
-
-@kernel
 def _stretch(row: Any, gap: float) -> float:
     """By how much the limb is stretched beyond the play, m, below zero where it is pressed, for l - s in m."""
     half = 0.5 * row[_PLAY]
@@ -317,7 +311,7 @@ def motor_tension(row: Any, length: float, speed: float, s: float, rate: float) 
     return elastic + damped, damped * opening
 
 
-@kernel(cost=301)
+@kernel
 def motor_force(row: Any, demanded: float, pulling_in: float) -> float:
     """Force in N that the amplifier's current and voltage allow, at the speed at which the drive pulls in."""
     relative = pulling_in / row[_SPEED]
@@ -361,8 +355,8 @@ def motor_rates(row: Any, flow: Any, length: float, speed: float, s: float, rate
     return pull, acceleration, bristle, force, loss + friction * rate + stop_loss, power
 
 
-@kernel(cost=301)
-def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) -> float:
+@kernel
+def _motor_energy(row: Any, length: float, s: float, rate: float, intact: float) -> float:
     """Energy in J of the moving drive, of the stretched limb and of the stops."""
     stretch = _stretch(row, row[_ALONG] * (s - length))
     energy = 0.5 * intact * row[_STIFFNESS] * stretch * stretch + _stop(row, s, rate)[2]
@@ -372,13 +366,16 @@ def motor_energy(row: Any, length: float, s: float, rate: float, intact: float) 
 
 
 @kernel(cost=301)
-def limb_tension(t: Any, i: int, y: Any, speed: float, length: float) -> Any:
-    """Tension of a whole limb in N, and the contraction of its muscle's bladder in m, which a motor drive has not."""
-    n = t.base.shape[0]
-    if is_motor(t.motors[i]):
-        return motor_tension(t.motors[i], length, speed, y[6 + i], y[13 + 5 * n + i])[0], 0.0
-    pull, _, bladder, _, _ = tension(t.law, t.muscles[i], i, length, speed, y[6 + i] - ATMOSPHERE, y[6 + n + i])
-    return pull, bladder
+def limb_numbers(t: Any, flows: Any, i: int, y: Any, speed: float, length: float) -> Any:
+    """Tension of a limb in N, contraction of its muscle's bladder in m, force of its motor in N, stored energy in J."""
+    n, row, intact = t.base.shape[0], t.motors[i], flows[i, 6]
+    s, rate = y[6 + i], y[13 + 5 * n + i]
+    if row[_PRESENT] <= 0.0:
+        pull, _, bladder, _, _ = tension(t.law, t.muscles[i], i, length, speed, s - ATMOSPHERE, y[6 + n + i])
+        return intact * pull, bladder, 0.0, 0.0
+    force = flows[i, 8] * motor_force(row, flows[i, 7], row[_ALONG] * rate)
+    pull = motor_tension(row, length, speed, s, rate)[0]
+    return intact * pull, 0.0, force, _motor_energy(row, length, s, rate, intact)
 
 
 @kernel
@@ -431,7 +428,7 @@ def _muscle_limb(t: Any, flows: Any, i: int, y: Any, speed: float, length: float
 @kernel(cost=301)
 def drive_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: float, out: Any) -> Any:
     """Fill the rates of the drive of limb ``i``; return its tension, and the air drawn and let out in kg/s."""
-    if is_motor(t.motors[i]):
+    if t.motors[i, _PRESENT] > 0.0:
         return _motor_limb(t, flows, i, y, speed, length, out)
     return _muscle_limb(t, flows, i, y, speed, length, out)
 

@@ -41,7 +41,7 @@ from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ....numerics.small_linear import copy_numbers
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
-from .drive_kernels import drive_rates, is_motor, limb_tension, manifold_rates, motor_energy, motor_force, slip
+from .drive_kernels import drive_rates, limb_numbers, manifold_rates, slip
 
 #: Radius by which the corners of the diamond are rounded off, rad: at a sharp one the moment would jump.
 _CORNER = 0.01
@@ -296,13 +296,9 @@ def observe(Q: Any, Y: Any, acts: Any, t: Any, motion: Any, limbs: Any, energy: 
         for i in range(n):
             b, s, _, length, _, _ = limb(R, vector(t.base, i), vector(t.platform, i))
             speed = dot(cross(b, s), w)
-            pull, bladder = limb_tension(t, i, Y[k], speed, length)
             limbs[k, i, 0], limbs[k, i, 1] = length, speed
-            limbs[k, i, 2], limbs[k, i, 3] = flows[i, 6] * pull, bladder
-            if is_motor(t.motors[i]):
-                rate = Y[k, 13 + 5 * n + i]
-                limbs[k, i, 4] = flows[i, 8] * motor_force(t.motors[i], flows[i, 7], -rate)
-                limbs[k, i, 5] = motor_energy(t.motors[i], length, Y[k, 6 + i], rate, flows[i, 6])
+            pull, bladder, force, stored = limb_numbers(t, flows, i, Y[k], speed, length)
+            limbs[k, i, 2], limbs[k, i, 3], limbs[k, i, 4], limbs[k, i, 5] = pull, bladder, force, stored
         own = turn(((R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2])), w)
         energy[k, 0] = 0.5 * dot(own, turn(matrix(t.inertia), own))
         C, point = turn(R, t.centre), turn(R, t.point)

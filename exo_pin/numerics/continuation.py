@@ -10,7 +10,8 @@ singular there, two solutions meet (a fold), or r has a pole.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,18 +34,9 @@ _NEAR = 1e-9
 _ROUNDING = 1e-12
 
 
-class _Equations(Protocol):
-    """Equations of rows of a stack.
-
-    Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return r, shape (k, m), J = ∂r/∂x,
-    shape (k, m, m), and ∂r/∂λ, shape (k, m). A row that cannot be evaluated is NaN.
-    """
-
-    def __call__(
-        self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """r, J and ∂r/∂λ."""
-        ...
+#: Equations of rows of a stack. Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return
+#: r, shape (k, m), J = ∂r/∂x, shape (k, m, m), and ∂r/∂λ, shape (k, m). A row that cannot be evaluated is NaN.
+Equations = Callable[[NDArray[np.intp], FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 
 
 class Path(NamedTuple):
@@ -62,13 +54,13 @@ class Path(NamedTuple):
     reached: FloatArray
 
 
-def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray, start: float = 0.0) -> Path:
+def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray, start: float = 0.0) -> Path:
     """Follow the paths of some rows.
 
     Parameters
     ----------
     equations : callable
-        r, J and ∂r/∂λ; see :class:`_Equations`.
+        r, J and ∂r/∂λ; see :data:`Equations`.
     rows : ndarray of int
         Shape (N,), passed to ``equations``.
     scale : ndarray
@@ -101,7 +93,7 @@ def follow(equations: _Equations, rows: NDArray[np.intp], scale: FloatArray, sta
 
 
 def _state(
-    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
+    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Tangent dx/dλ and sign of det J; NaN and zero where J is singular or not finite."""
     if not len(rows):
@@ -115,7 +107,7 @@ def _state(
 
 
 def _corrected(
-    equations: _Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
+    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
 ) -> NDArray[np.bool_]:
     """Newton's method from x, changed in place; which rows converge by contraction."""
     good, last = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.inf)

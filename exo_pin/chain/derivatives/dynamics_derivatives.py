@@ -170,7 +170,13 @@ def tree_derivatives(
     if not pushes and state.passive.is_idle:
         pin.computeRNEADerivatives(state.model, work.data, q, v, a)
         return work.tree, False, work.tau, None
-    _tree_by_motion(state, q, v, a, pushes)
+    pushed, (by_q, by_v, _) = _pushed(state, q, pushes), work.trees
+    pin.computeRNEADerivatives(state.model, work.data, q, v, a)
+    by_q -= pushed
+    if state.passive.act:
+        unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
+        by_q -= state.passive.change(q, unit, none)
+        by_v -= state.passive.change(q, none, unit)
     pin.computeJointJacobians(state.model, work.data, q)
     tau, friction = open_tree(state, q, v, a, pushes), None
     if state.passive.rubs:
@@ -179,22 +185,6 @@ def tree_derivatives(
         refuse_rest(state, rubbing, why)
         tau, friction = tau - rubbing.force, rubbing.force
     return work.forces, True, tau, friction
-
-
-def _tree_by_motion(
-    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, FloatArray]
-) -> None:
-    """Fill ``trees`` of the buffers, and the poses, Jacobians and ``tree``, too."""
-    work = state.buffers
-    data, (by_q, by_v, _) = work.data, work.trees
-    pushed = _pushed(state, q, external) if external else None
-    pin.computeRNEADerivatives(state.model, data, q, v, a)
-    if state.passive.act:
-        unit, none = np.eye(state.nv), np.zeros((state.nv, state.nv))
-        by_q -= state.passive.change(q, unit, none)
-        by_v -= state.passive.change(q, none, unit)
-    if pushed is not None:
-        by_q -= pushed
 
 
 def _pushed(state: ChainState, q: FloatArray, external: Mapping[str, FloatArray]) -> FloatArray:

@@ -15,12 +15,14 @@ decided, and the simulation stops. Forces that jump while σ is small are not se
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 import scipy
+from numpy.polynomial import chebyshev
 
 from ...core.errors import ExoPinError, SimulationStopped
 from ...core.validation import FloatArray
@@ -85,18 +87,9 @@ class Passage(NamedTuple):
     near: Nearness
 
 
-@dataclass(frozen=True)
-class Polynomial:
-    """An acceleration of time, by Chebyshev coefficients over the ``length`` before ``end``, s."""
-
-    end: float
-    length: float
-    coefficients: FloatArray
-
-    def __call__(self, time: float) -> FloatArray:
-        """Shape (nv,), also behind the end."""
-        place = 1.0 + 2.0 * (time - self.end) / self.length
-        return np.asarray(np.polynomial.chebyshev.chebval(place, self.coefficients))
+def _polynomial(end: float, length: float, coefficients: FloatArray) -> Callable[[float], FloatArray]:
+    """A function of time by Chebyshev coefficients over the ``length`` before ``end``, s, also behind the end."""
+    return lambda time: np.asarray(chebyshev.chebval(1.0 + 2.0 * (time - end) / length, coefficients))
 
 
 @dataclass
@@ -177,8 +170,8 @@ class Crossings:
         self.last = (time, near.rate)
         half = 0.5 * near.value
         # Roots of half + rate t + bend t²/2 (falling) and -2 half + rate t + bend t²/2 (rising).
-        times = [float(root.real) for rest in (half, -2.0 * half) for root in _roots(0.5 * bend, near.rate, rest)]
-        return min((t for t in times if t > 0.0), default=np.inf)
+        roots = [root for rest in (half, -2.0 * half) for root in np.roots([0.5 * bend, near.rate, rest])]
+        return min((float(root.real) for root in roots if root.imag == 0.0 and root.real > 0.0), default=np.inf)
 
     def arrived(
         self, time: float, instant: Instant, passage: Passage
@@ -227,18 +220,18 @@ class Crossings:
         tangent = tuple((there / np.abs(there).max()).tolist())
         return found, None, [MotionEvent(middle, "crossing", moving_joints(state, entry.motion), order, tangent)]
 
-    def _continued(self, time: float, left: float) -> Polynomial | None:
+    def _continued(self, time: float, left: float) -> Callable[[float], FloatArray] | None:
         """The acceleration as a polynomial of time, from that of the motion before; None if that was not smooth."""
         length = min(_BEFORE * left, time - self.smooth_steps[0].start)
         while length >= _LEAST_BEFORE * left:
             nodes = np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
             times = time - 0.5 * length * (1.0 - nodes)
             values = np.array([self._acceleration(t) for t in times.tolist()])
-            found = np.polynomial.chebyshev.chebfit(nodes, values, _DEGREE)
-            size, smooth = np.abs(values).max(), Polynomial(time, length, found)
-            misfit = np.abs(np.polynomial.chebyshev.chebval(nodes, found).T - values).max()
+            found = chebyshev.chebfit(nodes, values, _DEGREE)
+            size, smooth = np.abs(values).max(), _polynomial(time, length, found)
+            misfit = np.abs(chebyshev.chebval(nodes, found).T - values).max()
             behind = time + 2.0 * left
-            doubt = np.abs(smooth(behind) - Polynomial(time, length, found[:-2])(behind)).max()
+            doubt = np.abs(smooth(behind) - _polynomial(time, length, found[:-2])(behind)).max()
             if misfit <= _MISFIT * size and doubt <= _DOUBT * size:
                 return smooth
             length *= 0.5
@@ -255,10 +248,6 @@ class Crossings:
         """Base and state of the last steps at a time."""
         step = next(p for p in reversed(self.smooth_steps) if p.start <= time)
         return step.base, step.inside(min(time, step.end))
-
-
-def _roots(square: float, slope: float, rest: float) -> list[complex]:
-    return [complex(root) for root in np.roots([square, slope, rest]) if abs(root.imag) == 0.0]
 
 
 def _singular_values(state: ChainState, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

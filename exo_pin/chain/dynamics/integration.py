@@ -75,7 +75,10 @@ class Rates:
         else:
             a, held = self.carried(t), np.zeros(len(y) - 2 * model.nv - 2)
         # d/dt (base ⊕ ξ) = v, so that ξ' is the inverse of the step's right Jacobian times v.
-        rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
+        rate = v
+        if model.nq != model.nv:
+            right = np.reshape(pin.dIntegrate(model, self.base, shift)[1], (model.nv, model.nv))
+            rate = np.asarray(np.linalg.solve(right, v))
         return np.concatenate(
             [rate, a, [applied.efforts @ v + self._power(q, v, applied.external), state.passive.loss(v) + rubbed], held]
         )
@@ -110,16 +113,6 @@ class Rates:
             float(np.asarray(wrench) @ (tree_frame_jacobian(self.state, q, frame) @ v))
             for frame, wrench in (external or {}).items()
         )
-
-
-def _right_jacobian(model: pin.Model, q: FloatArray, shift: FloatArray) -> FloatArray:
-    """Derivative of q ⊕ ξ with respect to ξ, shape (nv, nv)."""
-    return np.array(np.reshape(pin.dIntegrate(model, q, shift)[1], (model.nv, model.nv)))
-
-
-def first_state(instant: Instant, held: int) -> FloatArray:
-    """y at the start of a step, with room for the impulses of held coordinates."""
-    return np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated], np.zeros(held)])
 
 
 def taken(solver: scipy.integrate.OdeSolver, instant: Instant, short: int) -> int:

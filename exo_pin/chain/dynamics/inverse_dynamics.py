@@ -6,13 +6,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray, as_choice, frozen
 from ..kinematics import closing
 from ..structure.chain_state import ActuatedCoordinates, ChainState
 from ..structure.motion_axes import joint_names
-from .equations.equations_of_motion import EquationsOfMotion, check_solution, checked_equations, tree_terms
+from .equations.equations_of_motion import EquationsOfMotion, check_solution, open_tree, refuse_opening
 from .equations.motion_kernels import NUMBERS, forces_of_state, forces_size, split_forces
 from .equations.solution_kernels import fill_efforts
 from .force_distribution import METRICS, Objective, Range, bounds_and_multipliers, effort_ranges
@@ -54,8 +56,15 @@ def least_forces(
     LoopNotClosed, InvalidInput, UndrivenMotion, NearSingularConfiguration, UnknownName
         As for :meth:`ClosedChain.inverse_dynamics`.
     """
-    work, q = state.buffers, motion[0]
-    v, a, moves, tau = tree_terms(state, *motion, external, checked)
+    work, q, moves = state.buffers, motion[0], checked and not (motion[1] is None and motion[2] is None)
+    # Arrays of one kind: kernels are compiled anew for those that can be written.
+    v, a = (work.still if rates is None else frozen(rates.view()) for rates in motion[1:])
+    if moves:
+        work.jacobian_rates(q, v)
+    else:
+        pin.computeJointJacobians(state.model, work.data, q)
+        np.copyto(work.q, q)
+    tau = open_tree(state, q, v, a, external)
     if applied is not None:
         tau -= applied
     nv, shape = state.nv, (state.row_count, state.nv, state.model.njoints)
@@ -86,8 +95,14 @@ def refuse_motion(
     state.configuration(q)
     for name, rates in (("v", v), ("a", a)):
         state.tangent(name, rates)
-    equations = checked_equations(state, q, tau, numbers[:6], flat, checked)
-    share, weakest = numbers[8:10]
+    worst, gap, speed, size, opening_v, opening_a, _, _, share, weakest, _ = numbers
+    if checked:
+        if not state.is_closed(worst, gap):
+            raise LoopNotClosed(q.copy(), worst, 0)
+        refuse_opening(state, opening_v, speed)
+        refuse_opening(state, opening_a, size, "acceleration")
+    known = state.uncertainty(gap)
+    equations = EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=known, motion=size, flat=flat)
     check_solution(equations, drive.passive, share, weakest, checked)
 
 

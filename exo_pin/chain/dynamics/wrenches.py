@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -175,39 +175,16 @@ def expressed(
             raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
         if receiver != bodies[0]:
             columns = -columns
-    point, axes = axes_and_point(equations, own, at, in_frame)
-    return turned(shifted(columns, point - own[0]), axes), on or state.body_names[receiver]
-
-
-def axes_and_point(
-    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
-) -> tuple[FloatArray, FloatArray]:
-    """Point and axes in which a wrench is to be expressed.
-
-    Parameters
-    ----------
-    own : tuple of ndarray
-        Point (3,) and axes (3, 3), as rows.
-    at : str or array_like
-        "origin" for the own point, a frame's name for its origin, or a point (3,), m, world frame.
-    in_frame : str
-        "world", "local" for the own axes, or a frame's name.
-
-    Raises
-    ------
-    UnknownName
-        If a frame is not known.
-    """
-    names: tuple[Literal["origin", "world", "local"], ...] = ("origin", "world", "local")
     point, axes = own
-    if isinstance(at, str):
-        if at != "origin":
-            point = _frame_pose(equations, at, "point or frame", names[:1])[0]
-    else:
+    if not isinstance(at, str):
         point = as_finite("at", at, (3,))
+    elif at != "origin":
+        point = _frame_pose(equations, at, "point or frame", ("origin",))[0]
     if in_frame == "world":
-        return point, np.eye(3)
-    return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
+        axes = np.eye(3)
+    elif in_frame != "local":
+        axes = _frame_pose(equations, in_frame, "frame", ("world", "local"))[1]
+    return turned(shifted(columns, point - own[0]), axes), on or state.body_names[receiver]
 
 
 def _frame_pose(

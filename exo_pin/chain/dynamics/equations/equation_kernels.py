@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....numerics.small_linear import copy_numbers
+from ....numerics.small_linear import copy_numbers, solve_cholesky
 from ...kinematics.kernels.closure_kernels import add_cross, fill_rate, fill_residual, fill_units, new_scratch
 from ...kinematics.kernels.dependent_kernels import nearest_motion
 from ...structure.memory.chain_buffers import unpacked_constants
@@ -127,7 +127,7 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
 
 
 @kernel
-def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, first: int, out: Any) -> None:
+def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, out: Any) -> None:
     """Wrenches of joints and closures, each about its own point, for several sets of multipliers.
 
     Parameters
@@ -142,10 +142,8 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
         As in :class:`exo_pin.chain.structure.topology.Topology`.
     columns : ndarray
         Shape (rows, sets), multipliers.
-    first : int
-        Place of the first part, of the joints but the world's and then the closures.
     out : ndarray
-        Shape (6 parts, sets), filled from there on.
+        Shape (6 parts, sets), filled: the joints but the world's, then the closures.
     """
     joints, local, _, _, rows, _, _, _, _ = loops
     count, sets, closures = len(poses) - 1, columns.shape[1], len(joints)
@@ -157,18 +155,18 @@ def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, colu
                     own[c, k, s] += unit[i, k] * columns[i, s]
     p = np.empty(3)
     for i in range(len(out) // 6):
-        block, j = out[6 * i : 6 * i + 6], first + i
-        if j < count:
+        block = out[6 * i : 6 * i + 6]
+        if i < count:
             for k in range(6):
                 for s in range(sets):
-                    block[k, s] = tree[j + 1, k] if s == 0 else 0.0
+                    block[k, s] = tree[i + 1, k] if s == 0 else 0.0
                 for c in range(closures):
-                    if carried[j + 1, c] != 0.0:
+                    if carried[i + 1, c] != 0.0:
                         for s in range(sets):
-                            block[k, s] -= carried[j + 1, c] * own[c, k, s]
-            copy_numbers(poses[j + 1, 3], p)
+                            block[k, s] -= carried[i + 1, c] * own[c, k, s]
+            copy_numbers(poses[i + 1, 3], p)
         else:
-            c = j - count
+            c = i - count
             for k in range(6):
                 copy_numbers(own[c, k], block[k])
             pose, place = poses[joints[c, 1]], local[c, 1, 3]
@@ -273,14 +271,10 @@ def fill_equations(
 
 
 @kernel
-def _factor(A: Any) -> Any:
-    """Replace the lower triangle of a symmetric matrix by its Cholesky factor.
+def _inverse_size(A: Any) -> float:
+    """Sum of squares of the inverse of the Cholesky factor of a symmetric matrix, which replaces its lower triangle.
 
-    Returns
-    -------
-    float
-        Sum of squares of the factor's inverse, infinite if a pivot is not above zero: the smallest eigenvalue is not
-        smaller than one over it.
+    It is infinite if a pivot is not above zero: the smallest eigenvalue is not smaller than one over it.
     """
     n, total = len(A), 0.0
     for i in range(n):
@@ -367,17 +361,9 @@ def clear_motion(
                         for t in range(s + 1):
                             A[s, t] += part * basis[k, t]
             trace += A[s, s]
-        total = _factor(A)
-        if massless * max(trace, heaviest) * total < 1.0:
-            clear = True
-            for i in range(count):
-                for k in range(i):
-                    z[i] -= A[i, k] * z[k]
-                z[i] /= A[i, i]
-            for i in range(count - 1, -1, -1):
-                for k in range(i + 1, count):
-                    z[i] -= A[k, i] * z[k]
-                z[i] /= A[i, i]
+        clear = massless * max(trace, heaviest) * _inverse_size(A.copy()) < 1.0
+        if clear:
+            solve_cholesky(A, z)
             for i in range(nv):
                 a[i] = start[i]
                 for s in range(count):

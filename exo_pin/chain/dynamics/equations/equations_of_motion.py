@@ -5,7 +5,7 @@ When a motion or its forces are refused: loops that open, efforts that nothing m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -16,14 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import (
     InvalidInput,
-    LoopNotClosed,
     MasslessMotion,
     NearSingularConfiguration,
     SingularConfiguration,
     UndrivenMotion,
 )
 from ....core.records import Record
-from ....core.validation import FloatArray, as_finite, as_mapping, frozen
+from ....core.validation import FloatArray, as_finite, as_mapping
 from ...kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ...kinematics.structural_rank import structural_rank
 from ...structure.chain_state import CLOSED, ChainState
@@ -236,7 +235,7 @@ class EquationsOfMotion(Record):
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
         columns = np.ascontiguousarray(multipliers)  # another order would be compiled anew
-        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, 0, out)
+        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, out)
         return out
 
     def weights(self) -> FloatArray:
@@ -261,59 +260,6 @@ class EquationsOfMotion(Record):
         wrenches = self.wrenches(columns).reshape(-1, 6, columns.shape[1])
         wrenches[:, 3:] /= top.length
         return wrenches.reshape(-1, columns.shape[1])
-
-
-def tree_terms(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray | None,
-    a: FloatArray | None,
-    external: Mapping[str, ArrayLike] | None,
-    check_closed: bool,
-) -> tuple[FloatArray, FloatArray, bool, FloatArray]:
-    """Fill the buffers with what :func:`.motion_kernels.forces_of_state` takes of the open tree.
-
-    Returns
-    -------
-    tuple
-        Velocity and acceleration, read-only; whether there is a motion; generalised forces of the tree.
-    """
-    work = state.buffers
-    moves = check_closed and not (v is None and a is None)
-    # Arrays of one kind: kernels are compiled anew for those that can be written.
-    v, a = (work.still if rates is None else frozen(rates.view()) for rates in (v, a))
-    if moves:
-        work.jacobian_rates(q, v)
-    else:
-        pin.computeJointJacobians(state.model, work.data, q)
-        np.copyto(work.q, q)
-    return v, a, moves, open_tree(state, q, v, a, external)
-
-
-def checked_equations(
-    state: ChainState, q: FloatArray, tau: FloatArray, found: Sequence[float], flat: FloatArray, check_closed: bool
-) -> EquationsOfMotion:
-    """The equations of motion with what :func:`.equation_kernels.fill_equations` found.
-
-    Parameters
-    ----------
-    check_closed : bool
-        Whether to raise if the loops are open or the motion opens them.
-
-    Raises
-    ------
-    LoopNotClosed
-        If the residual of the loops exceeds 1e-8.
-    InvalidInput
-        If the motion opens the loops.
-    """
-    worst, gap, speed, size, opening_v, opening_a = found
-    if check_closed:
-        if not state.is_closed(worst, gap):
-            raise LoopNotClosed(q.copy(), worst, 0)
-        refuse_opening(state, opening_v, speed)
-        refuse_opening(state, opening_a, size, "acceleration")
-    return EquationsOfMotion.made_of(state=state, q=q, tau=tau, gap=state.uncertainty(gap), motion=size, flat=flat)
 
 
 def open_tree(

@@ -271,7 +271,7 @@ def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any,
         columns[r, 0] = start[r]
         copy_numbers(null[r], columns[r, 1:])
     wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
-    wrenches_of(poses, tree, unit, carried, loops, columns, 0, wrenches)
+    wrenches_of(poses, tree, unit, carried, loops, columns, wrenches)
     matrix, z = np.zeros((count, count)), np.zeros(count)
     for i in range(len(wrenches)):
         weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)

@@ -17,7 +17,7 @@ from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
 from ..crossing import Crossings, SmoothStep
-from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
+from ..integration import Instant, Rates, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
 #: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad.
@@ -66,7 +66,9 @@ class EventIntegration:
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
             while time < target and len(states) < len(when):
                 rates.base = instant.q
-                y = first_state(instant, 0 if rates.mode is None else len(rates.mode.index))
+                # The impulses of held coordinates follow.
+                held = np.zeros(0 if rates.mode is None else len(rates.mode.index))
+                y = np.concatenate([0.0 * instant.v, instant.v, [instant.work, instant.dissipated], held])
                 bound = end if passage is None else passage.end
                 if passage is None:
                     bound, passage = crossings.ahead(time, instant, end)
@@ -129,16 +131,13 @@ class EventIntegration:
             earlier = later
         return None
 
-    def _state(self, inside: scipy.integrate.DenseOutput, time: float) -> tuple[FloatArray, FloatArray]:
-        nv, y = self.rates.state.nv, inside(time)
-        return np.asarray(pin.integrate(self.rates.state.model, self.rates.base, y[:nv])), y[nv : 2 * nv].copy()
-
     def _ends(self, inside: scipy.integrate.DenseOutput, time: float) -> bool:
         """Whether the mode has ended before a time of a step."""
         rates, mode = self.rates, self.rates.mode
         if mode is None:
             return False
-        state, (q, v) = rates.state, self._state(inside, time)
+        state, nv, y = rates.state, rates.state.nv, inside(time)
+        q, v = np.asarray(pin.integrate(state.model, rates.base, y[:nv])), y[nv : 2 * nv].copy()
         if (mode.sign * v < -_BACK * state.topology.column).any():
             return True
         gaps, index, _ = self.stops.gaps(state, q)

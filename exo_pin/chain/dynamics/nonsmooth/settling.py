@@ -108,7 +108,8 @@ def settled(
     column = state.topology.column
     gaps, index, side = stops.gaps(state, q)
     # Joints that rested on their stops still do, however much the projection on the loops has moved them.
-    rested = _resting(before, index, side)
+    held = set() if before is None else before.held.pairs
+    rested = np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
     touching = (gaps <= AT_STOP) | rested
     index, side = index[touching], side[touching]
     found: list[MotionEvent] = []
@@ -136,11 +137,6 @@ def settled(
     return Instant(q, v, instant.work, instant.dissipated + lost), mode, found
 
 
-def _resting(mode: ContactMode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
-    held = set() if mode is None else mode.held.pairs
-    return np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
-
-
 def _mode(
     rates: Rates, time: float, where: tuple[FloatArray, FloatArray], sliding: FloatArray, contacts: Contacts
 ) -> ContactMode:
@@ -159,8 +155,7 @@ def _mode(
     sliding, own = sliding.copy(), contacts.place[slips]
     sliding[own] = found.force[slips]
     sign[own] = np.sign(found.a[own])
-    held = contacts.only(found.sticks)
-    return ContactMode(state, sliding, sign, held)
+    return ContactMode(state, sliding, sign, contacts.only(found.sticks))
 
 
 def _changes(state: ChainState, time: float, before: ContactMode | None, after: ContactMode) -> list[MotionEvent]:

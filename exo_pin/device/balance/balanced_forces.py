@@ -15,7 +15,6 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ...numerics.analytic_vectors import cross_matrix
 from ...numerics.rank_factors import fill_least_in_order, solve_and_span
 from ..device_model import DeviceModel
 from .device_loads import DeviceLoads
@@ -352,20 +351,28 @@ class _Attachments:
         count, _, width = forces.shape
         wrenches = forces[:, 3:-6].reshape(count, -1, 6, width)
         firm = wrenches[:, : points.shape[1]]
-        couples = firm[:, :, 3:] - cross_matrix(points) @ firm[:, :, :3]
+        couples = firm[:, :, 3:] - _cross_matrix(points) @ firm[:, :, :3]
         each = [part.reshape(count, -1, width) for part in (couples, wrenches[:, :, :3])]
         if self.model.cuff is None:
             return each
         total = wrenches.sum(axis=1)
         if welded is not None:
             total[:, :, 0] += welded
-        return [total[:, 3:] - cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
+        return [total[:, 3:] - _cross_matrix(self.R @ self.model.cuff) @ total[:, :3], total[:, :3], *each]
 
     def _about(self, wrenches: FloatArray) -> FloatArray:
         """Wrenches about the world's origin, shape (..., 6), about O."""
         out = np.array(wrenches)
-        out[..., 3:] += wrenches[..., :3] @ cross_matrix(self.model.centre)
+        out[..., 3:] += wrenches[..., :3] @ _cross_matrix(self.model.centre)
         return out
+
+
+def _cross_matrix(a: FloatArray) -> FloatArray:
+    """Matrix of a × of vectors, shape (..., 3)."""
+    out = np.zeros((*a.shape, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., j, k], out[..., k, j] = -a[..., i], a[..., i]
+    return out
 
 
 def least_in_order(effects: list[FloatArray], present: list[FloatArray], none: float) -> FloatArray:

@@ -91,8 +91,6 @@ class ContactForces(NamedTuple):
         Shape (nv,), all friction, and the reactions of the stops.
     unique : ndarray of bool
         Shape (nv,), coordinates in which friction and reaction of the stop are the same in every solution.
-    residual : float
-        Error of the complementarity conditions, as a share of the largest term.
     """
 
     a: FloatArray
@@ -101,7 +99,6 @@ class ContactForces(NamedTuple):
     friction: FloatArray
     stops: FloatArray
     unique: NDArray[np.bool_]
-    residual: float
 
 
 def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -190,7 +187,7 @@ def contact_forces(
     unique[index[~found.unique]] = False
     # Exactly zero, but for contacts on a bound of their force that would not move without it either.
     still = np.abs(found.rate) <= _STILL * float(np.abs(start).max(initial=0.0))
-    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
+    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique))
 
 
 def impact(

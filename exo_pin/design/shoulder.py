@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
-from ..core.conventions import MIRROR, as_side, shoulder_angles
+from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
 from ..core.errors.checked import checked
 from ..core.records import Record
@@ -99,41 +98,6 @@ class Shoulder(Record):
         if self.stiffness is None:
             return self
         return replace(self, stiffness=MIRROR @ self.stiffness @ MIRROR)
-
-    def allows(self, poses: Rotation, side: str = "left") -> np.ndarray:
-        """Whether the joint reaches an orientation.
-
-        Parameters
-        ----------
-        poses : Rotation
-            Single or a stack of shape (...).
-        side : {"left", "right"}
-            Side of the body.
-
-        Returns
-        -------
-        ndarray of bool
-            Shape (...). Without a known range everything is allowed. Of the two Y-X-Z triples that describe
-            one orientation, (θy, θx, θz) and (θy + 180°, 180° - θx, θz + 180°), one within the range suffices.
-
-        Notes
-        -----
-        Source: thesis Table 5-6.
-
-        Examples
-        --------
-        >>> exo = ep.load("prototype")
-        >>> exo.mechanism.shoulder.allows(exo.pose(abduction=[20, 20], internal_rotation=[0, 80])).tolist()
-        [True, False]
-        """
-        angles = shoulder_angles(poses, as_side(side))
-        if self.half_diagonal is None or self.abduction_centre is None:
-            return np.ones(angles.shape[:-1], dtype=bool)
-        abduction, axial = angles[..., 1], angles[..., 2]
-        first = np.abs(abduction - self.abduction_centre) + np.abs(axial)
-        turned = np.mod(axial + 2 * np.pi, 2 * np.pi) - np.pi
-        second = np.abs(np.pi - abduction - self.abduction_centre) + np.abs(turned)
-        return np.minimum(first, second) < self.half_diagonal
 
 
 #: Pressures to compare the cuff's with, and where they come from: none was found for the upper arm.

@@ -146,7 +146,8 @@ class CentreOffset(Record):
     ----------
     base : ndarray
         Of the centre that base ring and torso hold, shape (..., 3), m, base frame. A stack lets the anatomical
-        centre move with the pose: a shoulder that moves by d shifts the base by -d (:meth:`of_moving_shoulder`).
+        centre move with the pose: a shoulder that moves by d shifts the base by -d
+        (:class:`CentrePath`).
     cuff : ndarray
         Of the centre that platform and arm carry, shape (..., 3), m, arm frame {O_B}.
 
@@ -188,31 +189,6 @@ class CentreOffset(Record):
         True
         """
         return cls(offset, offset)  # type: ignore[arg-type]
-
-    @classmethod
-    def of_moving_shoulder(cls, displacement: ArrayLike, offset: ArrayLike = (0.0, 0.0, 0.0)) -> CentreOffset:
-        """Offset of a device whose wearer's shoulder centre moves with the pose.
-
-        Parameters
-        ----------
-        displacement : array_like
-            Shape (..., 3), m, base frame: where the centre has moved to, from its place at rest.
-        offset : array_like
-            Shape (3,), m, of the device at rest, base and cuff together.
-
-        Returns
-        -------
-        CentreOffset
-
-        Examples
-        --------
-        >>> offset = ep.CentreOffset.of_moving_shoulder([0.0, 0.0, 0.02])  # m; the shoulder rises
-        >>> offset.base.tolist()  # m: from the wearer, the device's base has sunk by as much
-        [0.0, 0.0, -0.02]
-        """
-        moved = as_finite("displacement", displacement, (3,), stack=True)
-        own = as_finite("offset", offset, (3,))
-        return cls(own - moved, own)
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +273,8 @@ class CentrePath(Record):
         >>> (1e3 * offset.base).round(6)  # mm: the device's base, seen from the centre that has moved
         array([ 20.,   0., -25.])
         """
-        return CentreOffset.of_moving_shoulder(self.at(elevation_angle(poses)), np.asarray(self.fit))
+        own = np.asarray(self.fit)
+        return CentreOffset(own - self.at(elevation_angle(poses)), own)
 
     def mirrored(self) -> CentrePath:
         """Mirror image in the x-z plane, for the other shoulder.

@@ -25,7 +25,7 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, forces
-from .kernels import largest_region, nearest_to_rest
+from .kernels import largest_region
 
 
 @checked
@@ -281,12 +281,6 @@ class Workspace(Result, ReadOnly):
         """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
         poses = self.poses[self.region]
         return float(poses.magnitude().min()) if self.region.any() else float("nan")
-
-    @property
-    def nearest_to_rest(self) -> tuple[int, ...]:
-        """Index of the pose nearest to rest."""
-        flat = nearest_to_rest(self.poses.as_matrix().reshape(self.margin.size, 3, 3))
-        return tuple(int(k) for k in np.unravel_index(flat, self.margin.shape))
 
     @property
     def blocks_elbow(self) -> bool:

@@ -209,7 +209,6 @@ def joints():
     return in_turn(
         {
             "shoulder": lambda: (shoulder, shoulder.mirrored().stiffness),
-            "range": lambda: (shoulder.allows(poses), shoulder.allows(poses, "right"), ep.Shoulder().allows(poses)),
             "of a number": lambda: ep.Shoulder(stiffness=2e4).stiffness,
             "free": lambda: ep.Shoulder(stiffness=0.0).stiffness,
             "skew": lambda: ep.Shoulder(stiffness=stiff + np.diag([10.0, 0.0], 1)),

@@ -175,7 +175,6 @@ def cases():
             "to above": lambda: CentrePath([0.1, np.pi + 1e-8], [[0, 0, 0]] * 2),
             "to the top": lambda: CentrePath([0.0, np.pi + 5e-10], [[0, 0, 0.2]] * 2).at(np.pi),
             "far": lambda: CentrePath([0.0, 1.0], [[0, 0, 0.201]] * 2),
-            "moving shoulder": lambda: CentreOffset.of_moving_shoulder([[0.01, 0, 0.02]] * 2, [0.0, 0.003, 0.0]),
             "together": lambda: CentreOffset.together([0.2, -0.2, 0.1]),
             "too far": lambda: CentreOffset([0.0, -0.201, 0.0], [0, 0, 0]),
             "too fast": lambda: Motion([0, 0, 0], [0, -1.1e6, 0]),

@@ -57,7 +57,8 @@ def grid(exo, low=10.0):
 
 def told(found):
     """All that is said of a workspace."""
-    region = found.nearest_to_rest, found.region_distance, float(found.region.mean())
+    nearest = np.unravel_index(found.poses.magnitude().argmin(), found.inside.shape)
+    region = nearest, found.region_distance, float(found.region.mean())
     return str(found), found.summary(), found.columns(), found.tensions, found.gaps, region
 
 

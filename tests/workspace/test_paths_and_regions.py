@@ -103,4 +103,3 @@ def test_region_is_the_largest_set_of_neighbours(seed, limbs):
     assert inside[found.region].all()
     angles = poses.magnitude()
     assert found.region_distance == angles[found.region].min()
-    assert found.nearest_to_rest == np.unravel_index(angles.argmin(), shape)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -117,11 +118,17 @@ def outlined() -> list[Any]:
     return [withStroke(linewidth=2.5, foreground="white", alpha=0.85)]
 
 
-def tidy(ax: Any) -> None:
-    """The frame of a plot: no line at the top and right, a light grid."""
+def tidy(ax: Any, grid: str = "both") -> None:
+    """The frame of a plot: no line at the top and right, a light grid along "x", "y" or "both"."""
     ax.spines[["top", "right"]].set_visible(False)
-    ax.grid(color="0.9", linewidth=0.8)
+    ax.grid(axis=grid, color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
+
+
+def name_rows(ax: Any, names: Sequence[str], size: float | None = None) -> None:
+    """Names on the left of bars, the first on top."""
+    ax.set_yticks(range(len(names)), names, fontsize=size)
+    ax.invert_yaxis()
 
 
 def force_scale(values: FloatArray) -> tuple[Any, _Cut]:

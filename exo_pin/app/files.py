@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import io
+import shutil
 import tempfile
-import zipfile
 from pathlib import Path
 
 from ..core.errors import InvalidInput
 from ..core.files.atomic import write_bytes
 from .asked import Asked
-from .guard import LARGEST
 
+#: Largest body of a request, bytes: a long recording.
+LARGEST = 20_000_000
 #: Largest design file, bytes.
 LARGEST_DESIGN = 1_000_000
 
@@ -21,7 +21,6 @@ class PageFiles:
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="exo_pin_app_")
-        self._count = 0
 
     def close(self) -> None:
         """Remove all files."""
@@ -29,10 +28,7 @@ class PageFiles:
 
     def _place(self) -> Path:
         """A new folder."""
-        self._count += 1
-        made = Path(self._folder.name, str(self._count))
-        made.mkdir()
-        return made
+        return Path(tempfile.mkdtemp(dir=self._folder.name))
 
     def keep(self, name: str, content: bytes, endings: tuple[str, ...] = (".toml",), most: int = LARGEST) -> str:
         """Path of a file that was given, which is written under its own name within the folder."""
@@ -52,11 +48,7 @@ class PageFiles:
         written = sorted(folder.iterdir())
         if len(written) == 1:
             return written[0].name, written[0].read_bytes()
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in written:
-                archive.write(path, path.name)
-        return f"{name}.zip", packed.getvalue()
+        return f"{name}.zip", Path(shutil.make_archive(str(folder), "zip", folder)).read_bytes()
 
     def report(self, asked: Asked, ending: str) -> tuple[str, bytes]:
         """Name and content of the report on device and person, ``.pdf`` or ``.html``."""

@@ -11,12 +11,11 @@ from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
 from ..view.page.live_server import is_of_this_machine
+from .files import LARGEST
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
-#: Largest body of a request, bytes: a long recording.
-LARGEST = 20_000_000
 
 
 class Guard:

@@ -164,27 +164,26 @@ def _held(state: ChainState, closure: Closure, names: set[str], q: FloatArray) -
         If it cannot hold with the joints where they are locked.
     """
     assert closure.polynomial is not None
-    a, b = (name if name != "universe" else None for name in (closure.frame_a, closure.frame_b))
-    free = [name for name in (a, b) if name is not None and name not in names]
-    if len(free) == 2 or (a is None and free):
+    (a, b), (r_a, r_b) = (closure.frame_a, closure.frame_b), closure.references
+    if a not in names and b not in names:
         return closure
-    (at_a, at_b), (r_a, r_b) = (
-        (0.0 if n is None else q[state.configuration_slice(n)][0] for n in (a, b)),
-        closure.references,
+    x, y = (
+        (0.0 if end == "universe" else q[state.configuration_slice(end)][0]) - start
+        for end, start in ((a, r_a), (b, r_b))
     )
     asked = np.polynomial.Polynomial(closure.polynomial)
-    if b in free:
-        return replace(closure, frame_a="universe", polynomial=(float(asked(at_a - r_a)),), references=(0.0, r_b))
-    places = [at_a - r_a] if a not in free else [x.real for x in (asked - (at_b - r_b)).roots() if abs(x.imag) < CLOSED]
-    nearest = min(places, key=lambda x: abs(x - (at_a - r_a)), default=np.nan)
-    if not abs(asked(nearest) - (at_b - r_b)) <= CLOSED:
+    if b not in names:
+        return replace(closure, frame_a="universe", polynomial=(float(asked(x)),), references=(0.0, r_b))
+    moves = a not in names and a != "universe"
+    places = [root.real for root in (asked - y).roots() if abs(root.imag) < CLOSED] if moves else [x]
+    nearest = min(places, key=lambda place: abs(place - x), default=np.nan)
+    if not abs(asked(nearest) - y) <= CLOSED:
         raise InvalidInput(
-            f"coupling {closure.name!r} cannot hold with {b!r} locked at {at_b:.6g}: lock its joints where it does, "
+            f"coupling {closure.name!r} cannot hold with {b!r} locked at {y + r_b:.6g}: lock its joints where it does, "
             "for example at a configuration from close()"
         )
-    if a not in free:
+    if not moves:
         return None
-    assert a is not None
     return Closure(closure.name, closure.type, "universe", a, polynomial=(float(nearest),), references=(0.0, r_a))
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from cyclopts import Parameter
 
 from ..core.conventions import CLINICAL_ANGLES
 from ..core.errors import InvalidInput, MissingExtra, NoisyMovement
@@ -75,10 +74,12 @@ def reaction(
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
     split: options.Split | None = None,
-    compare: Annotated[list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1))] = None,
+    compare: Annotated[
+        list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1), allow_leading_hyphen=False)
+    ] = None,
     require_hold: bool = False,
     explain: bool = False,
-    muscles: Annotated[bool | None, Parameter(negative="--no-muscles"), options.needs("person")] = None,
+    muscles: options.Muscled = None,
     strength: options.Percent | None = None,
     table: bool = False,
     progress: options.Progress = False,

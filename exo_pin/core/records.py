@@ -48,7 +48,8 @@ class Record:
         return made
 
     def __getstate__(self) -> tuple[dict[str, Any], list[np.ndarray], list[str]]:
-        state = {name: value for name, value in vars(self).items() if not _is_computed(type(self), name)}
+        computed = {name for name in vars(self) if isinstance(getattr(type(self), name, None), cached_property)}
+        state = {name: value for name, value in vars(self).items() if name not in computed}
         # A view on a mapping cannot be pickled: the mapping is, and the copy makes the view.
         views = [name for name, value in state.items() if isinstance(value, MappingProxyType)]
         state |= {name: dict(state[name]) for name in views}
@@ -59,10 +60,6 @@ class Record:
         freeze(arrays)
         vars(self).update(attributes)
         vars(self).update({name: MappingProxyType(attributes[name]) for name in views})
-
-
-def _is_computed(kind: type, name: str) -> bool:
-    return isinstance(getattr(kind, name, None), cached_property)
 
 
 def keeps_read_only(kind: type[_Kind]) -> type[_Kind]:

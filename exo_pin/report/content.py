@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.tables import WIDTH, aligned, filled, in_blocks, screen_width, three_digits
 from ..workspace import CRITERIA
-from .digits import ends, shown
 
 if TYPE_CHECKING:
     from .record import DesignReport
@@ -25,6 +27,25 @@ _CRITERIA = {
     "evaluated": "within the data of the springs",
     "shoulder_range": "within the range of the shoulder",
 }
+
+
+def shown(value: float) -> str:
+    """A number with three significant digits, without exponent."""
+    if not math.isfinite(value):
+        return "–"
+    return three_digits(float(f"{value:.3g}")) if abs(value) >= 5e-4 else "0"
+
+
+def ends(low: float, high: float) -> str:
+    """Two ends of a range."""
+    return "–" if not (math.isfinite(low) or math.isfinite(high)) else f"{shown(low)} to {shown(high)}"
+
+
+def worst(values: ArrayLike) -> float:
+    """The largest of those that are known, else NaN."""
+    given = np.asarray(values, dtype=float)
+    known = given[np.isfinite(given)]
+    return float(known.max()) if known.size else math.nan
 
 
 class PagePart(NamedTuple):
@@ -73,13 +94,15 @@ def foot_words(report: DesignReport) -> str:
 
 def sections_of(report: DesignReport) -> list[PagePart]:
     """All sections in their order."""
+    hazards = [[each.name, each.computed, each.not_computed] for each in report.hazards]
+    head, widths = ("hazard", "computed", "not computed"), (2.0, 4.0, 2.6)
     return [
         _postures(report),
         _tasks(report),
         _workspace(report),
         _drives(report),
         _fit(report),
-        _hazards(report),
+        PagePart("Hazards", (), head, hazards, report.hazard_source, widths, 3),
         PagePart("What was assumed", report.assumed),
         PagePart("What was not checked", report.not_checked),
     ]
@@ -206,13 +229,6 @@ def _off(report: DesignReport) -> str:
     if math.isfinite(report.off_by_10_mm_N) or not math.isfinite(report.off_on_cuff_N):
         return _with_unit(report.off_by_10_mm_N, "N")
     return f"cannot follow; on a soft cuff {shown(report.off_on_cuff_N)} N"
-
-
-def _hazards(report: DesignReport) -> PagePart:
-    rows = [[each.name, each.computed, each.not_computed] for each in report.hazards]
-    return PagePart(
-        "Hazards", (), ("hazard", "computed", "not computed"), rows, report.hazard_source, (2.0, 4.0, 2.6), 3
-    )
 
 
 def as_text(report: DesignReport) -> str:

@@ -25,7 +25,7 @@ from ..reaction import Reaction
 from ..reaction.constraints.actuator_limits import length_limits
 from ..study.detailed_figures import change_of_rigid, change_on_cuff
 from ..workspace import Workspace, limb_loss
-from .digits import worst
+from .content import worst
 from .hazards import SOURCE, hazards_of
 from .record import DesignReport, DriveNeed, PersonFit, Posture, Task
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from .digits import shown, worst
+from .content import shown, worst
 from .record import DesignReport, Hazard
 
 SOURCE = (

@@ -61,19 +61,16 @@ def html_page(report: DesignReport) -> str:
 def _html_section(section: PagePart) -> str:
     parts = [f"<h2>{escape(section.title)}</h2>", *(f"<p>{escape(text)}</p>" for text in section.texts)]
     if section.rows:
-        head, *rows = (_html_row(section, row, tag) for row, tag in _tagged(section))
+        head, *rows = (_html_row(section, row) for row in (section.head, *section.rows))
+        head = head.replace("<td", "<th").replace("</td", "</th")
         parts.append(f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>")
     parts += [f"<p class='small'>{escape(section.source)}</p>"] if section.source else []
     return "".join(parts)
 
 
-def _tagged(section: PagePart) -> list[tuple[Sequence[str], str]]:
-    return [(section.head, "th"), *((row, "td") for row in section.rows)]
-
-
-def _html_row(section: PagePart, row: Sequence[str], tag: str) -> str:
-    looks = ["" if k >= section.words else " class='words'" for k in range(len(row))]
-    return f"<tr>{''.join(f'<{tag}{look}>{escape(cell)}</{tag}>' for cell, look in zip(row, looks, strict=True))}</tr>"
+def _html_row(section: PagePart, row: Sequence[str]) -> str:
+    looks = [" class='words'" if k < section.words else "" for k in range(len(row))]
+    return f"<tr>{''.join(f'<td{look}>{escape(cell)}</td>' for cell, look in zip(row, looks, strict=True))}</tr>"
 
 
 def pdf_pages(report: DesignReport) -> bytes:
@@ -161,5 +158,5 @@ class _Print:
             headings_style=self._face(emphasis="BOLD", fill_color=(232, 236, 242)),
             v_align="TOP",
         ) as table:
-            for row, _ in _tagged(section):
+            for row in (section.head, *section.rows):
                 table.row(list(row))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from typing import Any, cast
 
 from starlette.routing import WebSocketRoute
@@ -14,7 +14,6 @@ from .live_stream import LiveStream
 from .options import ServiceOptions
 from .problems import problem
 from .sample_poses import opening_of
-from .samples import Opening
 from .workers import Workers
 
 #: A stream over UDP ends after so many s without a message, and a connection without an opening.
@@ -37,32 +36,41 @@ class Live:
         self.open = 0
         self.route = WebSocketRoute("/live", self._websocket)
 
-    def opening(self, message: bytes | str) -> Opening | bytes:
-        """The opening that a first message is, or the problem document of why no stream begins."""
+    async def begin(self, message: bytes | str, send: Callable[[bytes], Awaitable[None]]) -> LiveStream | None:
+        """The stream that a first message opens; None where it opens none, which its sender is told."""
+        opening = opening_of(message, self._options.token)
         if self.open >= self._options.live:
-            return problem(503, "Busy", "as many streams are open as may")
-        return opening_of(message, self._options.token)
+            opening = problem(503, "Busy", "as many streams are open as may")
+        if isinstance(opening, bytes):
+            await send(opening)
+            return None
+        self.open += 1
+        stream, opened = LiveStream(self.workers, send), False
+        try:
+            opened = await stream.open(opening)
+        finally:
+            if not opened:
+                await self.end(stream)
+        return stream if opened else None
+
+    async def end(self, stream: LiveStream) -> None:
+        """End a stream that has begun."""
+        self.open -= 1
+        await stream.close()
 
     async def _websocket(self, socket: WebSocket) -> None:
         await socket.accept()
         try:
             async with asyncio.timeout(_SILENCE):
                 first = await _received(socket)
-            opening = self.opening(first)
-            if isinstance(opening, bytes):
-                await socket.send_text(opening.decode())
-                await socket.close(1008)
-                return
-            stream = LiveStream(self.workers, lambda body: socket.send_text(body.decode()))
-            self.open += 1
-            try:
-                if await stream.open(opening):
+            stream = await self.begin(first, lambda body: socket.send_text(body.decode()))
+            if stream is not None:
+                try:
                     while True:
                         stream.take(await _received(socket))
-                await socket.close(1008)
-            finally:
-                self.open -= 1
-                await stream.close()
+                finally:
+                    await self.end(stream)
+            await socket.close(1008)
         except TimeoutError:
             await socket.close(1008)
         except WebSocketDisconnect:
@@ -137,23 +145,14 @@ class _Datagrams(asyncio.DatagramProtocol):
                 self._transport.sendto(body, address)
 
         await self._end(address)
-        opening = self._live.opening(data)
-        if isinstance(opening, bytes):
-            self._transport.sendto(opening, address)
-            return
-        stream = LiveStream(self._live.workers, send)
-        self._live.open += 1
-        if await stream.open(opening):
+        stream = await self._live.begin(data, send)
+        if stream is not None:
             self._streams[address] = stream
-        else:
-            self._live.open -= 1
-            await stream.close()
 
     async def _end(self, address: Any) -> None:
         stream = self._streams.pop(address, None)
         if stream is not None:
-            self._live.open -= 1
-            await stream.close()
+            await self._live.end(stream)
 
     async def _end_silent(self) -> None:
         while True:

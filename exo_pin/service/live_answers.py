@@ -103,10 +103,16 @@ class LiveSession:
     def answer(self, sample: Sample) -> dict[str, Any]:
         """What a sample's pose gives, by the names of :class:`LiveAnswer`."""
         pose = self._poses.pose(sample)
+        body: dict[str, Any] = dict.fromkeys(("can_hold", "shoulder_force", "joint_force", "magnitude", "doubt"))
         if pose is None:
-            return _empty(self._poses.calibrating, "calibrating")
+            none = {"verdict": self._poses.calibrating, "status": "calibrating"}
+            return body | none | {"actuator_forces": [], "cautions": []}
         found, cautions = doubted(lambda: getattr(self.exo, self.name)(pose, **self._arguments))
-        body = _of_reaction(found) if self.name == "reaction" else _of_contact(found)
+        if self.name == "reaction":
+            body["can_hold"] = None if found.unknown else bool(found.can_hold)
+            body |= {"shoulder_force": found.shoulder_force, "actuator_forces": found.actuator_forces}
+        else:
+            body |= {"joint_force": found.force, "actuator_forces": found.device_forces}
         return body | {
             "verdict": found.verdict,
             "status": str(found.status),
@@ -114,22 +120,6 @@ class LiveSession:
             "cautions": [*found.cautions, *cautions],
             "doubt": self._poses.doubt,
         }
-
-
-def _empty(verdict: str, status: str) -> dict[str, Any]:
-    none = dict.fromkeys(("can_hold", "shoulder_force", "joint_force", "magnitude", "doubt"))
-    return {**none, "verdict": verdict, "status": status, "actuator_forces": [], "cautions": []}
-
-
-def _of_reaction(found: Any) -> dict[str, Any]:
-    can_hold = None if found.unknown else bool(found.can_hold)
-    forces = {"shoulder_force": found.shoulder_force, "actuator_forces": found.actuator_forces}
-    return {**forces, "can_hold": can_hold, "joint_force": None}
-
-
-def _of_contact(found: Any) -> dict[str, Any]:
-    forces = {"joint_force": found.force, "actuator_forces": found.device_forces}
-    return {**forces, "can_hold": None, "shoulder_force": None}
 
 
 class Request(msgspec.Struct):

@@ -155,8 +155,8 @@ class Stream:
             raise InvalidInput(f"expected a rate of samples, Hz, got {rate:g}")
         self._rate = rate
         self._first: float | None = None
-        self._newest: tuple[int | None, float] | None = None
-        self._quickest, self._at = math.inf, -math.inf
+        self._newest: tuple[int | None, float] = (None, -math.inf)
+        self._quickest, self._at = math.inf, math.inf
 
     def take(self, sample: Sample, arrived: float) -> Arrival:
         """Say of a sample what it shows, at the time of the receiver's clock at which it has come, s."""
@@ -166,24 +166,14 @@ class Stream:
         seq = sample.seq
         if seq is None and self._rate is not None:
             seq = round((sample.t - self._first) * self._rate)
-        delay = self._delay(arrived - sample.t, arrived)
-        if self._newest is None:
-            self._newest = (seq, sample.t)
-            return Arrival(seq, False, None, delay)
-        before, then = self._newest
-        if before is not None and seq is not None:
-            if seq <= before:
-                return Arrival(seq, True, None, delay)
-            lost = (before + 1, seq - 1) if seq > before + 1 else None
-        else:
-            if sample.t <= then:
-                return Arrival(seq, True, None, delay)
-            lost = None
-        self._newest = (seq, sample.t)
-        return Arrival(seq, False, lost, delay)
-
-    def _delay(self, took: float, arrived: float) -> float:
         # The quickest way is forgotten as slowly as clocks drift.
-        aged = self._quickest + _DRIFT * max(arrived - self._at, 0.0) if math.isfinite(self._at) else math.inf
+        took, aged = arrived - sample.t, self._quickest + _DRIFT * max(arrived - self._at, 0.0)
         self._quickest, self._at = min(aged, took), arrived
-        return took - self._quickest
+        delay, (before, then) = took - self._quickest, self._newest
+        is_late, lost = sample.t <= then, None
+        if before is not None and seq is not None:
+            is_late = seq <= before
+            lost = (before + 1, seq - 1) if seq > before + 1 else None
+        if not is_late:
+            self._newest = (seq, sample.t)
+        return Arrival(seq, is_late, lost, delay)

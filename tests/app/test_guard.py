@@ -4,7 +4,8 @@ import asyncio
 
 import pytest
 
-from exo_pin.app.guard import LARGEST, Guard
+from exo_pin.app.files import LARGEST
+from exo_pin.app.guard import Guard
 
 TOKEN = "a-secret"
 HERE = ((b"host", b"127.0.0.1:7100"),)

@@ -6,6 +6,7 @@ import numpy as np
 from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_turn, of_run
 from asked_plants import PATH, POSE, SHOVE, SPASTIC, SPIN, STOPS, TISSUE, device, waves
+from scipy.interpolate import PchipInterpolator
 
 import exo_pin as ep
 from exo_pin import control
@@ -22,13 +23,9 @@ def moved(plant, start, faults=(), *more, sensor=None):
 
 
 def muscles():
-    """In line, with every option: manifold, both kinds of valves, friction, springs, the ends of the shoulder."""
+    """In line, with every option: manifold, valves, friction, springs, the ends of the shoulder."""
     path, vent, narrow = Valve(2e-10, 0.4), Valve(3e-10, 0.25), Valve(1e-10, 0.5)
-    valves = [
-        ValveUnit(path, vent, restrictor=narrow, frequency=17.0),
-        ValveUnit(path, vent, layout="fill and vent", frequency=31.0),
-        ValveUnit(path, vent),
-    ]
+    valves = ValveUnit(path, vent, restrictor=narrow, frequency=17.0)
     options = ep.PlantOptions(
         supply=Supply(3.7e5, Valve(1e-10, 0.3), 5e-5), valves=valves, polytropic_exponent=1.23, dead_volume=3.1e-6,
         braid_stiffness=2500.0, muscle_damping=Damping.from_bar(-1.3, 0.9),
@@ -144,7 +141,8 @@ def chains():
     for name, limit in (("spring-support", None), ("six-cables", 90.0), ("nesm", 20.0), ("spherical-3rrr", None)):
         options = control.PlantOptions(joint_motor=replace(OF_JOINT, limit=limit), shoulder_viscous=0.1)
         turn = control.AnglePath([0.0, 0.5], [[0.1, 0.0, 0.0], [0.3, 0.2, -0.1]])
-        torso = control.Torso(turn, ([0.0, 0.01, 0.03], [[0.0, 0.0, 1.0], [2.0, 0.0, -1.0], [0.0, 3.0, 0.0]]))
+        jolt = PchipInterpolator([0.0, 0.01, 0.03], [[0.0, 0.0, 1.0], [2.0, 0.0, -1.0], [0.0, 3.0, 0.0]])
+        torso = control.Torso(turn, jolt)
         found[name] = lambda name=name, options=options, torso=torso: brief(
             ep.Plant(device(name), options, wearer=TISSUE, torso=torso)
         )
@@ -154,7 +152,7 @@ def chains():
     return in_turn(
         **found, ends=lambda: brief(ends, beyond), below=lambda: brief(ends, below),
         slow=lambda: brief(ep.Plant(ep.load("four-cables"), lacking, wearer=TISSUE)),
-        limit=lambda: ep.Plant(device("six-cables")), times=lambda: control.Torso(None, ([0.0, 0.0], np.zeros((2, 3)))),
+        limit=lambda: ep.Plant(device("six-cables")),
         moment=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: np.full(3, np.nan))),
     )  # fmt: skip
 
@@ -213,14 +211,13 @@ def refused():
     parts = ("supply", "muscle_damping", "winch", "linear_actuator", "joint_motor", "muscle_friction", "valves")
     return in_turn(
         **{f"{name} as 3": lambda name=name: options(**{name: 3}) for name in parts},
-        valves=lambda: options(valves=[]), valve=lambda: options(valves=[1]), flange=lambda: options(second_flange=1),
+        flange=lambda: options(second_flange=1),
         adiabatic=lambda: options(polytropic_exponent=1.41), isothermal=lambda: options(polytropic_exponent=0.99),
         ends=lambda: [ep.Fault("supply drop", 0, command=c, share=s) for c, s in ((-1.0, 0.0), (1.0, 1.0))],
         edges=lambda: [options(polytropic_exponent=kappa).polytropic_exponent for kappa in (1.0, 1.4)],
         dead=lambda: options(dead_volume=0.0), supply=lambda: options(supply=4e5),
         law=lambda: options(muscle_friction=3.0),
-        field=lambda: options().replace(valve=1), count=lambda: ep.Plant(ep.load("prototype"),
-        options(valves=[options().valves] * 2)),
+        field=lambda: options().replace(valve=1),
         gear=lambda: motor(play=0.1), beyond=lambda: motor(stiffness=9.0), inertia=lambda: motor(inertia=-1.0),
         winch=lambda: control.Winch(gear_ratio=0.0), screw=lambda: control.LinearActuator(lead=-1.0),
         unknown=lambda: ep.Plant(ep.load("nesm")), options=lambda: ep.Plant(ep.load("prototype"), 3),
@@ -287,7 +284,6 @@ def lacking():
     pad = control.Padding(damping_time=0.01, mass=0.0, source="a test")
     far = control.Turn(ep.shoulder_rotation(-60.0, 0.0, 80.0, degrees=True), [0.0, 0.0, 0.1], 1.0)
     abduction, muscles = control.experiment("abduction"), ep.Plant(prototype)
-    mixed = [replace(ep.PlantOptions().valves, layout=each) for each in ("3/2", "fill and vent", "3/2")]
     blind = control.Experiment("lift", "Lift", worn.replace(measures=["lengths"]).mechanism, PATH, "model")
     damped = ep.Plant(cables, ep.PlantOptions(winch=control.Winch(damping_time=0.3)))
     whole = ep.Plant(cables, wearer=lambda t, arm: np.zeros(3))
@@ -303,7 +299,7 @@ def lacking():
             replace(muscles.state(), angular_velocity=np.full(3, 1e11)), [0.0] * 3, 0.1),
         weightless=lambda: ep.Plant(prototype.replace(gravity=(0.0, 0.0, 0.0)),
                                     ep.PlantOptions(second_flange=True)).rest(near=POSE),
-        layouts=lambda: abduction.replace(valves=mixed).run(), once=lambda: prototype.track(Standing()),
+        once=lambda: prototype.track(Standing()),
         stroke=lambda: ep.load("four-linear-actuators").track(far), blind=lambda: blind.foreseen,
         gains=lambda: prototype.track("flexion", feedback=control.FeedbackGains()),
         limb=lambda: abduction.replace(faults=ep.Fault("burst", 9)),

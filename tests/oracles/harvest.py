@@ -19,6 +19,7 @@ from places import URDF
 from published_problems import windows
 from published_urdf import published_urdf
 from rubbing_chains import slide
+from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
 from sockets import hanging
@@ -244,7 +245,7 @@ def _moved(folder):
     ]
     cup, torso = (
         control.Payload(1.0, [0.0, 0.0, -0.3], 0.0, 0.02),
-        control.Torso(acceleration=([0.0, 1.0], np.eye(3)[:2])),
+        control.Torso(acceleration=PchipInterpolator([0.0, 1.0], np.eye(3)[:2])),
     )
     plant = ep.Plant(serial, wearer=wearer, payloads=[cup], torso=torso)
     wearer[-1].torso.at(0.0, np.zeros(3))

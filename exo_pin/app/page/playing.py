@@ -19,8 +19,8 @@ from ...load_case import Movement, read_movement
 from ...view.colours import BLACK
 from ...view.scene.panels import ANGLES
 from ..asked import Asked, has_muscles
+from ..files import LARGEST
 from ..force_history import history, plot_of
-from ..guard import LARGEST
 from ..pose_map import workers
 from .scene_feed import call_in
 from .widgets import Slider, reveal

@@ -243,8 +243,7 @@ class Visit:
 
     def _choose_design(self, path: str) -> None:
         self._chosen.clear()
-        self.change(changes=(), **self._design_fields(path))
-        self._build_dimensions()
+        self._redesign({}, **self._design_fields(path))
 
     def _build_dimensions(self) -> None:
         """Sliders of the dimensions that are changed, and a list of the others."""
@@ -274,7 +273,7 @@ class Visit:
             if moved:
                 ui.label(f"Changed: {', '.join(moved)}").classes("found")
             if changed:
-                ui.button("As designed", on_click=self._as_designed).props("flat dense no-caps")
+                ui.button("As designed", on_click=lambda: self._redesign({})).props("flat dense no-caps")
 
     def _start_or_stop(self) -> None:
         if self._search.works:
@@ -299,15 +298,15 @@ class Visit:
 
     def _take_best(self) -> None:
         self._search.stop()
-        self.change(changes=tuple(sorted((dict(self._asked.changes) | dict(self._best)).items())))
-        self._build_dimensions()
+        self._redesign(dict(self._asked.changes) | self._best)
 
     def _add(self, name: str) -> None:
         self._chosen.append(name)
         self._build_dimensions()
 
-    def _as_designed(self) -> None:
-        self.change(changes=())
+    def _redesign(self, changes: dict[str, float], **fields: Any) -> None:
+        """Ask about other dimensions, and show them."""
+        self.change(changes=tuple(sorted(changes.items())), **fields)
         self._build_dimensions()
 
     def _resize(self, name: str, value: float) -> None:

@@ -15,7 +15,7 @@ import pinocchio as pin
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
-from ..structure.motion_axes import motion_axes, v_slice
+from ..structure.motion_axes import motion_axes
 from .joint_data import FIELDS, JointData, joint_data, part_of, refuse_data
 
 #: Frames of Pinocchio that are links and sites.
@@ -216,16 +216,11 @@ def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
     return pin.JointModelPrismaticUnaligned(axis) if slides else pin.JointModelRevoluteUnaligned(axis)
 
 
-def add_joint(
-    model: pin.Model, parent: int, joint: pin.JointModel, place: pin.SE3, name: str, *bounds: FloatArray
-) -> int:
-    """Add a joint with its frame, and return its index; bounds as Pinocchio's ``addJoint`` takes them."""
-    index = int(model.addJoint(parent, joint, place, name, *bounds))
+def add_joint(model: pin.Model, parent: int, joint: pin.JointModel, place: pin.SE3, name: str) -> int:
+    """Add a joint with its frame, and return its index."""
+    index = int(model.addJoint(parent, joint, place, name))
     # Pinocchio finds the frame that it hangs on.
     model.addJointFrame(index, -1)
-    if bounds:
-        # Pinocchio 4.1 takes the upper limit of velocity twice.
-        model.lowerVelocityLimit[v_slice(model, index)] = bounds[2]
     return index
 
 

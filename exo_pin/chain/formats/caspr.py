@@ -23,8 +23,8 @@ from ...core.files.atomic import read_text
 from ...core.files.toml_tables import naming_file
 from ...core.validation import FloatArray
 from ..structure.description import Cable, Closures, Roles
-from ..structure.motion_axes import q_slice
 from .bodies import add_frame, add_joint, axis_joint
+from .joint_data import put_data
 from .xml_elements import Element, number, numbers, numbers_of, parse_xml
 
 #: What moves, one after the other: slides along axes, then turns about them; a ball by its angles, "XYZ" about axes
@@ -159,8 +159,7 @@ def _tree(root: Element) -> tuple[pin.Model, list[str], dict[str, FloatArray]]:
         joint = _only(link, "joint")
         for suffix, made, low, high, at in _joints(joint):
             index = add_joint(model, index, made, place, name + suffix)
-            own = q_slice(model, index)
-            model.lowerPositionLimit[own], model.upperPositionLimit[own] = low, high
+            put_data(model, index, {"lower_position": low, "upper_position": high})
             place = pin.SE3.Identity()
             start += at
             if joint.attributes.get("actuated") == "true":

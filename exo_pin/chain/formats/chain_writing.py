@@ -34,7 +34,7 @@ from .bodies import (
     without,
 )
 from .closures_file import closures_text
-from .joint_data import FIELDS, part_of
+from .joint_data import FIELDS, part_of, put_data
 from .mjcf.mjcf_writing import FORMS as MJCF_FORMS
 from .mjcf.mjcf_writing import mjcf_document, parts_of
 from .restated import JointRestated, Restated, motion, renamed, same_frames
@@ -217,17 +217,14 @@ def written_chain(
         restated[name] = found
     light = [name for name, item in restated.items() if item.inertia is not None]
     if light:
-        others = f" and {len(light) - 1} more" if len(light) > 1 else ""
-        lost.append(f"that what {light[0]}{others} carry weighs less, because simulators need masses")
+        more = f" and {len(light) - 1} more" if len(light) > 1 else ""
+        lost.append(f"that what {light[0]}{more} carry weighs less, because simulators need masses")
+    helpers, closing = tuple[str, ...](), tuple[str, ...]()
     if ending == ".urdf":
         text, closures = urdf_text(ChainState(model, description))
-        texts = {
-            ".urdf": text,
-            ".closures.toml": closures_text(closures, "What the URDF leaves out. Written by exo_pin."),
-        }
-        return WrittenChain(texts, _without_empty(restated, {}), tuple(lost))
-    if ending == ".xml":
-        text, helpers = mjcf_document(ChainState(model, description), q)
+        beside = {".closures.toml": closures_text(closures, "What the URDF leaves out. Written by exo_pin.")}
+    elif ending == ".xml":
+        (text, helpers), beside = mjcf_document(ChainState(model, description), q), {}
         forms = {own.name: own.form_in(MJCF_FORMS, "MJCF has no equality") for own in description.closures}
         lost += [
             f"the closure {name!r}, for which a part of a body stands" for name, form in forms.items() if form == "body"
@@ -236,30 +233,17 @@ def written_chain(
         for index, name in enumerate(restated, 1):
             if index in parts and restated[name].inertia is None:
                 restated[name] = replace(restated[name], inertia=_numbers(pin.Inertia(model.inertias[index])))
-        return WrittenChain({ending: text}, _without_empty(restated, frame_names, helpers), tuple(lost))
-    for name in restated:
-        here = q[chain.configuration_slice(name)]
-        if not motion(chain.model, chain.joint_index(name), here).isIdentity(0.0):
-            restated[name] = replace(restated[name], zero=tuple(here.tolist()))
-    loops = tuple(own for own in description.closures if _is_in_sdf(own, description.closures))
-    lost += [f"the {own.type} closure {own.name!r}" for own in description.closures if own not in loops]
-    closing = tuple(own.name for own in loops if not own.kind.is_coupling)
-    text = sdf_text(ChainState(model, replace(description, closures=loops)), q)
-    return WrittenChain({ending: text}, _without_empty(restated, frame_names, closing=closing), tuple(lost))
-
-
-def _without_empty(
-    joints: Mapping[str, JointRestated],
-    frames: Mapping[str, str],
-    helpers: tuple[str, ...] = (),
-    closing: tuple[str, ...] = (),
-) -> Restated:
-    said = {
-        name: item
-        for name, item in joints.items()
-        if item.data or (item.called, item.zero, item.inertia) != (None, None, None)
-    }
-    return Restated(said, {own: there for own, there in frames.items() if own != there}, helpers, closing)
+    else:
+        for name in restated:
+            here = q[chain.configuration_slice(name)]
+            if not motion(chain.model, chain.joint_index(name), here).isIdentity(0.0):
+                restated[name] = replace(restated[name], zero=tuple(here.tolist()))
+        loops = tuple(own for own in description.closures if _is_in_sdf(own, description.closures))
+        lost += [f"the {own.type} closure {own.name!r}" for own in description.closures if own not in loops]
+        closing = tuple(own.name for own in loops if not own.kind.is_coupling)
+        text, beside = sdf_text(ChainState(model, replace(description, closures=loops)), q), {}
+    others = {name: item for name, item in restated.items() if item != JointRestated()}
+    return WrittenChain({ending: text} | beside, Restated(others, frame_names, helpers, closing), tuple(lost))
 
 
 def _is_in_sdf(own: Closure, others: tuple[Closure, ...]) -> bool:
@@ -375,9 +359,9 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
         for key in _KEYS[what]:
             part = part_of(model, body.index, FIELDS[key][0])
             told[key] = tuple(np.asarray(getattr(model, FIELDS[key][0])[part]).tolist())
-            for name in () if is_kept else FIELDS[key]:
+            if not is_kept:
                 none = np.inf if what.endswith("limits") else 0.0
-                getattr(model, name)[part] = -none if name.startswith("lower") else none
+                put_data(model, body.index, {key: -none if key.startswith("lower") else none})
     return replace(found, data=told), sorted(lost - ({"effort limits"} if body.is_limb else set()))
 
 

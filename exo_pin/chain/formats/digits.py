@@ -93,16 +93,13 @@ def _rounded(text: str, first: int, count: int, tolerance: float) -> str:
     words = text.split()
     if len(words) != count:
         return text
-    found = words.copy()
     try:
-        for k in range(first, count):
-            angle = float(words[k])
+        for k, angle in enumerate(map(float, words[first:]), first):
             right = round(angle / (math.pi / 2)) * (math.pi / 2)
-            if 0.0 < abs(right - angle) <= tolerance:
-                found[k] = repr(right)
+            words[k] = repr(right) if 0.0 < abs(right - angle) <= tolerance else words[k]
     except (ValueError, OverflowError):
         return text
-    return text if found == words else " ".join(found)
+    return " ".join(words)
 
 
 def geometry_words(root: Element) -> Iterator[str]:

@@ -7,11 +7,12 @@ infinity, and Pinocchio uses the largest double.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
@@ -175,6 +176,13 @@ def apply_joint_properties(model: pin.Model, properties: Iterable[JointPropertie
 def part_of(model: pin.Model, joint: int, key: str) -> slice:
     """Indices of a joint's data in a field of :data:`FIELDS`: positions are by the coordinates of q."""
     return (q_slice if "Position" in key else v_slice)(model, joint)
+
+
+def put_data(model: pin.Model, joint: int, data: Mapping[str, ArrayLike]) -> None:
+    """Put data of a joint, by the names of :data:`FIELDS`, into its model."""
+    for key, values in data.items():
+        for sign, field in zip((1.0, -1.0), FIELDS[key], strict=False):
+            getattr(model, field)[part_of(model, joint, field)] = np.multiply(sign, values)
 
 
 def _limits(model: pin.Model, key: str, part: slice) -> FloatArray:

@@ -9,7 +9,8 @@ of the file's chain the one that was written.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -20,10 +21,10 @@ from ..structure.closures import Closure
 from ..structure.description import Closures
 from ..structure.motion_axes import q_slice
 from .bodies import LINKS_AND_SITES, rebuilt
-from .joint_data import FIELDS, part_of
+from .joint_data import put_data
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class JointRestated:
     """One joint, and the link that it carries.
 
@@ -46,7 +47,7 @@ class JointRestated:
     data: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Restated:
     """What a file says otherwise.
 
@@ -70,7 +71,7 @@ class Restated:
     @property
     def is_empty(self) -> bool:
         """Whether the file says the same as the chain."""
-        return not any(getattr(self, item.name) for item in fields(self))
+        return self == Restated()
 
 
 def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures) -> tuple[pin.Model, Closures]:
@@ -113,9 +114,7 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
         if item.zero is not None and len(item.zero) == model.nqs[index] == 1:
             for limit in (model.lowerPositionLimit, model.upperPositionLimit):
                 limit[model.idx_qs[index]] += item.zero[0]
-        for key, values in item.data.items():
-            for sign, target in zip((1.0, -1.0), FIELDS[key], strict=False):
-                getattr(model, target)[part_of(model, index, target)] = sign * np.array(values)
+        put_data(model, index, item.data)
     shapes = tuple(replace(shape, frame=called.get(shape.frame, shape.frame)) for shape in read.shapes)
     return model, replace(own, root=read.root, shapes=shapes)
 
@@ -123,10 +122,10 @@ def restored(model: pin.Model, read: Closures, restated: Restated, own: Closures
 def renamed(description: Closures, joints: Mapping[str, str], frames: Mapping[str, str]) -> Closures:
     """A description with other names of joints and frames; names that are not in the mappings stay."""
 
-    def joint(name: str | None) -> str:
-        return joints.get(str(name), str(name))
+    def joint(name: Any) -> Any:
+        return joints.get(name, name)
 
-    def frame(name: str) -> str:
+    def frame(name: Any) -> Any:
         return frames.get(name, joints.get(name, name))
 
     def closure(own: Closure) -> Closure:
@@ -137,12 +136,9 @@ def renamed(description: Closures, joints: Mapping[str, str], frames: Mapping[st
     limbs = tuple(
         replace(limb, slide=joint(limb.slide), platform_joint=joint(limb.platform_joint)) for limb in roles.limbs
     )
-    named = {
-        key: None if (value := getattr(roles, key)) is None else frame(value)
-        for key in ("arm", "reference_point", "cuff")
-    }
+    named = {key: frame(getattr(roles, key)) for key in ("arm", "reference_point", "cuff")}
     own = [closure.name for closure in description.closures]
-    shoulder = roles.shoulder if roles.shoulder is None or roles.shoulder in own else joint(roles.shoulder)
+    shoulder = roles.shoulder if roles.shoulder in own else joint(roles.shoulder)
     return replace(
         description,
         closures=tuple(map(closure, description.closures)),
@@ -150,11 +146,7 @@ def renamed(description: Closures, joints: Mapping[str, str], frames: Mapping[st
         joints=tuple(replace(item, joint=joint(item.joint)) for item in description.joints),
         shapes=tuple(replace(shape, frame=frame(shape.frame)) for shape in description.shapes),
         cables=tuple(
-            replace(
-                own,
-                points=tuple((frame(end), at) for end, at in own.points),
-                joint=None if own.joint is None else joint(own.joint),
-            )
+            replace(own, points=tuple((frame(end), at) for end, at in own.points), joint=joint(own.joint))
             for own in description.cables
         ),
     )

@@ -224,18 +224,11 @@ class _Reader:
         return name
 
     def _at(
-        self,
-        element: Element,
-        kind: str,
-        ends: tuple[str, str],
-        at_a: pin.SE3,
-        at_b: pin.SE3 | None = None,
-        name: str | None = None,
+        self, element: Element, kind: str, ends: tuple[str, str], at_a: pin.SE3, at_b: pin.SE3 | None = None
     ) -> _Loop:
         """A loop at a frame of its first end, and of its second one where the joints are zero unless it is given."""
         here = self.places[ends[1]].actInv(self.places[ends[0]] * at_a) if at_b is None else at_b
-        name = name or self._name(element)
-        closure = Closure(name, kind, *ends, placement_of(at_a), placement_of(here))
+        closure = Closure(self._name(element), kind, *ends, placement_of(at_a), placement_of(here))
         return _Loop(element, closure)
 
     def _sdf(self, element: Element) -> _Loop:
@@ -266,7 +259,9 @@ class _Reader:
         ends = (self._end(element, texts.get("parent_link")), self._end(element, texts.get("child_link")))
         if texts.get("child_model") not in (self._root.attributes["name"], "__model__"):
             return _without(self._name(element), element, ends, f"it holds model {texts.get('child_model')!r}")
-        return self._at(element, "rigid", ends, pin.SE3.Identity(), name="_".join(ends))
+        # The name of a plugin is that of its kind.
+        named = replace(element, attributes={"name": "_".join(ends)})
+        return self._at(named, "rigid", ends, pin.SE3.Identity())
 
     def _drake(self, element: Element) -> _Loop:
         ends, points = [], []
@@ -317,9 +312,7 @@ class _Reader:
                 raise element.error(f"there is no hinge or slide {name!r} that counts its turns: couple it by <mimic>")
         powers = numbers(element, "polycoef", 5) if "polycoef" in element.attributes else [0.0, 1.0]
         powers = powers[:1] if joints[0] == "universe" else powers
-        name = self._name(element)
-        closure = Closure(name, "coupling", joints[0], joints[1], polynomial=tuple(powers))
-        return _Loop(element, closure)
+        return _Loop(element, Closure(self._name(element), "coupling", joints[0], joints[1], polynomial=tuple(powers)))
 
     def _closing_frames(self) -> Iterator[_Loop]:
         """Pairs of frames of onshape-to-robot."""

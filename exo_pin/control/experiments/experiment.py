@@ -15,7 +15,6 @@ from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation, require_type, require_types, set_positive
 from ...design import Mechanism
 from ...device import Device
-from ...muscle.valve.flow import ValveUnit
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.motor_loop import LengthController
 from ..controllers.planning import planner_of
@@ -190,10 +189,8 @@ class Experiment(Record):
         if self.controller == "pi" and (plant.motors.any() or not plant.count):
             made: Any = LengthController(plant, self.reference, rate=self.rate)
         elif self.controller == "pi":
-            layouts = {unit.layout for unit in plant.units if isinstance(unit, ValveUnit)}
-            if len(layouts) > 1:
-                raise InvalidInput("the controller 'pi' needs one layout for all valves: give one of your own")
-            made = ContractionController(plant.contractions, self.reference, rate=self.rate, layout=layouts.pop())
+            layout = self.options.valves.layout
+            made = ContractionController(plant.contractions, self.reference, rate=self.rate, layout=layout)
         elif self.controller == "model":
             made = ModelController(plant, self.reference, self.feedback, self.rate)
         else:

@@ -21,7 +21,7 @@ from ...muscle.laws.dynamic import G
 from ...muscle.laws.friction import ConstantFriction
 from ...muscle.laws.static import StaticModel
 from ...muscle.laws.validity import BoolArray
-from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
+from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 from ..controllers.thesis_controller import PIGains, ProportionalIntegral, command_of_duty, table_5_5_gains
 from ..plant.drives import MuscleDrive
 from ..plant.equations.drive_kernels import air_volume
@@ -100,7 +100,7 @@ class _Rig:
         self.row = MuscleDrive("muscle", 0.0, model.length, 0.0, model, model.length, supply, options).row()
         self.model, self.mass, self.options = model, mass, options
         self.supply = (supply if options.supply is None else options.supply.pressure) + ATMOSPHERE
-        self.unit = options.valves if isinstance(options.valves, ValveUnit) else options.valves[0]
+        self.unit = options.valves
         self.paths = [(path.conductance, path.critical_ratio) for path in self.unit.paths]
         self.x, self.v, self.pressure = 0.0, 0.0, 0.0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -30,8 +29,8 @@ class PlantOptions:
     ----------
     supply : Supply or None
         None for a supply that holds the pressure of the actuators of the design.
-    valves : ValveUnit or sequence of ValveUnit
-        One for all muscles, or one a muscle.
+    valves : ValveUnit
+        Of every muscle.
     polytropic_exponent : float
         κ of the air in muscles and manifold, from 1 (isothermal) to 1.4 (adiabatic).
     dead_volume : float
@@ -89,7 +88,7 @@ class PlantOptions:
     """
 
     supply: Supply | None = None
-    valves: ValveUnit | Sequence[ValveUnit] = field(default_factory=_unit)
+    valves: ValveUnit = field(default_factory=_unit)
     polytropic_exponent: float = estimate(
         1.0,
         "",
@@ -123,12 +122,6 @@ class PlantOptions:
     play: float | None = estimate(None, "mm", "that of the design's drives; none where they state none", 1e3)
 
     def __post_init__(self) -> None:
-        units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
-        units = tuple(units) if np.iterable(units) else ()
-        if not units or not all(isinstance(unit, ValveUnit) for unit in units):
-            raise InvalidInput("expected valves to be a ValveUnit, or a sequence of one a muscle")
-        if not isinstance(self.valves, ValveUnit):
-            object.__setattr__(self, "valves", units)
         if not isinstance(self.second_flange, bool | np.bool_):
             raise InvalidInput(f"expected second_flange as True or False, got {echo(self.second_flange)}")
         kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
@@ -138,6 +131,7 @@ class PlantOptions:
         require_types(
             self,
             supply=Supply | None,
+            valves=ValveUnit,
             muscle_damping=Damping | None,
             winch=Winch,
             linear_actuator=LinearActuator,

@@ -101,8 +101,6 @@ class Plant(Record):
         chain = None if record is not None else device.as_chain()
         parts = self.mechanism.limbs if chain is None else (*chain.drives, *chain.brakes)
         self.drives = drives_of(parts, self.mechanism.name, self.options)
-        if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
-            raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
         self.supply, geometry = supply_of(self.drives, self.options), None if record is None else record.geometry
         self.tables = plant_tables(
             self.mechanism, geometry, self.drives, self.options, load, self.supply, cuff is not None
@@ -144,12 +142,8 @@ class Plant(Record):
     @property
     def units(self) -> tuple[ValveUnit | MotorDrive | DirectDrive, ...]:
         """What a command goes to, one a limb: valves of muscles, motors."""
-        given = self.options.valves
-        valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
-        return tuple(
-            drive if isinstance(drive, MotorDrive | DirectDrive) else unit
-            for drive, unit in zip(self.drives, valves, strict=True)
-        )
+        motors = MotorDrive | DirectDrive
+        return tuple(drive if isinstance(drive, motors) else self.options.valves for drive in self.drives)
 
     force_limits = force_limits
     drive_states = drive_states

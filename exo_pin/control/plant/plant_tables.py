@@ -20,7 +20,7 @@ from ...load_case import Load
 from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import PolynomialModel
 from ...muscle.laws.static import StaticModel
-from ...muscle.valve.flow import ATMOSPHERE, Supply, ValveUnit
+from ...muscle.valve.flow import ATMOSPHERE, Supply
 from .drives import LimbDrive, MotorDrive, MuscleDrive
 from .equations.drive_kernels import AIR, COLUMNS, MOTOR_COLUMNS
 from .equations.plant_kernels import SHOULDER, Tables
@@ -230,25 +230,20 @@ def _supply(muscles: Sequence[MuscleDrive], options: PlantOptions) -> list[Assum
     greatest = max(drive.supply_pressure for drive in muscles)
     supply = greatest if options.supply is None else options.supply.pressure
     source = "the highest safe pressure of the muscles (Appendix A); the prototype's supply is not printed"
-    given = (options.valves,) if isinstance(options.valves, ValveUnit) else options.valves
-    units, usual = list(dict.fromkeys(given)), options.valves == PlantOptions().valves
+    unit, usual = options.valves, options.valves == PlantOptions().valves
     paths = "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm fills in about a "
     paths += "second, several times faster than the experiments of Section 5.4"
     layout = 'printed as "three way two port", which is no valve; 3/2-way is meant'
-    layouts = ", ".join(dict.fromkeys(unit.layout for unit in units))
-    return [
-        Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
-        Assumption("valves", "; ".join(_paths(unit) for unit in units), paths if usual else "given"),
-        Assumption("valves.layout", layouts, layout if usual else "given"),
-    ]
-
-
-def _paths(unit: ValveUnit) -> str:
-    return ", ".join(
+    opened = [
         f"{name} C = {1e8 * valve.conductance:g} dm³/(s bar), b = {valve.critical_ratio:g}"
         for name, valve in (("fill", unit.fill), ("vent", unit.vent), ("restrictor", unit.restrictor))
         if valve is not None
-    )
+    ]
+    return [
+        Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
+        Assumption("valves", ", ".join(opened), paths if usual else "given"),
+        Assumption("valves.layout", unit.layout, layout if usual else "given"),
+    ]
 
 
 def _law_estimates(mechanism: Any) -> list[Assumption]:

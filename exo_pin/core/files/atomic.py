@@ -120,7 +120,9 @@ def _replace(target: Target, content: bytes) -> None:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
         raise
-    _sync_folder(folder)
+    # The new name, too, where the file system can.
+    with contextlib.suppress(OSError), _opened(folder, os.O_RDONLY | os.O_DIRECTORY) as descriptor:
+        os.fsync(descriptor)
 
 
 def _write_new(name: str, mode: int | None, content: bytes) -> None:
@@ -130,12 +132,6 @@ def _write_new(name: str, mode: int | None, content: bytes) -> None:
         if mode is not None:
             os.fchmod(descriptor, mode)
         _write_all(descriptor, content)
-        os.fsync(descriptor)
-
-
-def _sync_folder(folder: str) -> None:
-    """Put the new name on the disk, too, where the file system can."""
-    with contextlib.suppress(OSError), _opened(folder, os.O_RDONLY | os.O_DIRECTORY) as descriptor:
         os.fsync(descriptor)
 
 

@@ -266,22 +266,23 @@ class WearerFigure(OneProcess):
         for part in ("rim", "force"):
             stage.set_property(f"/meshcat/{self.PATH}/socket/{part}", "renderOrder", 9)
         self._volume = person.muscle_table.volume / _TENSION
-        self._rest = self._other_arm_at_rest()
+        at_rest = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, other == "left").bones
+        # Against the trunk, which both arms share.
+        trunk = at_rest.pop("trunk")[:3, 3]
+        self._other_arm = {name: placement(placed[:3, :3], placed[:3, 3] - trunk) for name, placed in at_rest.items()}
 
     def show(self, matrix: FloatArray) -> None:
         """Move bones, muscles and the rim of the socket into a pose, shape (3, 3)."""
         person = self._person
-        left = person.side == "left"
         angles, motion = (person.elbow_flexion, person.forearm_rotation), person.scapular_motion
-        shape = limb_shape(matrix, *angles, person.length_scale, left, motion)
+        shape = limb_shape(matrix, *angles, person.length_scale, person.side == "left", motion)
         root = f"/meshcat/{self.PATH}"
         for name, placed in shape.bones.items():
             self._stage.set_transform(f"{root}/bones/{name}", placed)
         # The trunk moves against the shoulder's centre, and the other arm with it.
-        moved = shape.bones["trunk"][:3, 3] - self._rest["trunk"][:3, 3]
-        for name, placed in self._rest.items():
-            if name != "trunk":
-                self._stage.set_transform(f"{root}/other_arm/{name}", placement(placed[:3, :3], placed[:3, 3] + moved))
+        for name, placed in self._other_arm.items():
+            at = placed[:3, 3] + shape.bones["trunk"][:3, 3]
+            self._stage.set_transform(f"{root}/other_arm/{name}", placement(placed[:3, :3], at))
         for muscle, path, volume in zip(MUSCLES, shape.paths, self._volume, strict=True):
             points, length = _resampled(path, len(_PROFILE))
             radius = np.sqrt(_DRAWN * volume / (np.pi * length * np.mean(_PROFILE**2)))
@@ -322,17 +323,6 @@ class WearerFigure(OneProcess):
         cone = GlenoidCone()
         ring = depth * np.column_stack([cone.anterior * anterior, cone.superior * superior, _FLAT * outward])
         self._stage.set_transform(f"/meshcat/{self.PATH}/socket/rim", placement(ring, -depth * outward))
-
-    def _other_arm_at_rest(self) -> dict[str, FloatArray]:
-        """Placements of the other arm's bones and of the trunk in the posture of rest."""
-        person = self._person
-        left = person.side == "left"
-        own = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, left).bones
-        other = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, not left).bones
-        shift = own["trunk"][:3, 3] - other["trunk"][:3, 3]
-        found = {name: placement(placed[:3, :3], placed[:3, 3] + shift) for name, placed in other.items()}
-        # Both trunks are one.
-        return found | {"trunk": own["trunk"]}
 
 
 def _piece(low: float, high: float) -> Any:

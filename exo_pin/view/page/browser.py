@@ -25,11 +25,6 @@ def viewer_script() -> str:
     return files("meshcat").joinpath("viewer", "dist", "main.min.js").read_text(encoding="utf-8")
 
 
-@functools.cache
-def _template() -> str:
-    return (files("exo_pin.view") / "page.html").read_text(encoding="utf-8")
-
-
 def live_page() -> str:
     """The page of a server; it loads the viewer and the scene from the same server."""
     return _page('<script src="viewer.js"></script>', "connect();")
@@ -83,7 +78,8 @@ def _text(data: bytes) -> str:
 
 
 def _page(viewer: str, start: str) -> str:
-    return _template().replace("<!--MESHCAT-->", viewer, 1).replace("/*START*/", start, 1)
+    page = (files("exo_pin.view") / "page.html").read_text(encoding="utf-8")
+    return page.replace("<!--MESHCAT-->", viewer, 1).replace("/*START*/", start, 1)
 
 
 #: Names of browser programs, tried in this order, and the environment variable that names another one.

@@ -81,7 +81,8 @@ class ChainPicture(OneProcess):
         # Closures of a given distance are links that the tree does not have.
         loops = [closure for closure in chain.closures if not closure.kind.is_coupling]
         self.loops = [closure for closure in loops if marks or closure.distance is not None]
-        self._marks = "/meshcat/closures" if marks else f"/meshcat/{root}/closures"
+        node = "closures" if marks else f"{root}/closures"
+        self._paths = [f"/meshcat/{node}/chain_{k}" for k in range(len(self.loops))]
         visuals, self.notes = (None, []) if urdf is None else urdf_visuals(chain.model, urdf, "by its joints")
         self._looks = shapes = pin.GeometryModel() if visuals is None else visuals
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
@@ -100,9 +101,8 @@ class ChainPicture(OneProcess):
     def show(self, q: FloatArray) -> None:
         """Draw it at q, shape (nq,), closed or not."""
         self._picture.display(q)
-        for closure, (a, b) in zip(self.loops, self.closure_frames(q), strict=True):
-            path = self._mark(closure)
-            size = _MARK * self.size
+        size = _MARK * self.size
+        for path, closure, (a, b) in zip(self._paths, self.loops, self.closure_frames(q), strict=True):
             for end, frame in (("a", a), ("b", b)):
                 placed = placement(size * along(_axis(closure, frame)), frame.translation)
                 self._stage.set_transform(f"{path}/{end}", placed)
@@ -119,11 +119,6 @@ class ChainPicture(OneProcess):
                 frames[closure.frame_a] * se3(closure.placement_a),
                 frames[closure.frame_b] * se3(closure.placement_b),
             )
-
-    def joint_points(self, q: FloatArray) -> dict[str, FloatArray]:
-        """Positions of the joints, m, by name."""
-        frames = self._chain.placements(q)
-        return {name: frames[name].translation for name in self._chain.model.names[1:] if name in frames}
 
     def corners(self, q: FloatArray) -> FloatArray:
         """Joints, closures, links' origins and corners of the boxes about what is drawn, shape (k, 3), m."""
@@ -167,20 +162,14 @@ class ChainPicture(OneProcess):
         return [np.array(point) for point in np.unique(np.round(far, 9), axis=0)] if far else []
 
     def _load_closures(self) -> None:
-        for closure in self.loops:
-            node = self._stage.viewer[self._mark(closure).removeprefix("/meshcat/")]
-            bar = frustum(0.35, 0.35) if closure.axis is not None else None
+        for path, closure in zip(self._paths, self.loops, strict=True):
             for end in "ab":
                 material = flat_material(PURPLE, on_top=True)
-                node[end]["ball"].set_object(mg.Sphere(1.0), material)
-                if bar is not None:
-                    node[end]["axis"].set_object(bar, material)
-                    node[end]["axis"].set_transform(_LONG)
-            node["gap"].set_object(frustum(1.0, 1.0), flat_material(ORANGE, on_top=True))
-
-    def _mark(self, closure: Closure) -> str:
-        index = [item.name for item in self.loops].index(closure.name)
-        return f"{self._marks}/chain_{index}"
+                self._stage.set_object(f"{path}/{end}/ball", mg.Sphere(1.0), material)
+                if closure.axis is not None:
+                    self._stage.set_object(f"{path}/{end}/axis", frustum(0.35, 0.35), material)
+                    self._stage.set_transform(f"{path}/{end}/axis", _LONG)
+            self._stage.set_object(f"{path}/gap", frustum(1.0, 1.0), flat_material(ORANGE, on_top=True))
 
     def _of_arm(self, shapes: Any) -> list[tuple[str, bool]]:
         """What is the arm's own: of its link the shapes in the colour of arms (True), and its rods (False)."""

@@ -95,17 +95,14 @@ class DrawnDevice(OneProcess, ABC):
         """Colour the muscles, shape (n, 3), where limbs are drawn so."""
 
     def _on_arm(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
-        """Force of the shoulder, contact force, and weight of arm and device."""
-        arm, R = self.exo.device.arm, placed.pose.as_matrix()
-        force = forces.shoulder
-        found = [DrawnForce("shoulder", "shoulder", np.zeros(3), force, f"shoulder {np.linalg.norm(force):.0f} N")]
+        """Weight of arm and device, force of the shoulder, contact force."""
+        arm, here = self.exo.device.arm, np.zeros(3)
+        at, weight = placed.pose.as_matrix() @ arm.centre_of_mass, arm.mass * self.exo.device.gravity
+        found = [DrawnForce("weight", "weight", at, weight, "weight")]
+        found.append(DrawnForce("shoulder", "shoulder", here, forces.shoulder, "shoulder"))
         if forces.contact is not None:
-            contact = np.nan_to_num(forces.contact.force)
-            text = f"contact {np.linalg.norm(contact):.0f} N"
-            found.append(DrawnForce("contact", "contact", np.zeros(3), contact, text))
-        weight = arm.mass * self.exo.device.gravity
-        text = f"weight {np.linalg.norm(weight):.0f} N"
-        return [DrawnForce("weight", "weight", R @ arm.centre_of_mass, weight, text), *found]
+            found.append(DrawnForce("contact", "contact", here, np.nan_to_num(forces.contact.force), "contact"))
+        return found
 
 
 class DrawnLinks(DrawnDevice):
@@ -130,7 +127,7 @@ class DrawnLinks(DrawnDevice):
         self.parts = self._own = DrawnParts(self._stage, device, ROOT)
         self._picture = ChainPicture(
             self._stage, device.chain, looks_of(self.exo), self._rest, ROOT, marks=False, with_arm=self._with_arm,
-            moved=np.array((0.0,) * 3 if offset is None else offset[1]),
+            moved=np.zeros(3) if offset is None else np.array(offset[1]),
         )  # fmt: skip
         self.notes = self._picture.notes
 
@@ -162,38 +159,34 @@ class DrawnLinks(DrawnDevice):
     def forces(self, placed: Placed, forces: ShownForces) -> list[DrawnForce]:
         """Shoulder, weight of the wearer's arm, the device at its cuff, which add up to nothing at rest; efforts."""
         weight, *found = self._on_arm(placed, forces)
-        person, R, wrench = self.exo.device.arm.person, placed.pose.as_matrix(), forces.cuff_wrench
+        person, wrench = self.exo.device.arm.person, forces.cuff_wrench
         if person is None:
             # Nobody wears it: the arm is one body with what is fixed to it.
             wrench = forces.limb_wrenches.sum(axis=0)
         else:
-            own = person.mass * self.exo.device.gravity
-            text = f"weight {np.linalg.norm(own):.0f} N"
-            weight = DrawnForce("weight", "own weight", R @ person.centre_of_mass, own, text)
+            at, own = placed.pose.as_matrix() @ person.centre_of_mass, person.mass * self.exo.device.gravity
+            weight = DrawnForce("weight", "own weight", at, own, "weight")
         if np.isnan(placed.q).any() or not forces.has_device:
             return [weight, *found]
-        size = float(np.linalg.norm(wrench[:3]))
         device = displaced_device(self.exo.chain_device, placed.drawn)
         cuff = device.chain.roles.cuff
         at = weight.at if cuff is None else np.array(device.chain.placement(placed.q, cuff).translation)
-        found.append(DrawnForce("device", "device", at, wrench[:3], f"device {size:.0f} N"))
+        found.append(DrawnForce("device", "device", at, wrench[:3], "device"))
         parts = self._own if placed.drawn == self._offset else DrawnParts(self._stage, device, ROOT)
         return [weight, *found, *parts.forces(placed.q, forces.tensions)]
 
 
+@lru_cache(maxsize=32)
 def displaced_device(device: Any, offset: Offset | None) -> Any:
     """A chain's device with what stands on the torso and on the arm where an offset of its centre has them.
 
     Frames and joints that the torso holds go with the harness, those that the arm carries with the cuff; the arm's own
     joint stays in the shoulder.
     """
-    return device if offset is None else _displaced(device, *offset)
-
-
-@lru_cache(maxsize=32)
-def _displaced(device: Any, base: tuple[float, ...], cuff: tuple[float, ...]) -> Any:
-    model = device.chain.model.copy()
-    for carrier, shift in ((0, np.array(base)), (device.arm_index, np.array(cuff))):
+    if offset is None:
+        return device
+    model, (base, cuff) = device.chain.model.copy(), np.array(offset)
+    for carrier, shift in ((0, base), (device.arm_index, cuff)):
         for frame in model.frames:
             if frame.parentJoint == carrier and frame.name not in ("universe", model.names[device.arm_index]):
                 frame.placement.translation += shift
@@ -209,7 +202,7 @@ def _displaced(device: Any, base: tuple[float, ...], cuff: tuple[float, ...]) ->
     def along(part: Any) -> Any:
         if part.route is None:
             return part
-        points = [(p.link, np.array(p.point) + np.array(base) * (p.link == "universe")) for p in part.route.points]
+        points = [(p.link, p.point + base * (p.link == "universe")) for p in part.route.points]
         return replace(part, route=Route.over(*points))
 
     closures = tuple(

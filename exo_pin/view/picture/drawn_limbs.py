@@ -50,9 +50,11 @@ _BESIDE, _FROM_CUFF = 0.032, 0.015
 
 
 def offsets(
-    given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str | Split = "spherical"
-) -> list[Offset]:
-    """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
+    given: CentreOffset | CentrePath | ArrayLike | None, poses: Rotation, split: str | Split
+) -> list[Offset] | list[None]:
+    """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them; None without one."""
+    if given is None:
+        return [None] * (1 if poses.single else len(poses))
     known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)
     base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)
@@ -251,8 +253,8 @@ class DrawnLimbs(DrawnDevice):
         geometry = displaced(self._record, placed.offset).geometry
         if forces.cuff_text:
             slips = "" if forces.cuff_slip is None else f", slips {1e3 * forces.cuff_slip:.0f} mm"
-            text = f"cuff {abs(forces.cuff_pull):.0f} N along the arm{slips}"
-            found.append(DrawnForce("cuff", "cuff", _beside_cuff(R, geometry), -forces.cuff_pull * R[:, 2], text))
+            at, pull = _beside_cuff(R, geometry), -forces.cuff_pull * R[:, 2]
+            found.append(DrawnForce("cuff", "cuff", at, pull, "cuff", more=f" along the arm{slips}"))
         state, tensions = inverse_kinematics(geometry, placed.pose), self.tensions(forces)
         if placed.offset is None and self.parts is None:
             sides = -forces.side_forces[:, None] * state.normals
@@ -263,8 +265,7 @@ class DrawnLimbs(DrawnDevice):
             outward = b - (b @ s) * s
             beside = b + _BESIDE * outward / max(float(np.linalg.norm(outward)), 1e-9)
             found += pulls_or_pushes(f"limb_{i + 1}", f"{i + 1}", beside, -s, float(tensions[i]))
-            text = f"{i + 1} side {np.linalg.norm(sides[i]):.0f} N"
-            found.append(DrawnForce(f"limb_{i + 1}/side", "side", b, sides[i], text))
+            found.append(DrawnForce(f"limb_{i + 1}/side", "side", b, sides[i], f"{i + 1} side"))
         if self.parts is None or np.isnan(placed.q).any() or not forces.has_device:
             return found
         slides = tuple(role.slide for role in self.exo.chain.roles.limbs)

@@ -145,8 +145,7 @@ class DrawnParts(OneProcess):
                 force = -float(covered_force(spring.law, x))
                 found += self._in_joint(f"spring_{i}", spring.name, spring.joint, force, "spring turns")
         moment = device.moment_of_wearer(np.asarray(efforts)[None])[0]
-        text = f"wearer {float(np.linalg.norm(moment)):.1f} N m"
-        return [*found, DrawnForce("wearer", "wearer", np.zeros(3), moment, text)]
+        return [*found, DrawnForce("wearer", "wearer", np.zeros(3), moment, "wearer")]
 
     def _along_route(self, key: str, name: str, tension: float) -> list[DrawnForce]:
         joints, points = self._routes[key].joints, self._points[key]
@@ -161,7 +160,7 @@ class DrawnParts(OneProcess):
         middle, axis, slides = self._joint(joint)
         if not slides:
             middle = middle + self._along_axes[joint] * axis
-            return [DrawnForce(f"{key}/turn", turning, middle, effort * axis, f"{name} {abs(effort):.1f} N m")]
+            return [DrawnForce(f"{key}/turn", turning, middle, effort * axis, name)]
         joint_index, local, sign = self._slide_ends[joint]
         at = local @ self._poses[joint_index, :3] + self._poses[joint_index, 3]
         # Positive efforts make the slide longer: its far side is pushed along the axis, its near side against it.
@@ -237,6 +236,6 @@ def pulls_or_pushes(
     """The arrows of a part that pulls along ``away`` or pushes up to ``at``, shape (3,) each; one of them is zero."""
     pull, push = np.maximum(tension, 0.0), np.maximum(-tension, 0.0)
     return [
-        DrawnForce(f"{key}/pull", kinds[0], at, pull * away, f"{name} pulls {pull:.0f} N"),
-        DrawnForce(f"{key}/push", kinds[1], at, -push * away, f"{name} pushes {push:.0f} N", True),
+        DrawnForce(f"{key}/pull", kinds[0], at, pull * away, f"{name} pulls"),
+        DrawnForce(f"{key}/push", kinds[1], at, -push * away, f"{name} pushes", True),
     ]

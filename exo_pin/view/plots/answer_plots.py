@@ -14,7 +14,18 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
-from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, pyplot, right_scale, tidy, wrapped
+from .plot_style import (
+    WIDEST,
+    figure_title,
+    legend_below,
+    line,
+    name_rows,
+    new_figure,
+    pyplot,
+    right_scale,
+    tidy,
+    wrapped,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -192,8 +203,7 @@ def uncertainty_figure(answer: ForceUncertainty) -> Figure:
             axes.annotate("no bound", (edge, row), va="center", ha="right", fontsize=8, color="white")
     axes.axvline(answer.magnitude, color=BLACK, linewidth=1.2)
     names = [f"{quantity_words(effect.name)} ±{effect.size:g}{unit_words(effect.name)}" for effect in effects]
-    axes.set_yticks(range(len(effects)), names, fontsize=9)
-    axes.invert_yaxis()
+    name_rows(axes, names, 9)
     axes.set_xlabel("|F_s|, N")
     # Bars would hold the axis to their own ends.
     axes.use_sticky_edges = False
@@ -206,8 +216,7 @@ def uncertainty_figure(answer: ForceUncertainty) -> Figure:
         f"|F_s| {answer.magnitude:.1f} N, and with each quantity changed alone{lost}",
         points=10,
     )
-    tidy(axes)
-    axes.grid(False, axis="y")
+    tidy(axes, "x")
     return canvas
 
 
@@ -281,8 +290,7 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     axes.margins(y=0.18)
     if not drawn.any():
         axes.set(ylim=(-1.0, 1.0), yticks=[0.0])
-    tidy(axes)
-    axes.grid(False, axis="x")
+    tidy(axes, "y")
 
 
 def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> None:
@@ -328,7 +336,10 @@ def total_uncertainty_figure(spread: TotalUncertainty) -> Figure:
     looks = [look for look in looks if np.isfinite(look[1]).any()]
     quantiles = list(spread.quantiles.values())
     named = [each for each in spread.explained if max(np.nan_to_num((each.of_F_s, each.of_joint))) >= 0.01]
-    rows = np.arange(len(named))
+    rows, words = np.arange(len(named)), []
+    for each in named:
+        size = f"{'0 to ' if each.name == 'tone_percent' else '±'}{each.size:g}"
+        words.append(f"{quantity_words(each.name)} {size}{unit_words(each.name)}")
     canvas = pyplot().figure(figsize=(9.0, 3.2 + 0.3 * len(named)), layout="constrained")
     panels = canvas.subplots(2, len(looks), squeeze=False, height_ratios=(1.0, 0.5 + 0.16 * len(named)))
     for column, (label, values, asked, share, colour) in enumerate(looks):
@@ -340,16 +351,9 @@ def total_uncertainty_figure(spread: TotalUncertainty) -> Figure:
         above.set(xlabel=label, yticks=[])
         above.set_title(f"{low:.0f} to {high:.0f} N in nine of ten, median {middle:.0f}; line: as asked", fontsize=9)
         below.barh(rows, [100.0 * np.nan_to_num(getattr(each, share)) for each in named], height=0.65, color=colour)
-        sizes = [f"{'0 to ' if each.name == 'tone_percent' else '±'}{each.size:g}" for each in named]
-        words = zip(named, sizes, strict=True)
-        below.set_yticks(
-            rows, [f"{quantity_words(n.name)} {size}{unit_words(n.name)}" for n, size in words], fontsize=8
-        )
-        below.set_yticklabels([] if column else below.get_yticklabels())
-        below.invert_yaxis()
+        name_rows(below, [""] * len(words) if column else words, 8)
         below.set_xlabel("explains alone, % of the variance")
         for axes in (above, below):
-            tidy(axes)
-            axes.grid(False, axis="y")
+            tidy(axes, "x")
     figure_title(canvas, f"{spread.title}: everything uncertain at once")
     return canvas

@@ -76,8 +76,9 @@ def posture_drawing(exo: ShoulderExo, poses: Rotation, titles: Sequence[str]) ->
         capsules = _body(body, matrix, seen)
         lines, numbers = _device(exo, pose, matrix, seen)
         panels.append((capsules, lines, numbers))
-        ends += [rows[:, :2] + sign * rows[:, 6:7] for rows, _ in capsules for sign in (-1.0, 1.0)]
-        ends += [rows[:, 3:5] + sign * rows[:, 6:7] for rows, _ in capsules for sign in (-1.0, 1.0)]
+        ends += [
+            rows[:, k : k + 2] + sign * rows[:, 6:] for rows, _ in capsules for k in (0, 3) for sign in (-1.0, 1.0)
+        ]
         ends += [points[:, :2] for points, *_ in lines]
     corners = np.concatenate(ends)
     low, high = corners.min(axis=0) - 20.0, corners.max(axis=0) + 20.0
@@ -174,8 +175,8 @@ def _device(exo: ShoulderExo, pose: Rotation, matrix: FloatArray, seen: FloatArr
 
 def _motor(device: Any, joint: int, every: FloatArray) -> FloatArray:
     """Where the motor of a joint is drawn, base frame, m: the thickest of the shapes next to it, else the joint."""
-    near = [(joint, int(device.chain.model.parents[joint]))[k] for k in (0, 1)]
-    shapes = list(zip(link_capsules(device).ends, _shapes(device, every), strict=True))
+    near = (joint, int(device.chain.model.parents[joint]))
+    shapes = zip(link_capsules(device).ends, _shapes(device, every), strict=True)
     own = [(radius, points.mean(axis=0)) for row, (points, radius) in shapes if int(row[6]) in near]
     return max(own, key=lambda pair: pair[0])[1] if own else every[joint, 3]
 

@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
-from .plot_style import WIDEST, figure_title, legend_below, line, new_figure, tidy
+from .plot_style import WIDEST, figure_title, legend_below, line, name_rows, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,12 +67,9 @@ def ranking_figure(table: StudyTable) -> Figure:
     )
     force.set_xlabel("common peak |F_s|, N" if joint else "common peak |F_s|, N (less is better)")
     for ax in (*first, held, force):
-        tidy(ax)
+        tidy(ax, "x")
         ax.title.set_fontsize(10.5)
-        ax.grid(False, axis="y")
-    left = (*first, held)[0]
-    left.set_yticks(at, names)
-    left.invert_yaxis()
+    name_rows((*first, held)[0], names)
     figure_title(figure, *table.heading)
     return figure
 
@@ -108,12 +105,10 @@ def comparison_figure(table: StudyTable) -> Figure:
     panels = (_poses, _shoulder_force, _contact, _misalignment, _drives, _masses)
     for ax, panel in zip(axes.flat, panels, strict=True):
         panel(ax, at, columns)
-        tidy(ax)
-        ax.grid(False, axis="y")
+        tidy(ax, "x")
         ax.set_xlim(left=0.0)
         legend_below(ax)
-    axes[0, 0].set_yticks(at, names)
-    axes[0, 0].invert_yaxis()
+    name_rows(axes[0, 0], names)
     figure_title(figure, *table.heading[:1])
     return figure
 

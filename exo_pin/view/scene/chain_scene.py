@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from os import PathLike
 from typing import Any
 
@@ -114,7 +115,9 @@ class ChainScene(Pages):
         50.0
         """
         configuration = self._chain._state.configuration(q)
-        self._freedoms = self._count(configuration)
+        self._freedoms = None
+        with suppress(LoopNotClosed):
+            self._freedoms = self._chain.mobility(configuration).degrees_of_freedom
         with self._stage.update():
             self._is_open = float(np.abs(self._chain.residual(configuration)).max(initial=0.0)) > _OPEN
             self._draw(configuration)
@@ -213,29 +216,28 @@ class ChainScene(Pages):
             self._stage.set_panel("numbers", self._numbers(q))
 
     def _labels(self, q: FloatArray) -> list[dict[str, Any]]:
-        joints = self._picture.joint_points(q)
+        frames = self._chain.placements(q)
         labels = [
-            {"text": name, "at": joints[name].tolist(), "colour": BLUE}
+            {"text": name, "at": frames[name].translation.tolist(), "colour": BLUE}
             for name in self._chain.roles.actuated
-            if name in joints
+            if name in frames
         ]
         for closure, (a, _) in zip(self._picture.loops, self._picture.closure_frames(q), strict=True):
             labels.append({"text": closure_words(closure), "at": a.translation.tolist(), "colour": PURPLE})
         return labels
 
     def _numbers(self, q: FloatArray) -> dict[str, Any]:
-        gap = float(np.abs(self._chain.residual(q)).max(initial=0.0))
-        notes = [{"text": note, "warn": True} for note in self._picture.notes]
-        if gap > _OPEN:
-            notes.append({"text": f"the loops have a gap of {gap:.2g} (m, rad)", "warn": True})
-        beyond = self._chain.beyond_limits(q)
-        if beyond:
-            notes.append({"text": f"beyond their limits: {', '.join(beyond)}", "warn": True})
+        gap, beyond = float(np.abs(self._chain.residual(q)).max(initial=0.0)), self._chain.beyond_limits(q)
+        notes = [
+            *self._picture.notes,
+            *([f"the loops have a gap of {gap:.2g} (m, rad)"] if gap > _OPEN else []),
+            *([f"beyond their limits: {', '.join(beyond)}"] if beyond else []),
+        ]
         return {
             "title": self._chain.description.name,
             "pose": ", ".join(self._coordinates(name, q) for name in self._chain.roles.actuated),
             "values": [] if self._freedoms is None else [{"name": "degrees of freedom", "value": f"{self._freedoms}"}],
-            "notes": notes,
+            "notes": [{"text": note, "warn": True} for note in notes],
         }
 
     def _coordinates(self, joint: str, q: FloatArray) -> str:
@@ -267,12 +269,6 @@ class ChainScene(Pages):
             return self._chain.close(self._chain.reference_configuration())
         except LoopNotClosed as error:
             return np.asarray(error.q)
-
-    def _count(self, q: FloatArray) -> int | None:
-        try:
-            return self._chain.mobility(q).degrees_of_freedom
-        except LoopNotClosed:
-            return None
 
     def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, Callable[[int], None]]:
         """Times, and what draws a frame."""

@@ -12,7 +12,6 @@ from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.errors import ExoPinError
 from ...core.records import OneProcess
 from ...person.contact.result import NO_RESULT
-from ...reaction import Split
 from ...reaction.answer import BEYOND
 from ..colours import CIVIDIS, hexadecimal, scale_colours
 from ..page.live_server import Angles
@@ -45,33 +44,32 @@ def numbers_panel(
         determinant = forces.determinant
     else:
         determinant = float("nan") if exo.wrist is None else float(exo.singularity(pose).determinant)
-    values, remarks, headline = [], [], ""
+    values, remarks, headline = list[dict[str, str]](), list[tuple[str, bool]](), ""
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
     if forces is not None and not np.isfinite(size):
         headline = f"No solution: {forces.status.replace('_', ' ')}"
-        remarks.append({"text": forces.verdict, "warn": False})
+        remarks = [(forces.verdict, False)]
     elif forces is not None:
-        values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
+        values = [{"name": "on the shoulder, |F_s|", "value": _newtons(size)}]
         if forces.contact is not None:
             values, remarks = _contact(forces.contact, size if forces.has_device else None)
         if forces.has_device and exo.wrist is None:
             values += _efforts(exo, forces)
-        if forces.verdict:
-            remarks.append({"text": forces.verdict, "warn": forces.status in BEYOND})
-        if forces.is_near_singular:
-            remarks.append({"text": _NEAR, "warn": True})
-        if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):
-            remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
-        if forces.cuff_text:
-            remarks.append({"text": forces.cuff_text, "warn": False})
-        if forces.split is not None:
-            remarks.append({"text": _assumption(exo, forces.split), "warn": False})
+        percent, split = forces.percent, forces.split
+        has_percent = forces.contact is None and percent is not None and np.isfinite(percent)
+        remarks += [
+            (forces.verdict, forces.status in BEYOND),
+            (_NEAR if forces.is_near_singular else "", True),
+            (f"{percent:.1f} % of body weight" if has_percent else "", False),
+            (forces.cuff_text, False),
+            ("" if split is None else f"{split.caption(exo.device)} (split “{split.name}”)", False),
+        ]
     if np.isfinite(determinant):
         # Adding zero turns -0 into 0.
         shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
         values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
     said = "" if forces is None else forces.verdict
-    remarks += [{"text": note, "warn": True} for note in notes if note not in said]
+    remarks += [(note, True) for note in notes if note not in said]
     return {
         "title": (exo.device.title or exo.name) if forces is None or forces.has_device else "Without a device",
         # No line ends inside an angle.
@@ -79,7 +77,7 @@ def numbers_panel(
         f"{_KEPT.join(('internal', 'rotation', internal))}",
         "headline": headline,
         "values": values,
-        "notes": remarks,
+        "notes": [{"text": text, "warn": warn} for text, warn in remarks if text],
     }
 
 
@@ -91,21 +89,16 @@ def _efforts(exo: ShoulderExo, forces: ShownForces) -> list[dict[str, str]]:
     return [{"name": name, "value": f"{value:.1f} {unit}".replace("-", "−")} for name, value, unit in rounded]
 
 
-def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, str]], list[dict[str, Any]]]:
+def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, str]], list[tuple[str, bool]]]:
     """The joint's load with the wearer's own muscles, before what the device alone leaves there, if there is one."""
     load = float(np.linalg.norm(contact.force))
     alone = [] if size is None else [{"name": "F_s, no muscles", "value": _newtons(size)}]
     if not np.isfinite(load):
-        return alone, [{"text": f"No contact force of the joint: {NO_RESULT[contact.status]}", "warn": True}]
+        return alone, [(f"No contact force of the joint: {NO_RESULT[contact.status]}", True)]
     text = f"{contact.percent:.0f} % of body weight, with the wearer's own muscles"
     if size is not None and np.isfinite(contact.bare):
         text += f"; without the device {_newtons(contact.bare)}"
-    return [{"name": "load of the joint", "value": _newtons(load)}, *alone], [{"text": text, "warn": False}]
-
-
-def _assumption(exo: ShoulderExo, split: Split) -> str:
-    """What the numbers rest on, in words."""
-    return f"{split.caption(exo.device)} (split “{split.name}”)"
+    return [{"name": "load of the joint", "value": _newtons(load)}, *alone], [(text, False)]
 
 
 def notebook_cell(source: str, height: int) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
+from typing import TYPE_CHECKING, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import ACTIVATIONS, scale_colours
 from ..figure.figure import Figure
-from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLinks, Offset, Placed
+from ..picture.drawn_device import ROOT, DrawnDevice, DrawnLinks, Placed
 from ..picture.drawn_limbs import DrawnLimbs, offset_notes, offsets
 from ..stage.force_arrows import DrawnForce, ForcePicture, ShownForces
 from ..stage.stage import Stage
@@ -102,7 +102,6 @@ class Scene(Pages):
         self._style, self._asked_scale = limbs, metres_per_newton
         self._without_forces: list[str] = []
         self._orientation = Rotation.identity()
-        self._muscle_bar: dict[str, Any] | None = None
         self._asked: Question = {}
         self._sliders = PoseSliders(self._stage, exo.side, lambda pose: self.show(pose, **self._asked))
         with self._stage.update():
@@ -268,50 +267,41 @@ class Scene(Pages):
         """The answer for poses of shape () or (k,), and 1 or k frames."""
         answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
         frames = []
-        places = self._drawn.places(poses, self._offsets(poses, query))
+        off = offsets(query.get("centre_offset"), poses, query.get("split", "spherical"))
+        places = self._drawn.places(poses, off)
         for placed, forces in zip(places, self._forces(poses, answer, query), strict=True):
             frames.append(Frame(placed, forces, [] if forces is None else self._drawn.forces(placed, forces)))
         return answer, frames
-
-    def _offsets(self, poses: Rotation, query: Question) -> Sequence[Offset | None]:
-        """Where the device's centre is in each pose, None if it is the shoulder's."""
-        given = query.get("centre_offset")
-        if given is None:
-            return [None] * (1 if poses.single else len(poses))
-        return offsets(given, poses, query.get("split", "spherical"))
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: Question) -> list[ShownForces | None]:
         indices = [()] if poses.single else [(index,) for index in range(len(poses))]
         if answer is None:
             return [None for _ in indices]
-        person = self._figure.person
-        if person is None:
-            return [ShownForces.of(answer, index) for index in indices]
-        motion, load = query.get("motion"), query.get("load")
-        if self._device:
+        person, contact, motion, load = self._figure.person, None, query.get("motion"), query.get("load")
+        if person is not None and self._device:
             contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
-            return [ShownForces.of(answer, index, contact) for index in indices]
-        contact = person.joint_contact(poses, motion, load, gravity=self._exo.device.gravity, outside="mark")
-        return [ShownForces.of(answer, index, contact).without_device() for index in indices]
+        elif person is not None:
+            contact = person.joint_contact(poses, motion, load, gravity=self._exo.device.gravity, outside="mark")
+        shown = [ShownForces.of(answer, index, contact) for index in indices]
+        return [each if self._device else each.without_device() for each in shown]
 
-    def _write_legend(self) -> None:
+    def _plan(self, frames: Sequence[Frame]) -> None:
+        """Choose the scales of a pose or a motion, and write the legend."""
+        known = [each.forces for each in frames if each.forces is not None]
+        self._arrows.plan(known, [each.arrows for each in frames])
         scale, items = self._arrows.legend()
         if self._exo.device.arm is None:
             scale, items = "No mass of the arm: no forces", []
-        bars = [] if self._muscle_bar is None else [self._muscle_bar]
+        bars = []
+        if self._style == "muscles" and self._device and known:
+            bars.append(bar("muscle tension, N", 0.0, self._arrows.tension_top))
         if self._device and self._drawn.parts is not None:
             items = [*items, *self._drawn.parts.legend]
         if (wearer := self._figure.wearer) is not None:
+            wearer.plan([each.contact for each in known if each.contact is not None])
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top, ACTIVATIONS))
             items = [*items, *wearer.legend]
         self._stage.set_panel("legend", {"scale": scale, "items": items, "bars": bars})
-
-    def _plan(self, frames: Sequence[Frame]) -> None:
-        known = [each.forces for each in frames if each.forces is not None]
-        self._arrows.plan(known, [each.arrows for each in frames])
-        if self._figure.wearer is not None:
-            self._figure.wearer.plan([each.contact for each in known if each.contact is not None])
-        self._write_legend()
 
     def _draw(self, frame: Frame) -> None:
         with self._stage.update():
@@ -324,7 +314,12 @@ class Scene(Pages):
                 notes.append("the device does not reach this pose, and is not drawn")
             self._figure.show(pose)
             self._arrows.show(frame.arrows)
-            self._colour_muscles(forces)
+            if self._style == "muscles" and self._device and forces is not None:
+                values = self._drawn.tensions(forces)
+                colours = scale_colours(values, 0.0, self._arrows.tension_top)
+                # A muscle that would have to push is drawn white.
+                colours[np.asarray(values) < 0.0] = 1.0
+                self._drawn.colour_muscles(colours)
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
             off = offset_notes(frame.placed.offset, pose.as_matrix())
@@ -333,17 +328,6 @@ class Scene(Pages):
             notes = [*self.messages, *notes, *off]
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))
-
-    def _colour_muscles(self, forces: ShownForces | None) -> None:
-        if self._style != "muscles" or not self._device or forces is None:
-            return
-        values, top = self._drawn.tensions(forces), self._arrows.tension_top
-        self._muscle_bar = bar("muscle tension, N", 0.0, top)
-        self._write_legend()
-        colours = scale_colours(values, 0.0, top)
-        # A muscle that would have to push is drawn white.
-        colours[np.asarray(values) < 0.0] = 1.0
-        self._drawn.colour_muscles(colours)
 
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Computed first, so that a design that cannot be drawn changes no part of the scene.

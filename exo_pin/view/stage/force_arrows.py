@@ -79,23 +79,32 @@ class DrawnForce(NamedTuple):
         Where it starts, shape (3,), m, base frame; of a moment the middle of its circle.
     vector : ndarray
         Shape (3,), N or N m, base frame; NaN where it is not known.
-    text : str
-        Its label.
+    name : str
+        What its label calls it.
     ends_there : bool
         Whether it ends at ``at`` and does not start there.
+    more : str
+        What its label says behind its size.
     """
 
     key: str
     kind: str
     at: FloatArray
     vector: FloatArray
-    text: str
+    name: str
     ends_there: bool = False
+    more: str = ""
 
     @property
     def size(self) -> float:
         """N or N m; NaN where it is not known."""
         return float(np.linalg.norm(self.vector))
+
+    @property
+    def text(self) -> str:
+        """Its label."""
+        size = f"{self.size:.1f} N m" if self.kind in _MOMENTS else f"{self.size:.0f} N"
+        return f"{self.name} {size}{self.more}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,13 +160,12 @@ class ShownForces(Record):
 
     def without_device(self) -> ShownForces:
         """The contact force alone."""
-        none = {
-            name: np.zeros_like(getattr(self, name))
-            for name in ("shoulder", "tensions", "side_forces", "limb_wrenches", "cuff_wrench")
+        none: dict[str, Any] = {
+            name: np.zeros_like(value) for name, value in vars(self).items() if isinstance(value, np.ndarray)
         }
-        alone = {"determinant": float("nan"), "status": "ok", "percent": None, "split": None, "verdict": ""}
-        more = {"is_near_singular": False, "has_device": False, "cuff_pull": 0.0, "cuff_slip": None, "cuff_text": ""}
-        return replace(self, **none, **alone, **more)  # type: ignore[arg-type]
+        none |= {"determinant": float("nan"), "status": "ok", "percent": None, "split": None, "verdict": ""}
+        none |= {"is_near_singular": False, "has_device": False, "cuff_pull": 0.0, "cuff_slip": None, "cuff_text": ""}
+        return replace(self, **none)
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> ShownForces:

@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.results import Result
-from ...core.validation import FloatArray, as_rotation, broadcast_to
+from ...core.validation import FloatArray, as_real, as_rotation, broadcast_to
 from ...design import WristGeometry
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .from_lengths import angle_residuals, directions_stack, lengths_stack, planes_stack, twist_stack
@@ -349,12 +348,10 @@ def _triples(u: FloatArray, v: FloatArray) -> NDArray[np.int64]:
 
 def _measured(name: str, value: ArrayLike, n: int) -> FloatArray:
     """Measurements, shape (..., n); NaN allowed, for rows may be marked."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "iuf":
-        raise InvalidInput(f"expected {name} to be real numbers, got {echo(value)}")
+    array = as_real(name, value)
     if array.ndim == 0 or array.shape[-1] != n:
         raise InvalidInput(f"expected {name} to have shape (..., {n}), got {array.shape}")
-    return array.astype(np.float64)
+    return array
 
 
 def _rows_and_room(values: FloatArray, width: int) -> tuple[FloatArray, Modes]:

@@ -125,7 +125,8 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     actuators = ET.Element("actuator")
     if chain.roles.limbs or chain.description.cables:
         actuators.append(ET.Comment(" Controls of limbs' and cables' motors are tensions, N: positive pulls. "))
-    tensions = {body.joint: _tension(body.data.effort[0]) for body in bodies if body.is_limb}
+    # MuJoCo holds every control within its range: a limb that only pulls has none below zero.
+    tensions = {body.joint: _pull(*-body.data.effort[0, ::-1]) for body in bodies if body.is_limb}
     for name in chain.roles.actuated:
         ET.SubElement(actuators, "motor", {"name": name, "joint": name, **tensions.get(name, {})})
     for cable in chain.description.cables:
@@ -329,11 +330,8 @@ class _Writer:
             force = {"gainprm": "0", "biastype": "affine", "biasprm": as_numbers([-cable.constant, 0.0, 0.0])}
             ET.SubElement(actuators, "general", {"name": name, "tendon": name} | force)
         if cable.tension is not None:
-            given = {"name": name, "tendon": name, "gear": "-1"}
-            low, high = np.clip(cable.tension, 0.0, NO_LIMIT)
-            if low < high:
-                given["ctrlrange"] = as_numbers([low, high])
-            ET.SubElement(actuators, "motor", given)
+            pull = _pull(*np.clip(cable.tension, 0.0, np.inf))
+            ET.SubElement(actuators, "motor", {"name": name, "tendon": name} | pull)
 
 
 def _least_held(chain: ChainState, q: FloatArray) -> float:
@@ -358,14 +356,11 @@ def _allowed(name: str, taken: set[str]) -> str:
     return free_name("world_link", taken) if name == "world" else name
 
 
-def _tension(effort: FloatArray) -> dict[str, str]:
-    """Of the motor of a limb, whose control is the limb's tension, N: sign, and range if there is one.
-
-    MuJoCo holds every control within its range: a limb that only pulls has none below zero.
-    """
-    least, greatest = np.clip(-effort[::-1], -NO_LIMIT, NO_LIMIT)
-    limited = np.isfinite(effort).any() and least < greatest
-    return {"gear": "-1"} | ({"ctrlrange": as_numbers([least, greatest])} if limited else {})
+def _pull(least: float, greatest: float) -> dict[str, str]:
+    """Of a motor whose control is a tension, N: sign, and range if there is one."""
+    has_range = least < greatest and np.isfinite([least, greatest]).any()
+    limits = np.clip([least, greatest], -NO_LIMIT, NO_LIMIT)
+    return {"gear": "-1"} | ({"ctrlrange": as_numbers(limits)} if has_range else {})
 
 
 def _from_zero(closure: Closure) -> FloatArray:

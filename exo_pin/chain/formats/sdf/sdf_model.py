@@ -25,6 +25,7 @@ _AXES: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("ball", "fixed"), ()),
 }
 _NOT_READ = ("screw", "gearbox")
+_LIMITS = ("lower", "upper", "effort", "velocity")
 #: Density of a collision shape that states none, kg/m³.
 _WATER = 1000.0
 #: Volumes of shapes, m³, of their sizes.
@@ -263,20 +264,19 @@ def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
     limit, dynamics, mimic = (element.first(tag) for tag in ("limit", "dynamics", "mimic"))
     values: dict[str, float] = {}
     if limit is not None:
-        values = {
-            child.tag: _limit(child) for child in limit.children if child.text and child.tag in ("lower", "upper")
-        }
-        if values.get("lower", -np.inf) > values.get("upper", np.inf):
-            raise limit.error(f"expected lower <= upper, got {values['lower']:g} and {values['upper']:g}")
-        if kind == "continuous" and np.isfinite(list(values.values())).any():
+        values = {child.tag: _limit(child) for child in limit.children if child.text and child.tag in _LIMITS}
+        lower, upper = values.get("lower", -np.inf), values.get("upper", np.inf)
+        if lower > upper:
+            raise limit.error(f"expected lower <= upper, got {lower:g} and {upper:g}")
+        if kind == "continuous" and np.isfinite([lower, upper]).any():
             raise limit.error("a continuous joint has no limits: make it revolute, or leave them out")
-        for child in limit.children:
-            if child.text and child.tag in ("effort", "velocity"):
-                # Below zero means none.
-                value = _limit(child)
-                values[child.tag] = value if value >= 0.0 else np.inf
+        # Below zero means none.
+        values |= {key: np.inf for key in ("effort", "velocity") if values.get(key, 0.0) < 0.0}
     if dynamics is not None:
-        values |= {tag: _at_least_zero(dynamics, tag) for tag in ("damping", "friction")}
+        for tag in ("damping", "friction"):
+            values[tag] = _one(dynamics, tag, 0.0)
+            if values[tag] < 0.0:
+                raise dynamics.error(f"expected a {tag} of zero or more, got {values[tag]:g}")
         values["stiffness"] = _one(dynamics, "spring_stiffness", 0.0)
         values["reference"] = _one(dynamics, "spring_reference", 0.0)
     return Axis(direction / np.linalg.norm(direction), **values, mimic=None if mimic is None else _mimic(scope, mimic))
@@ -328,13 +328,6 @@ def _mimic(scope: Scope, element: Element) -> tuple[str, int, float, float, floa
 def _one(element: Element, tag: str, default: float) -> float:
     child = element.first(tag)
     return default if child is None or not child.text else numbers_of(child, child.text, 1)[0]
-
-
-def _at_least_zero(element: Element, tag: str) -> float:
-    value = _one(element, tag, 0.0)
-    if value < 0.0:
-        raise element.error(f"expected a {tag} of zero or more, got {value:g}")
-    return value
 
 
 def _limit(element: Element) -> float:

@@ -116,11 +116,8 @@ def _renew(element: Element, age: int, version: str, left: LeftOut) -> None:
     is_new = age >= VERSIONS.index("1.7")
     if is_new and (element.tag == "use_parent_model_frame" or "frame" in element.attributes):
         raise element.error(f"is of version 1.6 and before; this file says {version}: use expressed_in, relative_to")
-    if (
-        element.tag in ("axis", "axis2")
-        and age < VERSIONS.index("1.5")
-        and element.first("use_parent_model_frame") is None
-    ):
+    is_of_model = age < VERSIONS.index("1.5") and element.first("use_parent_model_frame") is None
+    if element.tag in ("axis", "axis2") and is_of_model:
         element.children.append(Element("use_parent_model_frame", {}, element.line, element.place, text="true"))
     if element.tag == "model" and not is_new:
         # Links and joints had names apart.

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
 import pinocchio as pin
 
 from ....core.validation import as_choice
@@ -25,6 +24,7 @@ from ...structure.description import JointProperties
 from ...structure.frames import placement_of
 from ...structure.motion_axes import unit_of
 from ..bodies import add_frame, add_joint, axis_joint
+from ..joint_data import put_data
 from ..leaving_out import LeftOut
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_model import SdfJoint, SdfLink, closure_of, is_closure
@@ -208,16 +208,17 @@ def _add_joint(tree: SdfTree, joint: SdfJoint, carrier: tuple[int, pin.SE3], for
             )
     if joint.kind == "ball":
         index = add_joint(model, index, pin.JointModelSpherical(), local, joint.name)
-        model.damping[model.idx_vs[index] : model.idx_vs[index] + 3] = joint.damping
+        put_data(model, index, {"damping": joint.damping})
         return index, joint.place
     names = axis_names(joint)
     order = list(zip(names, joint.axes, strict=True))
     for name, axis in order if forward else reversed(order):
         direction = axis.direction if forward else -axis.direction
         moving = axis_joint(joint.kind == "prismatic", direction)
-        bounds = (-axis.effort, axis.effort, -axis.velocity, axis.velocity, axis.lower, axis.upper)
-        friction = (-axis.friction, axis.friction, axis.damping)
-        index = add_joint(model, index, moving, local, name, *(np.array([value]) for value in (*bounds, *friction)))
+        index = add_joint(model, index, moving, local, name)
+        own = {"damping": axis.damping, "friction": axis.friction, "speed": axis.velocity}
+        own |= {"lower_effort": -axis.effort, "upper_effort": axis.effort}
+        put_data(model, index, own | {"lower_position": axis.lower, "upper_position": axis.upper})
         local = pin.SE3.Identity()
         if axis.stiffness:
             tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))

@@ -122,7 +122,11 @@ class Document:
         """Add a link; without a body it has no ``<inertial>``."""
         link = ET.SubElement(self._robot, "link", name=name)
         if body is not None:
-            _inertial(link, body)
+            inertial = ET.SubElement(link, "inertial")
+            ET.SubElement(inertial, "origin", xyz=as_numbers(body.centre))
+            ET.SubElement(inertial, "mass", value=as_numbers(body.mass))
+            moments = {key: as_numbers(body.inertia[entry]) for key, entry in MOMENTS.items()}
+            ET.SubElement(inertial, "inertia", moments)
         for picture in pictures:
             _visual(link, picture)
 
@@ -207,13 +211,6 @@ def _roll_pitch_yaw(R: FloatArray) -> list[float]:
     return [float(np.arctan2(-left[1, 2], left[1, 1])), float(np.arctan2(-left[2, 0], left[0, 0])), yaw]
 
 
-def _inertial(link: ET.Element, body: Body) -> None:
-    inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=as_numbers(body.centre))
-    ET.SubElement(inertial, "mass", value=as_numbers(body.mass))
-    ET.SubElement(inertial, "inertia", {key: as_numbers(body.inertia[entry]) for key, entry in MOMENTS.items()})
-
-
 def _visual(link: ET.Element, picture: Picture) -> None:
     start = np.array(picture.start)
     visual = ET.SubElement(link, "visual")
@@ -291,8 +288,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
             float(body.data.damping[0]),
             float(body.data.friction[0]),
         )
-        parent = links[body.parent]
-        mimic = mimics.get(body.joint)
+        parent, mimic = links[body.parent], mimics.get(body.joint)
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
     _more_frames(chain, document, links, {part.name: part.inertia for part in welded})
     document.shapes(given.shapes, links.get(0))
@@ -336,9 +332,7 @@ def _more_frames(chain: ChainState, document: Document, links: dict[int, str], w
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
     known, joints = {*links.values(), "universe"}, set(chain.model.names)
     for frame in chain.model.frames:
-        if frame.type not in LINKS_AND_SITES or frame.name in known:
-            continue
-        if frame.parentJoint not in links:
+        if frame.type not in LINKS_AND_SITES or frame.name in known or frame.parentJoint not in links:
             continue
         name, carrier, place = frame.name, links[frame.parentJoint], frame.placement
         document.link(name, _body(welded[name]) if name in welded else None)

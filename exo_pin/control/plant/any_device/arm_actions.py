@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from scipy.interpolate import PchipInterpolator
 
 from ....chain.structure.chain_state import ChainState
 from ....core.errors import InvalidInput, MissingData, SolverFailed
@@ -186,9 +185,8 @@ class Torso:
         From time in s to ``orientation`` of {O_A} in the world, ``angular_velocity`` and ``angular_acceleration``
         in the world's axes, such as a trajectory of :mod:`exo_pin.control`. The world is {O_A} of a torso that stands
         upright.
-    acceleration : callable or tuple, optional
-        Of O in the world's axes, m/s²: a function of time; or times, shape (N,), s, and values, shape (N, 3), between
-        which it is interpolated, and beyond which it stays.
+    acceleration : callable, optional
+        From time in s to that of O in the world's axes, m/s².
 
     Raises
     ------
@@ -207,19 +205,11 @@ class Torso:
     """
 
     turn: Callable[[float], Any] | None = None
-    acceleration: Callable[[float], Any] | tuple[Any, Any] | None = None
+    acceleration: Callable[[float], Any] | None = None
 
     def __post_init__(self) -> None:
         require_type("turn", self.turn, Callable | None, "a function of time")
-        if self.acceleration is None or callable(self.acceleration):
-            return
-        if not isinstance(self.acceleration, tuple) or len(self.acceleration) != 2:
-            raise InvalidInput("expected acceleration as a function of time, or as (times, values)")
-        times = as_finite("times of the acceleration", self.acceleration[0], (None,))
-        values = as_finite("values of the acceleration", self.acceleration[1], (len(times), 3))
-        if len(times) < 2 or not (np.diff(times) > 0.0).all():
-            raise InvalidInput("expected two or more times of the acceleration that ascend")
-        set_fields(self, acceleration=_Table(times, values))
+        require_type("acceleration", self.acceleration, Callable | None, "a function of time")
 
     def at(self, t: float, gravity: FloatArray) -> TorsoState:
         """The state at a time.
@@ -258,16 +248,6 @@ class Torso:
         if not all(part.shape == (3,) and np.isfinite(part).all() for part in (a, w, e)):
             raise SolverFailed("the motion", np.inf, "the torso's motion is not three finite numbers each")
         return TorsoState(a, w, e)
-
-
-class _Table:
-    """Values between times, without overshoot; beyond them the first and the last."""
-
-    def __init__(self, times: FloatArray, values: FloatArray) -> None:
-        self._ends, self._between = (times[0], times[-1]), PchipInterpolator(times, values, axis=0)
-
-    def __call__(self, t: float) -> FloatArray:
-        return np.asarray(self._between(min(max(t, self._ends[0]), self._ends[1])))
 
 
 def carried_along(

@@ -120,7 +120,7 @@ def test_a_change_that_no_test_runs_is_alive(places, monkeypatch):
     from mutants import Judge
 
     judge = object.__new__(Judge)
-    judge._by_place, judge._failed, judge._budget = {}, False, 1.0
+    judge._by_place, judge._failed, judge._budget, judge._children = {}, False, 1.0, False
     unseen = next(each for each in places.mutants("muscle/laws") if each.statement)
     monkeypatch.setattr("mutants.replace_code", lambda *_: None)
     assert judge._job("muscle", unseen)[0]()

@@ -28,8 +28,6 @@ RIG_RADIUS = 219.2
 STATIC, KINEMATICS, _POSES = (printed_table(name) for name in ("table_5_1", "table_5_2", "section_5_1_2"))
 #: Both tests turn the arm by 90° in 5 s, at constant speed.
 _SPEED = 90.0 / 5.0
-#: A length printed as "around" a multiple of 10 mm, and the difference of two.
-_AROUND, _TWO_AROUND = 5.0, 10.0
 
 
 def rows() -> list[Row]:

@@ -28,7 +28,6 @@ Verdict = Literal[
 ]
 #: All verdicts, the best first.
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-CONTRADICTED: Verdict = "contradicted"
 NOT_REPRODUCIBLE: Verdict = "not reproducible"
 OTHER_READING: Verdict = "reproduced under another reading"
 INPUT_NOT_PRINTED: Verdict = "input not printed"

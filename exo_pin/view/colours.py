@@ -23,9 +23,9 @@ CIVIDIS = "#00224E #123570 #3B496C #575D6D #707173 #8A8678 #A59C74 #C3B369 #E1CC
 ACTIVATIONS = ["#E2A696", "#B0524E", "#66001C"]
 
 
-def number(colour: str) -> int:
-    """A ``#RRGGBB`` colour as three.js expects it."""
-    return int(colour[1:], 16)
+def number(rgb: Iterable[float]) -> int:
+    """A colour of shape (3,) in 0 to 1 as three.js expects it."""
+    return int(hexadecimal(rgb)[1:], 16)
 
 
 def channels(colour: str) -> FloatArray:

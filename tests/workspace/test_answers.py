@@ -151,7 +151,6 @@ def refusals():
         lambda: starting_design(ep.Actuator("cable", pull_limit=90.0), None, 2),
         lambda: free_joints(0),
         lambda: free_joints(1001),
-        lambda: lifting_poses(lifting_weight=1.2),
         lambda: recheck(exo.device, 3, ep.Criteria()),
         lambda: recheck(exo.device, exo.reaction, ["stroke"]),
     )  # fmt: skip

@@ -74,7 +74,7 @@ def starts():
     """Where searches begin."""
     arm = ep.Arm.from_anthropometry(1.7, 66, sex="female")
     motor, cable = ep.Actuator("linear", pull_limit=500.0, push_limit=200.0), ep.Actuator("cable", pull_limit=90.0)
-    poses = lifting_poses("right", counts=(3, 2, 2), lifting_weight=0.4)
+    poses = lifting_poses("right", counts=(3, 2, 2))
     sketches = (
         starting_design(motor, arm),
         starting_design([cable, cable, motor], arm, side="right", name="mine", device=load("four-cables").mechanism),

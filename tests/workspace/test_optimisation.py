@@ -64,7 +64,7 @@ def test_study_of_other_data_is_refused(tmp_path):
     ep.optimise(**query)
     changes = {
         "data of the design": {"exo": exo.worn_by(ep.Arm.from_anthropometry(1.75, 90, sex="male"))},
-        "data of the poses": {"poses": lifting_poses(counts=(3, 3, 2), lifting_weight=0.9)},
+        "data of the poses": {"poses": lifting_poses(counts=(3, 2, 3))},
         "fit_strokes": {"fit_strokes": False},
         "objectives": {"objectives": "worst_margin"},
         "criteria": {"constraints": LIMITS.replace(least_gap=0.001)},

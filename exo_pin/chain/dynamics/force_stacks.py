@@ -214,7 +214,13 @@ def stack_of_forces(
     progress : bool
         Whether to show a bar.
     """
-    q, v, a = _samples(state, motion)
+    q = as_real("q", motion[0])
+    if q.ndim != 2 or q.shape[1] != state.nq:
+        raise InvalidInput(f"expected q to have shape (n, {state.nq}), got {q.shape}")
+    v, a = (
+        None if rates is None else _shaped(name, rates, len(q), state.nv)
+        for name, rates in zip("va", motion[1:], strict=True)
+    )
     wrenches = {
         name: _shaped(f"external[{name!r}]", given, len(q), 6)
         for name, given in as_mapping("external", external, "frames to wrenches").items()
@@ -275,19 +281,6 @@ def projected(
     still = np.zeros(state.nv)
     speed = None if v is None else project_velocity(state, q, v)
     return speed, project_acceleration(state, q, still if speed is None else speed, still if a is None else a)
-
-
-def _samples(
-    state: ChainState, motion: tuple[ArrayLike, ArrayLike | None, ArrayLike | None]
-) -> tuple[FloatArray, FloatArray | None, FloatArray | None]:
-    given = as_real("q", motion[0])
-    if given.ndim != 2 or given.shape[1] != state.nq:
-        raise InvalidInput(f"expected q to have shape (n, {state.nq}), got {given.shape}")
-    v, a = (
-        None if rates is None else _shaped(name, rates, len(given), state.nv)
-        for name, rates in zip("va", motion[1:], strict=True)
-    )
-    return given, v, a
 
 
 def _shaped(name: str, value: ArrayLike, count: int, size: int) -> FloatArray:

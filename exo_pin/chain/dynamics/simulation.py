@@ -169,8 +169,7 @@ def simulate(
     # Checks the efforts and the external wrenches.
     forward_dynamics(state, start, velocity, efforts, external=wrenches)
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
-    if rules.limits is not None:
-        stops_at(state, rules.limits, start)
+    stops_at(state, rules.limits, start)
     states, steps, found = EventIntegration(rates, rules).run(instant, when, (rtol, atol), progress)
     energies = np.array([energies_of(state, instant) for instant in states])
     parts: list[FloatArray] = [frozen(np.array(part)) for part in zip(*states, strict=True)]

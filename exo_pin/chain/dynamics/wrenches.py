@@ -19,7 +19,6 @@ from ...core.records import Record, reduced_tuple
 from ...core.tables import three_digits
 from ...core.validation import FloatArray, as_finite, frozen
 from ..structure.chain_state import ChainState
-from ..structure.couplings import refuse_coupling
 from ..structure.topology import Part
 from .equations.equations_of_motion import EquationsOfMotion
 
@@ -112,8 +111,11 @@ def transmitting_part(state: ChainState, name: str) -> Part:
         If it is a coupling, or a joint and a closure share the name.
     """
     part, joints = state.part(name), state.model.njoints - 1
-    if part.place >= joints:
-        refuse_coupling(state.closures[part.place - joints])
+    if part.place >= joints and state.closures[part.place - joints].polynomial is not None:
+        raise InvalidInput(
+            f"closure {name!r} is a coupling, which transmits no wrench but a generalised force in each of its joints: "
+            "see ClosedForces.coupling"
+        )
     return part
 
 

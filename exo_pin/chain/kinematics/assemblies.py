@@ -183,7 +183,7 @@ def assemblies(
     scale[:, 3] = 1.0 / top.length
     bodies = slice(1, None) if frame is None else slice(state.body_index(frame), state.body_index(frame) + 1)
     scale = scale[: len(range(state.model.njoints)[bodies])]
-    is_fixed, since = False, 0
+    is_fixed, since, free = False, 0, np.flatnonzero(weight)
     found, hits, places = np.empty((0, state.nq)), np.empty(0, dtype=np.int64), np.empty((0, scale.size))
     for done in track(range(0, most, BLOCK), "closing", progress):
         count = min(BLOCK, most - done)
@@ -204,12 +204,14 @@ def assemblies(
                 continue
             found, hits, places = np.vstack([found, row]), np.append(hits, 1), np.vstack([places, poses])
         if len(found) and not is_fixed:
-            _refuse_loose(state, found[0], np.flatnonzero(weight))
-            is_fixed = True
+            is_fixed, moving = True, still_moving(state, found[0], free)
+            if moving:
+                scaled, least = scaled_jacobian(state, found[0])
+                rank = np.linalg.matrix_rank(scaled[:, free], tol=least)
+                raise UndeterminedMotion(found[0].copy(), len(free) - int(rank), moving)
         if _is_enough(hits, since):
             break
     order = np.argsort(-hits, kind="stable")
-    free = np.flatnonzero(weight)
     margins = [_margin(scaled_jacobian(state, row)[0][:, free]) for row in found[order]]
     return Assemblies(frozen(found[order]), frozen(hits[order]), frozen(np.array(margins)), done + count, since)
 
@@ -275,15 +277,6 @@ def _met(state: ChainState, row: FloatArray, weight: FloatArray) -> tuple[FloatA
         step = np.linalg.lstsq(J, -work.gap * top.row_scale, rcond=_EXACT)[0]
         row = np.asarray(pin.integrate(state.model, row, column * step))
     return row, work.residual(row) <= _CLOSED
-
-
-def _refuse_loose(state: ChainState, q: FloatArray, free: NDArray[np.intp]) -> None:
-    """Raise UndeterminedMotion if these coordinates can move in a closed configuration."""
-    moving = still_moving(state, q, free)
-    if moving:
-        scaled, least = scaled_jacobian(state, q)
-        rank = np.linalg.matrix_rank(scaled[:, free], tol=least)
-        raise UndeterminedMotion(q.copy(), len(free) - int(rank), moving)
 
 
 def _margin(J: FloatArray) -> float:

@@ -76,15 +76,6 @@ def _position(model: pin.Model, closure: Closure, joint: str) -> tuple[int, int]
     return model.idx_qs[number], model.idx_vs[number]
 
 
-def refuse_coupling(closure: Closure) -> None:
-    """Raise InvalidInput if a closure is a coupling, where a wrench is needed."""
-    if closure.polynomial is not None:
-        raise InvalidInput(
-            f"closure {closure.name!r} is a coupling, which transmits no wrench but a generalised force in each of its "
-            "joints: see ClosedForces.coupling"
-        )
-
-
 @kernel(fills=True)
 def powers(polynomial: Any, position: float) -> Any:
     """p, p' and p'' of one coupling, r_a to c_4, shape (7,), at a position of joint a, m or rad."""

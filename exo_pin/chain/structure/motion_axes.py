@@ -53,15 +53,6 @@ def in_metres(model: pin.Model) -> NDArray[np.bool_]:
     return np.asarray(np.linalg.norm(np.hstack(motion_axes(model))[3:], axis=0) < 1e-9)
 
 
-def moving_coordinates(model: pin.Model) -> FloatArray:
-    """Shape (njoints, nv): 1 for coordinates that move the joint's body."""
-    moved = np.zeros((model.njoints, model.nv))
-    for joint in range(1, model.njoints):
-        moved[joint] = moved[model.parents[joint]]
-        moved[joint, v_slice(model, joint)] = 1.0
-    return moved
-
-
 def carried_joints(model: pin.Model) -> FloatArray:
     """Shape (njoints, njoints): 1 in row j and column k where joint k hangs on joint j, or is it."""
     outward = np.eye(model.njoints)

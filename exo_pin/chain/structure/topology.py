@@ -18,7 +18,7 @@ from ...core.validation import FloatArray, frozen
 from .couplings import make_couplings
 from .description import Closures
 from .frames import FrameTable, se3
-from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
+from .motion_axes import carried_joints, characteristic_length, in_metres
 from .projection import COUPLED_LENGTH
 
 IntArray = NDArray[np.int64]
@@ -201,8 +201,8 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     (coupled, polynomials), metres = make_couplings(model, closures.closures, rows), in_metres(model)
     sliding = metres[coupled[:, 4]]
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
-    supports = moving_coordinates(model)[joints].reshape(count, 2, model.nv)
-    outward = carried_joints(model)
+    outward, owners = carried_joints(model), np.repeat(np.arange(model.njoints), list(model.nvs))
+    supports = np.ascontiguousarray(outward[owners].T)[joints].reshape(count, 2, model.nv)
     # In C order, as all that kernels take: another order would be compiled anew.
     carried = frozen(np.ascontiguousarray(outward[:, joints[:, 0]] - outward[:, joints[:, 1]]))
     length = characteristic_length(model, joints, local)
@@ -210,7 +210,9 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
     signs = supports[:, 0] - supports[:, 1]
-    _mark_coupled(signs, rows, coupled)
+    led, own = coupled[:, 2] >= 0, np.searchsorted(rows, coupled[:, 0])
+    signs[own[led], coupled[led, 2]] = -1.0
+    signs[own, coupled[:, 4]] = 1.0
     column = np.where(metres, length, 1.0)
     return Topology(
         joints=frozen(joints),
@@ -224,7 +226,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
         row_metres=frozen(row_metres),
         row_scale=frozen(np.where(row_metres, 1.0 / length, 1.0)),
         distances=frozen(np.array([closure.distance or 0.0 for closure in closures.closures])),
-        owners=frozen(np.repeat(np.arange(model.njoints), list(model.nvs))),
+        owners=frozen(owners),
         metres=metres,
         column=frozen(column),
         per_newton=frozen(np.where(metres, 1.0, 1.0 / length)),
@@ -233,14 +235,6 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
         coupled=coupled,
         polynomials=polynomials,
     )
-
-
-def _mark_coupled(signs: FloatArray, rows: IntArray, coupled: IntArray) -> None:
-    """Mark the coordinates that move couplings."""
-    own = np.searchsorted(rows, coupled[:, 0])
-    led = coupled[:, 2] >= 0
-    signs[own[led], coupled[led, 2]] = -1.0
-    signs[own, coupled[:, 4]] = 1.0
 
 
 def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:

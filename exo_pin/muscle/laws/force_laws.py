@@ -171,7 +171,18 @@ class PolynomialModel(StaticModel):
         return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
 
     def contraction_powers(self, pressure: float) -> FloatArray:
-        """See :meth:`StaticModel.contraction_powers`."""
+        """Coefficients of the force in powers of contraction; see :meth:`StaticModel.contraction_powers`.
+
+        Parameters
+        ----------
+        pressure : float
+            Pa.
+
+        Returns
+        -------
+        ndarray
+            From the constant on, shape (k,), N m^-i.
+        """
         powers = np.zeros(1 + max(i for i, _, _ in self._terms))
         for i, j, c in self._terms:
             powers[i] += c * pressure**j * self.scale**i

@@ -54,7 +54,7 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     p = np.linspace(0.0, 1.1 * model.validity.pressure[1], 600)
     force = model.force(x[np.newaxis], p[:, np.newaxis], outside="mark")
     raw = np.ma.getdata(force)
-    levels = even_steps(0.0, max(float(force.max()), np.finfo(float).tiny))
+    levels = even_steps(max(float(force.max()), np.finfo(float).tiny))
     filled = axis.contourf(x * 1e3, p / BAR, force, levels=levels, cmap="cividis", alpha=0.9)
     lines = axis.contour(x * 1e3, p / BAR, raw, levels=levels, colors=_INK, linewidths=0.7, alpha=0.65)
     for text in axis.clabel(lines, fmt="%g N", fontsize=8.5, manual=_places(lines, x[-1] * 1e3, p[-1] / BAR)):

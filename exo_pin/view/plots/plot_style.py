@@ -143,22 +143,16 @@ def force_scale(values: FloatArray) -> tuple[Any, _Cut]:
         steps = steps[max(np.searchsorted(steps, low, "right") - 1, 0) : np.searchsorted(steps, high) + 1]
         steps = steps[-_MOST_STEPS:]
     else:
-        steps = even_steps(0.0, scale_top(known))
+        # A few poses beside a singular one do not stretch the scale.
+        usual, most = (np.percentile(known, 95.0), known.max()) if known.size else (0.0, 0.0)
+        top = 1.05 * most if most <= 3.0 * usual else 1.5 * usual
+        steps = even_steps(float(top) if most > 0.0 else 1.0)
     extend = _CUTS[int((known < steps[0]).any()) + 2 * int((known > steps[-1]).any())]
     return BoundaryNorm(steps, 256, extend=extend), extend
 
 
-def even_steps(low: float, high: float, most: int = 10) -> FloatArray:
-    """Round values at equal distances that cover a range, of positive width, in at most some ten steps."""
+def even_steps(high: float) -> FloatArray:
+    """Round values at equal distances from 0 to a positive end or beyond, in at most some ten steps."""
     from matplotlib.ticker import MaxNLocator
 
-    return np.asarray(MaxNLocator(nbins=most, steps=[1.0, 2.0, 2.5, 5.0, 10.0]).tick_values(low, high))
-
-
-def scale_top(values: FloatArray) -> float:
-    """End of a scale that a few poses beside a singular one do not stretch."""
-    known = values[np.isfinite(values)]
-    if not known.size or not known.max() > 0.0:
-        return 1.0
-    usual = float(np.percentile(known, 95.0))
-    return float(known.max()) * 1.05 if known.max() <= 3.0 * usual else 1.5 * usual
+    return np.asarray(MaxNLocator(nbins=10, steps=[1.0, 2.0, 2.5, 5.0, 10.0]).tick_values(0.0, high))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..colours import channels, hexadecimal, number
+from ..colours import channels, number
 from .stage import Stage, mg
 
 IntArray = NDArray[np.intp]
@@ -58,15 +58,15 @@ def flat_material(colour: str, on_top: bool = False) -> Any:
     on_top : bool
         Whether it shows through objects in front of it.
     """
-    dimmed, base = (hexadecimal(share * channels(colour)) for share in (0.6, 0.4))
+    rgb = channels(colour)
     # Drawn among the transparent things, and so after the opaque ones, where it must not be painted over.
     extra: dict[str, Any] = {"depthTest": False, "transparent": True} if on_top else {}
-    return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), side=0, **extra)
+    return mg.MeshLambertMaterial(color=number(0.4 * rgb), emissive=number(0.6 * rgb), side=0, **extra)
 
 
 def matt_material(rgb: tuple[float, ...], opacity: float = 1.0) -> Any:
     """A material that takes its shades from the light; ``rgb`` in 0 to 1."""
-    return mg.MeshLambertMaterial(color=number(hexadecimal(rgb)), opacity=opacity, transparent=opacity < 1.0, side=2)
+    return mg.MeshLambertMaterial(color=number(rgb), opacity=opacity, transparent=opacity < 1.0, side=2)
 
 
 def lathe(profile: FloatArray, segments: int = 28) -> Any:
@@ -140,7 +140,7 @@ def draw_ground(stage: Stage, height: float, radius: float) -> None:
     node = stage.viewer["ground"]
     for name, share, grey in (("inner", 0.992, 0.925), ("edge", 1.0, 0.86)):
         disc = lathe(np.array([[1e-6, 0.0], [share * radius, 0.0]]), 96)
-        node[name].set_object(disc, mg.MeshBasicMaterial(color=number(hexadecimal(3 * [grey])), side=2))
+        node[name].set_object(disc, mg.MeshBasicMaterial(color=number(3 * [grey]), side=2))
         level = height - 2e-3 * radius * (name == "edge")
         stage.set_transform(f"/meshcat/ground/{name}", placement(1.0, [0.0, 0.0, level]))
 

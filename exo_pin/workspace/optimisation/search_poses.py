@@ -41,7 +41,7 @@ from ...device.protocol import Device
 from ...device.wrist_device import as_device
 from ...load_case import CentreOffset, CentrePath
 from ...load_case.pose_stacks import pose_matrices, require_massless
-from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
+from ...load_case.ranges_of_motion import ADL_BOX
 from ...reaction.constraints.given_limits import Limits
 from ...reaction.holding.least_held_forces import tension_limits
 from ...reaction.splits.pose_stack import limb_lengths
@@ -254,34 +254,24 @@ class SearchPoses(ReadOnly):
         )
 
 
+#: Share of the weight that the lines of lifting have together.
+_LIFTING = 0.3
+
+
 @checked
-def lifting_poses(
-    side: str = "left",
-    box: RangeOfMotion = ADL_BOX,
-    counts: tuple[int, int, int] = (7, 6, 6),
-    lifting_weight: float = 0.3,
-) -> SearchPoses:
-    """A coarse grid of a box of shoulder angles, and ``lifting_lines`` in steps of 10°.
+def lifting_poses(side: str = "left", counts: tuple[int, int, int] = (7, 6, 6)) -> SearchPoses:
+    """A coarse grid of the box of daily activities, and ``lifting_lines`` in steps of 10° with 30 % of the weight.
 
     Parameters
     ----------
     side : {"left", "right"}
         Side of the body.
-    box : RangeOfMotion
-        The box; that of daily activities if left out.
     counts : (int, int, int)
         Nodes in flexion, abduction and internal rotation, both ends included.
-    lifting_weight : float
-        Share of the weight that the two lines have together.
 
     Returns
     -------
     SearchPoses
-
-    Raises
-    ------
-    InvalidInput
-        If the share is not from 0 to 1.
 
     Examples
     --------
@@ -289,13 +279,11 @@ def lifting_poses(
     >>> lifting_poses(counts=(3, 3, 2)).poses.shape
     (38,)
     """
-    if not 0.0 <= lifting_weight <= 1.0:
-        raise InvalidInput(f"expected lifting_weight as a share from 0 to 1, got {lifting_weight:g}")
-    angles = [np.linspace(low, high, count) for (low, high), count in zip(box.intervals, counts, strict=True)]
+    angles = [np.linspace(low, high, count) for (low, high), count in zip(ADL_BOX.intervals, counts, strict=True)]
     flexion, abduction, internal = (nodes.ravel() for nodes in np.meshgrid(*angles, indexing="ij"))
     grid = shoulder_rotation(flexion, abduction, internal, side, degrees=True)
     lines = Rotation.concatenate(lifting_lines(side, 10.0))
-    shares = ((grid, 1.0 - lifting_weight), (lines, lifting_weight))
+    shares = ((grid, 1.0 - _LIFTING), (lines, _LIFTING))
     weights = np.concatenate([np.full(len(poses), share / len(poses)) for poses, share in shares])
     return SearchPoses(Rotation.concatenate([grid, lines]), weights)
 

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from moving_chains import ALL, drivers, moving
 
+from exo_pin import UndeterminedMotion
 from exo_pin.chain import ClosedChain, JointProperties
 
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.
@@ -64,3 +65,11 @@ def test_efforts_multipliers_and_motions_against_differences(name):
 def test_changes_of_springs_and_dampers_against_differences(plain):
     case, external = loaded("five-bar")
     check(case, sprung(case.chain, np.random.default_rng(6)), external, np.eye(case.dof))
+
+
+def test_a_joint_given_twice_leaves_others_undetermined(plain):
+    case = moving("five-bar", 3)
+    twice = [case.independent[0]] * 2
+    for ask in (case.chain.inverse_dynamics_derivatives, case.chain.forward_dynamics_derivatives):
+        with pytest.raises(UndeterminedMotion):
+            ask(case.q, independent=twice)

@@ -91,8 +91,6 @@ class ContactForces(NamedTuple):
         Shape (nv,), all friction, and the reactions of the stops.
     unique : ndarray of bool
         Shape (nv,), coordinates in which friction and reaction of the stop are the same in every solution.
-    residual : float
-        Error of the complementarity conditions, as a share of the largest term.
     """
 
     a: FloatArray
@@ -101,10 +99,21 @@ class ContactForces(NamedTuple):
     friction: FloatArray
     stops: FloatArray
     unique: NDArray[np.bool_]
-    residual: float
 
 
-def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def room_to_stops(
+    state: ChainState, limits: Limits | None, q: FloatArray
+) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+    """Room to every stop, characteristic lengths and rad; index in v; 1 for lower stops and -1 for upper ones."""
+    if limits is None:
+        return np.array([]), np.array([], np.int64), np.array([], np.int64)
+    here, count = q[limits.q_index], len(limits.lower)
+    index = np.concatenate([limits.v_index, limits.v_index])
+    room = np.concatenate([here - limits.lower, limits.upper - here])
+    return room / state.topology.column[index], index, np.repeat([1, -1], [count, count])
+
+
+def stops_at(state: ChainState, limits: Limits | None, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Coordinates at their stops: index in v, and 1 for a lower stop or -1 for an upper one.
 
     Raises
@@ -112,19 +121,15 @@ def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[
     InvalidInput
         If a joint is beyond its limits.
     """
-    here, near = q[limits.q_index], AT_STOP * state.topology.column[limits.v_index]
-    below, above = here - limits.lower, limits.upper - here
-    beyond = np.flatnonzero((below < -near) | (above < -near))
-    if len(beyond):
-        k = int(beyond[0])
+    room, index, side = room_to_stops(state, limits, q)
+    if limits is not None and (room < -AT_STOP).any():
+        k = int((np.flatnonzero(room < -AT_STOP) % len(limits.joints)).min())
         raise InvalidInput(
-            f"joint {limits.joints[k]!r} is at {here[k]:.6g}, beyond its limits {limits.lower[k]:.6g} and "
+            f"joint {limits.joints[k]!r} is at {q[limits.q_index[k]]:.6g}, beyond its limits {limits.lower[k]:.6g} and "
             f"{limits.upper[k]:.6g}: expected q within all limits where they are stops, use "
             "close(q, respect_limits=True), or stops=False"
         )
-    low, high = np.flatnonzero(below <= near), np.flatnonzero(above <= near)
-    index = np.concatenate([limits.v_index[low], limits.v_index[high]])
-    return index, np.repeat([1, -1], [len(low), len(high)])
+    return index[room <= AT_STOP], side[room <= AT_STOP]
 
 
 def contacts_at(state: ChainState, q: FloatArray, v: FloatArray, stops: bool) -> tuple[Rubbing, Contacts]:
@@ -136,9 +141,7 @@ def contacts_at(state: ChainState, q: FloatArray, v: FloatArray, stops: bool) ->
         If a joint is beyond its stop, or moves into it.
     """
     rubbing = friction_of(state, v)
-    index, side = (
-        stops_at(state, limits_of(state.model), q) if stops else (np.array([], np.int64), np.array([], np.int64))
-    )
+    index, side = stops_at(state, limits_of(state.model) if stops else None, q)
     speed = side * v[index] / state.topology.column[index]
     if (speed < -REST).any():
         k = int(speed.argmin())
@@ -190,7 +193,7 @@ def contact_forces(
     unique[index[~found.unique]] = False
     # Exactly zero, but for contacts on a bound of their force that would not move without it either.
     still = np.abs(found.rate) <= _STILL * float(np.abs(start).max(initial=0.0))
-    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
+    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique))
 
 
 def impact(

@@ -18,6 +18,7 @@ from ....core.progress import track
 from ....core.validation import FloatArray
 from ..crossing import Crossings, SmoothStep
 from ..integration import Instant, Rates, instant_of, refuse_jump, taken
+from .contact_forces import room_to_stops
 from .settling import Impacts, MotionEvent, StopRules, settled
 
 #: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad.
@@ -104,7 +105,7 @@ class EventIntegration:
             settled_instant, self.rates.mode, found = settled(self.rates, time, instant, self.stops, self._impacts)
         except (MotionBlocked, SolverFailed) as error:
             raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), str(error)) from error
-        self._floor = np.minimum(self.stops.gaps(self.rates.state, settled_instant.q)[0], 0.0) - _DEPTH
+        self._floor = np.minimum(room_to_stops(self.rates.state, self.stops.limits, settled_instant.q)[0], 0.0) - _DEPTH
         return settled_instant, found
 
     def _refuse_crowd(self, crowd: list[float], time: float, instant: Instant) -> None:
@@ -140,7 +141,7 @@ class EventIntegration:
         q, v = np.asarray(pin.integrate(state.model, rates.base, y[:nv])), y[nv : 2 * nv].copy()
         if (mode.sign * v < -_BACK * state.topology.column).any():
             return True
-        gaps, index, _ = self.stops.gaps(state, q)
+        gaps, index, _ = room_to_stops(state, self.stops.limits, q)
         if len(gaps) and (gaps < self._floor)[~np.isin(index, mode.index)].any():
             return True
         return not mode.holds(q, v, rates.applied(time, q, v))

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....core.records import Record
 from ....core.validation import FloatArray
@@ -14,7 +13,7 @@ from ...structure.chain_state import ChainState
 from ...structure.motion_axes import Limits
 from ..equations.equations_of_motion import inertia_matrix, moving_loops
 from ..integration import Instant, Rates
-from .contact_forces import AT_STOP, ContactMode, Contacts, at_rest, contact_forces, contacts_of, impact
+from .contact_forces import AT_STOP, ContactMode, Contacts, at_rest, contact_forces, contacts_of, impact, room_to_stops
 from .joint_friction import REST, friction_of, joint_names
 from .projected_motion import projected_motion, response_at
 
@@ -79,16 +78,6 @@ class StopRules(Record):
     limits: Limits | None
     restitution: float
 
-    def gaps(self, state: ChainState, q: FloatArray) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
-        """Room to every stop, characteristic lengths and rad; index in v; 1 for lower stops and -1 for upper ones."""
-        limits = self.limits
-        if limits is None:
-            return np.array([]), np.array([], np.int64), np.array([], np.int64)
-        here, count = q[limits.q_index], len(limits.lower)
-        index = np.concatenate([limits.v_index, limits.v_index])
-        room = np.concatenate([here - limits.lower, limits.upper - here])
-        return room / state.topology.column[index], index, np.repeat([1, -1], [count, count])
-
 
 def settled(
     rates: Rates, time: float, instant: Instant, stops: StopRules, impacts: dict[int, Impacts]
@@ -106,7 +95,7 @@ def settled(
     """
     state, before, q, v = rates.state, rates.mode, instant.q, instant.v
     column = state.topology.column
-    gaps, index, side = stops.gaps(state, q)
+    gaps, index, side = room_to_stops(state, stops.limits, q)
     # Joints that rested on their stops still do, however much the projection on the loops has moved them.
     held = set() if before is None else before.held.pairs
     rested = np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)

@@ -17,7 +17,7 @@ damper, with the potential k d²/2 of the depth d = |θx - c| + |θz| - h:
 with the corners of |.| rounded off over 0.01 rad (|.| is smaller there, by at most as much). e_x and e_z are the
 gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y divided by cos² θx. At θx = 90°
 the unit locks and w is infinite: within 6° of it the moment is held at its value there. Of the two triples of angles
-of an orientation the one with the smaller depth counts, as for :meth:`exo_pin.design.shoulder.Shoulder.allows`.
+of an orientation the one with the smaller depth counts, as for the criterion "shoulder_range".
 
 Integration of the plant from one instant to another: Dormand and Prince, order 5(4), on the rotation group.
 

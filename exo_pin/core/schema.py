@@ -28,7 +28,7 @@ VERSIONS: dict[str, int] = {}
 #: What a description says of the unit: after a comma, a blank or "in ", before a stop of the sentence or a word.
 _UNIT = re.compile(
     r"(?:^|[ ,(])(N m s/rad|N m/rad|N s/m|kg m²|N m|N/m|N s|m/s²|m/s|rad/s²|rad/s|m/rad|1/m|°/s|mm/°|°/mm|mm|percent"
-    r"|degrees|dimensionless|share|°|%|rad|Pa|bar|kg|N|m|s|W|J|Hz)"
+    r"|degrees(?! of freedom)|dimensionless|share|°|%|rad|Pa|bar|kg|N|m|s|W|J|Hz)"
     r"(?=$|[.,:;)]| each| of | in | about | and | or | for | that | where )"
 )
 #: Units that names end in.
@@ -38,7 +38,7 @@ _SUFFIXES = {
 }  # fmt: skip
 _SUFFIX = re.compile(rf"_({'|'.join(_SUFFIXES)})$")
 #: Where the unit stands, if it is that of each number.
-_ELSEWHERE = re.compile(r"own unit|ends in|in ``unit``|by name")
+_ELSEWHERE = re.compile(r"own unit|ends? in|in ``unit``|by name")
 _SHAPE = re.compile(r"[Ss]hape \([^)]*\)")
 _WORDS = {"percent": "%", "degrees": "°", "dimensionless": "1", "share": "1"}
 _FLAT = {"Numbers": ["number", "null"], "Flags": ["boolean"], "Texts": ["string"]}
@@ -117,12 +117,14 @@ def members(kind: type) -> dict[str, _Member]:
         made = next(vars(base)[name] for base in kind.__mro__ if name in vars(base))
         function = made.func if isinstance(made, cached_property) else made.fget
         own[name] = (_hints(function).get("return", Any), True)
-        texts[name] = " ".join((function.__doc__ or "").split("\n\n")[0].split())
+        texts[name] = " ".join((function.__doc__ or "").split("\n\n")[0].split()), 0, 1
     found, of_result = {}, hasattr(kind, "as_dict")
     for name, (hint, required) in own.items():
-        text = texts.get(name, "")
+        text, *place = texts.get(name, ("", 0, 1))
         ends = _SUFFIX.search(name)
-        unit = "" if not _has_unit(hint) else _SUFFIXES[ends[1]] if ends else unit_in(text)
+        unit = "" if not _has_unit(hint) else _SUFFIXES[ends[1]] if ends else unit_in(text, *place)
+        # What may be anything has the unit that is named, and none besides.
+        unit = "" if unit == "1" and _json_type(hint) is Any else unit
         found[name] = _Member(hint, text, unit, required and not of_result)
     for extra in getattr(kind, "_described", ()):
         found |= {name: each._replace(required=False) for name, each in members(extra).items()}
@@ -170,12 +172,22 @@ def joined(kind: type, exo: Any, **answers: Any) -> dict[str, Any]:
     return document(kind, {"mechanism": exo.name, "side": exo.side, **answers})
 
 
-def unit_in(text: str) -> str:
-    """The units that a description names, the first two: "N, N m"; "1" where it names none, "" where others say it."""
+def unit_in(text: str, place: int = 0, count: int = 1) -> str:
+    """The units that a description names, the first two: "N, N m"; "1" where it names none, "" where others say it.
+
+    Where it describes several members, and names as many units, each has the one at its place: "s, m, m or rad".
+    """
     if _ELSEWHERE.search(text):
         return ""
-    found = dict.fromkeys(_WORDS.get(unit, unit) for unit in _UNIT.findall(_SHAPE.sub("", text)))
-    return "1" if not found or "1" in list(found)[:1] else ", ".join(list(found)[:2])
+    text, groups, end = _SHAPE.sub("", text), [[]], 0
+    for each in _UNIT.finditer(text):
+        if groups[-1] and not re.search(r"\bor\b", text[end : each.start(1)]):
+            groups.append([])
+        groups[-1].append(_WORDS.get(each[1], each[1]))
+        end = each.end(1)
+    chosen = groups[place] if len(groups) == count else [unit for group in groups for unit in group]
+    found = list(dict.fromkeys(chosen))[:2]
+    return "1" if found[:1] in ([], ["1"]) else ", ".join(found)
 
 
 @cache
@@ -300,9 +312,9 @@ def _is_named(hint: type) -> bool:
 
 def _has_unit(hint: Any) -> bool:
     """Whether values of a type are numbers."""
-    own = _json_type(hint)
-    every = [own, *get_args(own)]
-    every += [item for each in every for item in get_args(each)]
+    every = [_json_type(own) for own in (hint, *get_args(hint))]
+    for _ in range(2):
+        every += [item for each in every for item in get_args(each)]
     return any(each in (float, _reference("Numbers")) for each in every)
 
 
@@ -339,14 +351,15 @@ def _hints(owner: Any) -> dict[str, Any]:
     return get_type_hints(owner, localns=names)
 
 
-def _attributes(kind: type) -> dict[str, str]:
-    """Descriptions of the attributes in the docstring of a record and its bases, each as one line."""
+def _attributes(kind: type) -> dict[str, tuple[str, int, int]]:
+    """Descriptions of attributes in the docstring of a record and its bases, in a line each; for which of how many."""
     from docstring_parser import parse_from_object  # here, because few answers need it
 
-    found: dict[str, str] = {}
+    found: dict[str, tuple[str, int, int]] = {}
     for base in reversed(kind.__mro__):
         if (dataclasses.is_dataclass(base) or _is_named(base)) and base.__doc__:
             for each in parse_from_object(base).params:
                 text = " ".join((each.description or "").split())
-                found |= {name.strip(): text for name in each.arg_name.split(",")}
+                names = each.arg_name.split(",")
+                found |= {name.strip(): (text, place, len(names)) for place, name in enumerate(names)}
     return found

@@ -76,7 +76,7 @@ class Wearer(Record):
     sex : {"male", "female"}
         Which half of the table of de Leva (1996).
     elbow_flexion : float
-        0 for a straight arm; the forearm swings forward, to +x of {O_B}. Rad (degrees with ``degrees=True``).
+        0 for a straight arm; the forearm swings forward, to +x of {O_B}; in rad, or degrees with ``degrees=True``.
     payload : float
         A point mass at the end of the hand segment (the third knuckle), kg.
     arm_girth : float, optional

@@ -52,8 +52,10 @@ class Person(Wearer):
 
     Attributes
     ----------
-    height, mass : float
-        m, kg.
+    height : float
+        Stature, m.
+    mass : float
+        Of the body, kg.
     sex : {"male", "female"}
         Which half of the anthropometric table.
     strength, cuff_strength : float
@@ -62,9 +64,9 @@ class Person(Wearer):
     scapular_motion : float
         How far clavicle and scapula follow the elevation, over the model's: 1 is a rhythm of 1.6, 0.7 one of 2.7.
     elbow_flexion : float
-        Rad (degrees with ``degrees=True``), 0 to 130°. At 0 the elbow's stop carries what would extend it further.
+        In rad, or degrees with ``degrees=True``, 0 to 130°. At 0 the elbow's stop carries what would extend it further.
     forearm_rotation : float
-        Pronation, rad (or degrees), -90 to 90°.
+        Pronation, in rad, or degrees with ``degrees=True``, -90 to 90°.
     payload : float
         A point mass at the end of the hand, kg.
     side : {"left", "right"}

@@ -240,7 +240,7 @@ class DesignReport(Result):
     device_on_arm_kg, device_links_kg : float
         Mass of the device on the arm, and of its other moving links in the design; NaN where the design has none.
     weakest_rate, weakest_rate_unit
-        Rate of the drives about the worst axis of the arm that 99 % of the reached poses exceed, mm/° or °/°.
+        Rate of the drives about the arm's worst axis, mm/° or °/°; 99 of 100 reached poses exceed it.
     twins_percent : float
         Share of the poses with a second pose that the drives cannot tell from the first; NaN where not looked for.
     clear_mm : float

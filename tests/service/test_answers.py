@@ -220,7 +220,9 @@ def description():
     reaction = {key: value for key, value in post["properties"].items() if key != "design"}
     schemas = {name: sorted(each.get("properties", {})) for name, each in whole["components"]["schemas"].items()}
     rest = {key: value for key, value in whole.items() if key not in ("paths", "components", "info")}
-    return paths, reaction, schemas, rest, whole["info"]["license"], whole["components"].get("securitySchemes")
+    wholly = {name: whole["components"]["schemas"][name] for name in ("Wearer", "Load", "Criteria", "ProblemDocument")}
+    about = whole["info"]["license"], whole["components"].get("securitySchemes"), wholly
+    return paths, reaction, schemas, rest, *about
 
 
 def application():

@@ -18,6 +18,7 @@ import exo_pin as ep
 pytest.importorskip("starlette", reason="needs the extra service")
 from exo_pin.service.live_stream import LiveStream
 from exo_pin.service.samples import Opening
+from exo_pin.service.workers import Busy
 
 
 class _Quick:
@@ -63,6 +64,31 @@ def test_a_reader_that_stalls_loses_old_answers_and_holds_up_nobody():
     # Of the gaps it names the last ones.
     assert sent[1]["lost"] == [[k, k] for k in range(959, 999, 2)]
     assert sent[-1]["lost"] == [[999, 999]]
+
+
+def test_a_sample_that_no_process_has_time_for_is_answered_by_saying_so():
+    async def refuse():
+        sent = []
+
+        class Crowded(_Quick):
+            async def answer(self, name, body):
+                if json.loads(body)["sample"] is not None:
+                    raise Busy("64 questions wait: try again")
+                return await super().answer(name, body)
+
+        async def send(body):
+            sent.append(json.loads(body))
+
+        stream = LiveStream(Crowded(), send)
+        await stream.open(Opening({}))
+        stream.take(json.dumps({"t": 0.0, "seq": 0}))
+        for _ in range(50):
+            await asyncio.sleep(0)
+        await stream.close()
+        return sent[1:]
+
+    (told,) = asyncio.run(refuse())
+    assert (told["status"], told["kind"], told["detail"]) == (503, "Busy", "64 questions wait: try again")
 
 
 def test_a_sample_gives_way_to_a_newer_one_while_one_is_answered():

@@ -42,7 +42,7 @@ class ClosedForcesStack(Record):
     q, v, a : ndarray
         Shapes (n, nq), (n, nv), (n, nv), the motion to which the forces belong.
     tau, friction : ndarray
-        Shape (n, nv), efforts and dry friction, N and N m.
+        Shape (n, nv), efforts and dry friction, N or N m.
     multipliers : ndarray
         λ, shape (n, rows).
     residual : ndarray

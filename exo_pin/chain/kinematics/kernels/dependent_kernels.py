@@ -104,7 +104,7 @@ def reduced_motion(J: Any, given: Any, scales: Any, joints: int, residual: float
     for k in given:
         distinct += allowed[k]
         allowed[k] = False
-    factors = np.empty((nv, m)), np.empty(nv), np.empty(nv)
+    factors = np.zeros((nv, m)), np.zeros(nv), np.zeros(nv)
     rank, cut = fill_dependent(J, np.empty((m, 0)), allowed, scales, joints, residual, factors, order, error)
     own, G, most = np.empty(nv - rank, dtype=np.int64), np.zeros((nv, nv - rank)), 0.0
     if len(own) == len(given) == distinct:

@@ -33,11 +33,11 @@ def rounded_sdf(chain, digits, folder):
         angles = Rotation.from_quat(numbers[3:]).as_euler("xyz")
         return f"<pose>{_rounded([*numbers[:3], *angles], digits)}</pose>"
 
-    text = chain.to_sdf(folder).read_text(encoding="utf-8")
-    text = re.sub(r'<pose rotation_format="quat_xyzw">([^<]*)</pose>', pose, text)
-    return ClosedChain.from_sdf(
-        re.sub(r"<xyz>([^<]*)", lambda found: f"<xyz>{_rounded(found.group(1).split(), digits)}", text)
-    )
+    path = chain.to_sdf(folder)
+    text = re.sub(r'<pose rotation_format="quat_xyzw">([^<]*)</pose>', pose, path.read_text(encoding="utf-8"))
+    text = re.sub(r"<xyz>([^<]*)", lambda found: f"<xyz>{_rounded(found.group(1).split(), digits)}", text)
+    path.write_text(text, encoding="utf-8")
+    return ClosedChain.from_sdf(path)
 
 
 def rounded_mjcf(chain, digits, folder):

@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from decimal import Decimal
 
 import numpy as np
 import pinocchio as pin
@@ -103,15 +102,20 @@ def _rounded(text: str, first: int, count: int, tolerance: float) -> str:
 
 
 def geometry_words(root: Element) -> Iterator[str]:
-    """The numbers of a file that are places and directions, as written."""
+    """The numbers of attributes of a URDF or MJCF that are places and directions, as written."""
     waiting = [root]
     while waiting:
         element = waiting.pop()
         for key, text in element.attributes.items():
             if key in _GEOMETRY:
                 yield from text.split()
-        yield from element.text.split() if element.tag in _TEXTS else ()
         waiting += (child for child in element.children if child.tag not in _UNPLACED)
+
+
+def pose_words(part: Element) -> Iterator[str]:
+    """The numbers of the pose and the axes of a link, joint or frame of SDF, and of nothing else in it."""
+    for element in (part, *part.all("axis"), *part.all("axis2")):
+        yield from (word for tag in _TEXTS for child in element.all(tag) for word in child.text.split())
 
 
 def closure_words(closures: Closures) -> Iterator[str]:
@@ -139,7 +143,7 @@ def rounding_of(words: Iterable[str]) -> float:
             continue
         most = max(most, count)
         if count >= FEWEST:
-            figures = max(figures, len(Decimal(word).normalize().as_tuple().digits))
+            figures = max(figures, len(word.lower().partition("e")[0].lstrip("+-").replace(".", "").strip("0")))
         if turns and count >= FEWEST and abs(value - turns * 0.5 * math.pi) <= 0.5 * 10.0**-count:
             right = min(right, count)
     return 0.5 * 10.0 ** -min(most, right) if FEWEST <= most <= MOST and figures >= FEWEST else 0.0
@@ -147,7 +151,9 @@ def rounding_of(words: Iterable[str]) -> float:
 
 def decimals(word: str) -> int:
     """Decimals of a number as it is written, less its trailing zeros."""
-    return max(-int(Decimal(word).normalize().as_tuple().exponent), 0)
+    mantissa, _, exponent = word.lower().partition("e")
+    fraction = mantissa.partition(".")[2].rstrip("0")
+    return max(len(fraction) - int(exponent or 0), 0)
 
 
 class Redrawn:

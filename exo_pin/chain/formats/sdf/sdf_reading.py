@@ -41,7 +41,7 @@ from ....core.errors.base import warn
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..bodies import add_frame, free_name
-from ..digits import Redrawn, exact_right_angles, geometry_words, refuse_tolerance, with_digits
+from ..digits import Redrawn, exact_right_angles, pose_words, refuse_tolerance, with_digits
 from ..leaving_out import LeftOut
 from ..shapes import sdf_shapes
 from ..xml_elements import Element, checked, flag, is_left_out, numbers_of, parse_xml, read_source
@@ -242,7 +242,7 @@ def _read(
     closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left.report, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.
     placed = (element for kind in ("link", "joint", "frame") for _, element in scope.all(kind))
-    words = tuple(word for element in placed for word in geometry_words(element))
+    words = tuple(word for element in placed for word in pose_words(element))
     return tree.model, closures, words
 
 

@@ -377,7 +377,7 @@ def bounds_and_multipliers(
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     for k in bounded:
         own = np.flatnonzero(owners == owners[k])
-        part = f" ({k - own[0]})" if len(own) > 1 else ""
+        part = f" ({k - own[0]})" if len(own) > 1 and k not in alone else ""
         names.append(f"{'friction' if k in alone else 'effort'} of {state.model.names[int(owners[k])]}{part}")
     bounds = bounds_of(names, effort[bounded], slope[bounded], low[bounded], high[bounded])
     bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])

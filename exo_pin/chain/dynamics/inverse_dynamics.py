@@ -93,7 +93,8 @@ def refuse_motion(
     """
     q, v, a, tau = motion
     state.configuration(q)
-    for name, rates in (("v", v), ("a", a)):
+    # What is not checked was computed, and may be large, as of a body that weighs nothing.
+    for name, rates in (("v", v), ("a", a)) if checked else ():
         state.tangent(name, rates)
     worst, gap, speed, size, opening_v, opening_a, _, _, share, weakest, _ = numbers
     if checked:

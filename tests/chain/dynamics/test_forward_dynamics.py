@@ -5,7 +5,7 @@ from moving_chains import ALL, WITH_MASS, drivers, moving
 from tree_forces import tree_forces
 
 from exo_pin import InvalidInput, MasslessMotion
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures
 
 
 def pushed(name, seed=5):
@@ -31,6 +31,15 @@ def test_inverse_after_forward_dynamics_is_the_identity(name, seed):
     # And forward again, which holds for redundant drives too.
     again = case.chain.forward_dynamics(case.q, case.v, back.tau, external=external)
     np.testing.assert_allclose(again.a, motion.a, atol=1e-9 * (1 + np.abs(motion.a).max()))
+
+
+def test_forces_of_an_acceleration_that_no_caller_could_state():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelPX(), pin.SE3.Identity(), "slide")
+    model.appendBodyToJoint(1, pin.Inertia(1e-12, np.zeros(3), 1e-14 * np.eye(3)), pin.SE3.Identity())
+    motion = ClosedChain(model, Closures("light")).forward_dynamics([0.0], tau={"slide": [10.0]})
+    np.testing.assert_allclose([motion.a[0], motion.forces.joint_reaction("slide").force[0]], [1e13, 10.0], rtol=1e-12)
+    np.testing.assert_allclose(motion.forces.tau, [10.0])
 
 
 @pytest.mark.parametrize("name", [name for name, make in WITH_MASS.items() if "wrist" not in name])

@@ -310,7 +310,7 @@ def load_model(
     if missing:
         closures = Closures(path.stem if path else "unnamed")
     elif not isinstance(closures, Closures):
-        closures = read_closures(closures or beside)  # type: ignore[arg-type]
+        closures = read_closures(beside if closures is None else closures)  # type: ignore[arg-type]
     assert isinstance(closures, Closures)
     root = closures.root
     hangs = root.joint if root_joint is None else root_joint

@@ -51,8 +51,9 @@ def test_other_things_than_files_are_refused_at_once(tmp_path):
                 read(path)
     (tmp_path / "r.urdf").write_text(GOOD)
     os.mkfifo(tmp_path / "r.closures.toml")
-    with pytest.raises(FileFormatError, match="a pipe"):
-        ClosedChain.from_urdf(tmp_path / "r.urdf")
+    for closures, said in ((None, "a pipe"), ("", "No such file")):
+        with pytest.raises(FileFormatError, match=said):
+            ClosedChain.from_urdf(tmp_path / "r.urdf", closures)
 
 
 @pytest.mark.parametrize(

@@ -78,6 +78,10 @@ class JointData:
         }
         return tuple(name for name, is_there in there.items() if is_there)
 
+    def ends(self, k: int) -> FloatArray:
+        """Lower and upper limit of the k-th coordinate; none of an endless hinge, whose cosine is no angle."""
+        return np.array([-np.inf, np.inf]) if len(self.position) > len(self.damping) else self.position[k]
+
     def rest(self, k: int) -> float:
         """The k-th coordinate, a hinge's or slide's, where the spring is slack, rad or m; an endless hinge has none."""
         return 0.0 if self.reference is None else float(self.reference[k])

@@ -132,8 +132,8 @@ def _scalar(data: JointData, k: int) -> dict[str, str]:
         "springref": data.rest(k),
     }
     written = _not_zero(values)
-    if np.isfinite(data.position[k]).any():
-        written["range"] = as_numbers(np.clip(data.position[k], -NO_LIMIT, NO_LIMIT))
+    if np.isfinite(data.ends(k)).any():
+        written["range"] = as_numbers(np.clip(data.ends(k), -NO_LIMIT, NO_LIMIT))
     effort = data.effort[k]
     if np.isfinite(effort).any():
         low, high = np.clip(effort, -NO_LIMIT, NO_LIMIT)

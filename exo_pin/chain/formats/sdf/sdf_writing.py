@@ -172,7 +172,7 @@ class SdfWriter(OneProcess):
         own, data = self._q[self._chain.configuration_slice(body.joint)], body.data
         here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
         axis = ET.SubElement(element, tag)
-        limits = dict(zip(("lower", "upper"), data.position[0] - here, strict=True))
+        limits = dict(zip(("lower", "upper"), data.ends(0) - here, strict=True))
         effort = body.effort("SDF")
         limits["effort"] = effort if np.isfinite(effort) or body.joint in self._chain.roles.actuated else 0.0
         limits["velocity"] = data.symmetric("velocity", body.joint, "SDF")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +51,8 @@ def urdf_shapes(root: Element, folder: Path | None, version: tuple[int, int], le
                 if material is not None and picture.tag == "visual":
                     own = material.first("color")
                     colour = _colour(material, left) if own else colours.get(material.attributes.get("name"))
-                yield _shape(link.attributes["name"], picture, origin_of(origin), colour, folder)
+                name, place = link.attributes["name"], origin_of(origin)
+                yield _shape(name, picture, _words_of_urdf, place, colour, folder, left)
             except FileFormatError as error:
                 left.say("pictures", str(error))
             except KeyError:  # what is missing or unknown was said before
@@ -70,22 +71,22 @@ def _colour(material: Element, left: LeftOut) -> tuple[float, ...] | None:
         return None
 
 
-def sdf_shapes(link: Element, name: str, folder: Path | None) -> Iterator[Shape]:
+def sdf_shapes(link: Element, name: str, folder: Path | None, left: LeftOut) -> Iterator[Shape]:
     """Visuals and collision shapes of a link that have a pose in it; those with a fault are left out."""
     for picture in _pictures(link):
         try:
-            yield sdf_shape(picture, name, folder)
+            yield sdf_shape(picture, name, folder, left)
         except (FileFormatError, KeyError):
             continue
 
 
-def sdf_shape(picture: Element, name: str, folder: Path | None) -> Shape:
+def sdf_shape(picture: Element, name: str, folder: Path | None, left: LeftOut) -> Shape:
     """A visual or collision shape of an SDF's link of this name.
 
     Raises
     ------
     FileFormatError, KeyError
-        If it is none that has a pose in the link.
+        If it is none that has a pose in the link, or has a size below zero, which is said.
     """
     pose, material, colour = picture.first("pose"), picture.first("material"), None
     if pose is not None and pose.attributes.get("relative_to"):
@@ -93,23 +94,43 @@ def sdf_shape(picture: Element, name: str, folder: Path | None) -> Shape:
     diffuse = None if material is None else material.first("diffuse")
     if diffuse is not None:
         colour = (*numbers_of(diffuse, diffuse.text, len(diffuse.text.split())), 1.0)[:4]
-    return _shape(name, picture, place_of(pose), colour, folder)
+    return _shape(name, picture, _words_of_sdf, place_of(pose), colour, folder, left)
 
 
-def _shape(link: str, picture: Element, place: pin.SE3, colour: tuple[float, ...] | None, folder: Path | None) -> Shape:
+def _words_of_urdf(shape: Element) -> dict[str, str]:
+    """The sizes of a shape as written, and the file of a mesh; URDF has no ellipsoids."""
+    given = {} if shape.tag == "ellipsoid" else {"size": "0 0 0"} | shape.attributes
+    return given | {"file": given["filename"]} if shape.tag == "mesh" else given
+
+
+def _words_of_sdf(shape: Element) -> dict[str, str]:
+    given = {child.tag: child.text for child in shape.children}
+    return given | {"file": given["uri"].replace("model://", "package://")} if shape.tag == "mesh" else given
+
+
+def _shape(
+    link: str,
+    picture: Element,
+    words_of: Callable[[Element], dict[str, str]],
+    place: pin.SE3,
+    colour: tuple[float, ...] | None,
+    folder: Path | None,
+    left: LeftOut,
+) -> Shape:
     geometry = picture.first("geometry")
     shapes = [child for child in ([] if geometry is None else geometry.children) if ":" not in child.tag]
     if len(shapes) != 1:
         raise picture.error(f"expected one shape, got {len(shapes)}")
     shape, kind = shapes[0], shapes[0].tag
-    # Attributes of a URDF, children of an SDF.
-    words = {"scale": "1 1 1", "size": "0 0 0"} | shape.attributes | {child.tag: child.text for child in shape.children}
+    words = {"scale": "1 1 1"} | words_of(shape)
     size = tuple(x for key, count in _SIZES[kind].items() for x in numbers_of(shape, words[key], count, key))
     file = None
     if kind == "mesh":
-        file = _found_file(words.get("filename") or words["uri"].replace("model://", "package://"), folder)
+        file = _found_file(words["file"], folder)
     elif min(size) < 0.0:
-        raise shape.error(f"expected sizes of zero or more, got {size}")
+        fault = shape.error(f"expected sizes of zero or more, got {size}")
+        left.say("pictures", str(fault))
+        raise fault
     return Shape.at(link, kind, size, place, file, colour, picture.tag)
 
 

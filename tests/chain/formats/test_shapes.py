@@ -216,6 +216,24 @@ def test_meshes_that_mujoco_reads_are_written_once(name, there, is_read, tmp_pat
     assert "does not read" not in text
 
 
+@pytest.mark.parametrize(
+    ("written", "geometry", "sizes", "said"),
+    [
+        ("urdf", '<box size="1 2 3"><size>4 5 6</size></box>', [(1.0, 2.0, 3.0)], "unknown element <size>"),
+        ("urdf", "<sphere><radius>2</radius></sphere>", [], "'radius' is missing"),
+        ("urdf", '<ellipsoid radii="1 2 3"/>', [], "unknown element <ellipsoid>"),
+        ("sdf", "<box><size>-1 2 3</size></box>", [], "sizes of zero or more"),
+        ("sdf", "<box/>", [], ""),
+    ],
+)
+def test_what_is_no_shape_of_a_format_is_left_out(written, geometry, sizes, said):
+    link = f'<link name="a"><visual name="v"><geometry>{geometry}</geometry></visual></link>'
+    around = {"urdf": '<robot name="r">{}</robot>', "sdf": '<sdf version="1.10"><model name="r">{}</model></sdf>'}
+    given = getattr(ClosedChain, f"from_{written}")(around[written].format(link)).description
+    assert [shape.size for shape in given.shapes] == sizes
+    assert said in " ".join(given.left_out)
+
+
 def test_a_quaternion_turns_a_shape_of_a_urdf():
     visual = '<visual><origin quat_xyzw="0 0 0.6 0.8"/><geometry><box size="1 2 3"/></geometry></visual>'
     chain = ClosedChain.from_urdf(f'<robot name="r" version="1.1"><link name="a">{visual}</link></robot>')

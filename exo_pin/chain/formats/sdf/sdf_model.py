@@ -146,7 +146,7 @@ def read_link(scope: Scope, element: Element, left: LeftOut) -> SdfLink:
     if inertial is None:
         inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3))
     elif inertial.attributes.get("auto", "false") in ("true", "1"):
-        inertia = _of_shapes(element, inertial)
+        inertia = _of_shapes(element, inertial, left)
     else:
         inertia = _inertia(inertial, left)
     return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia)
@@ -163,7 +163,7 @@ def _inertia(inertial: Element, left: LeftOut) -> pin.Inertia:
     return pin.Inertia(mass, centre.translation, centre.rotation @ tensor @ centre.rotation.T)
 
 
-def _of_shapes(link: Element, inertial: Element) -> pin.Inertia:
+def _of_shapes(link: Element, inertial: Element, left: LeftOut) -> pin.Inertia:
     """The inertia of a link's collision shapes by their densities, scaled to the mass if one is stated.
 
     Raises
@@ -174,7 +174,7 @@ def _of_shapes(link: Element, inertial: Element) -> pin.Inertia:
     total, common = pin.Inertia.Zero(), _one(inertial, "density", _WATER)
     for collision in link.all("collision"):
         try:
-            shape = sdf_shape(collision, "", None)
+            shape = sdf_shape(collision, "", None, left)
             mass = _one(collision, "density", common) * _VOLUMES[shape.kind](*shape.size)
             own = getattr(pin.Inertia, f"From{shape.kind.capitalize()}")(mass, *shape.size)
         except (FileFormatError, KeyError, ValueError) as error:

@@ -237,7 +237,7 @@ def _read(
     shapes = tuple(
         shape
         for own, element in scope.all("link")
-        for shape in sdf_shapes(element, f"{own.name}{element.attributes['name']}", folder)
+        for shape in sdf_shapes(element, f"{own.name}{element.attributes['name']}", folder, left)
     )
     closures = Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left.report, shapes=shapes)
     # The places of links and joints; those of inertias and pictures have no effect on the loops.

@@ -56,18 +56,26 @@ def check_origin(element: Element | None, version: tuple[int, int]) -> None:
         return
     if version < (1, 1):
         raise element.error('needs <robot version="1.1">: URDF 1.0 has no such attribute', "quat_xyzw")
-    if "rpy" in element.attributes:
-        raise element.error("expected rpy or quat_xyzw, got both")
-    length = float(np.linalg.norm(numbers(element, "quat_xyzw", 4)))
-    if abs(length - 1.0) > 1e-6:
-        raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
+    origin_of(element)
 
 
 def origin_of(element: Element | None) -> pin.SE3:
-    """The placement that an ``<origin>``, or the attributes of another element, state; the identity without one."""
+    """The placement that an ``<origin>``, or the attributes of another element, state; the identity without one.
+
+    Raises
+    ------
+    FileFormatError
+        If these are no numbers, the quaternion is none of length 1, or there are angles, too.
+    """
     place = vector(element, "xyz", NOTHING)
     if element is not None and "quat_xyzw" in element.attributes:
-        return pin.SE3(pin.Quaternion(vector(element, "quat_xyzw", (0.0,) * 4)).normalized(), place)
+        if "rpy" in element.attributes:
+            raise element.error("expected rpy or quat_xyzw, got both")
+        turn = np.array(numbers(element, "quat_xyzw", 4))
+        length = float(np.linalg.norm(turn))
+        if abs(length - 1.0) > 1e-6:
+            raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
+        return pin.SE3(pin.Quaternion(turn).normalized(), place)
     return pin.SE3(pin.rpy.rpyToMatrix(vector(element, "rpy", NOTHING)), place)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from exo_pin import FileFormatError
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement
 
 #: A kite whose loop is closed where its joints are zero; the coupler's end meets the rocker's.
@@ -84,6 +85,13 @@ def stated(kind):
     axis = (0.0, 1.0, 0.0) if kind == "revolute" else None
     at = [Placement(tuple(map(float, each))) for each in (AT_COUPLER, AT_ROCKER)]
     return Closures("robot", closures=(Closure("pin", kind, "coupler", "rocker", *at, axis=axis),))
+
+
+@pytest.mark.parametrize(("turn", "said"), [("0 0 0 0", "length 1, got length 0"), ("nan 0 0 1", "expected a decimal")])
+def test_a_quaternion_that_turns_nothing_is_refused(turn, said):
+    loop = LOOP.format("spherical", text(AT_COUPLER), text(AT_ROCKER)).replace('rpy="0 0 0"', f'quat_xyzw="{turn}"')
+    with pytest.raises(FileFormatError, match=said):
+        ClosedChain.from_urdf(robot(loop))
 
 
 @pytest.mark.parametrize("name", STATED)

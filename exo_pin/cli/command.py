@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import make_dataclass
 from functools import partial
@@ -35,6 +36,8 @@ from ..device.protocol import described
 from . import COMMANDS, width
 
 PICTURES = (".png", ".svg", ".pdf")
+#: Several numbers of which the first is negative: a value, and no option.
+_NEGATIVE = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 #: What was asked, as it was typed: of a parameter that is no option.
 Words = Annotated[Sequence[str], Parameter(parse=False)]
 
@@ -52,7 +55,7 @@ def answer(name: str, words: list[str]) -> int:
         print(help_text(name))
         return 0
     try:
-        function, bound, unread = app.parse_args(words, print_error=False, exit_on_error=False)
+        function, bound, unread = app.parse_args(_joined(words), print_error=False, exit_on_error=False)
     except CycloptsError as error:
         if isinstance(error.__cause__, ExoPinError):
             raise error.__cause__ from None
@@ -105,6 +108,25 @@ def _paragraphs(said: Docstring) -> Iterable[str]:
     """Summary and description, each paragraph as one line, which the terminal breaks."""
     for text in (said.short_description, said.long_description):
         yield from (" ".join(part.split()) for part in (text or "").split("\n\n"))
+
+
+def _joined(words: list[str]) -> list[str]:
+    """``--limits -10,20`` as ``--limits=-10,20``, because what begins with a minus and is no number is an option."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1].startswith("--") and _NEGATIVE.match(word) and not _is_number(word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def shown_default(value: Any) -> str | None:

@@ -74,9 +74,7 @@ def reaction(
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
     split: options.Split | None = None,
-    compare: Annotated[
-        list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1), allow_leading_hyphen=False)
-    ] = None,
+    compare: Annotated[list[str] | None, options.called("SPLIT,...", consume_multiple=(0, 1))] = None,
     require_hold: bool = False,
     explain: bool = False,
     muscles: options.Muscled = None,

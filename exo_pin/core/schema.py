@@ -122,9 +122,10 @@ def members(kind: type) -> dict[str, _Member]:
     for name, (hint, required) in own.items():
         text, *place = texts.get(name, ("", 0, 1))
         ends = _SUFFIX.search(name)
-        unit = "" if not _has_unit(hint) else _SUFFIXES[ends[1]] if ends else unit_in(text, *place)
-        # What may be anything has the unit that is named, and none besides.
-        unit = "" if unit == "1" and _json_type(hint) is Any else unit
+        unit = _SUFFIXES[ends[1]] if ends else unit_in(text, *place)
+        # What may be numbers and else has the unit that is named, and none besides.
+        has_unit = _are_numbers(hint) or (unit != "1" and any(map(_are_numbers, get_args(hint))))
+        unit = unit if has_unit else ""
         found[name] = _Member(hint, text, unit, required and not of_result)
     for extra in getattr(kind, "_described", ()):
         found |= {name: each._replace(required=False) for name, each in members(extra).items()}
@@ -310,11 +311,11 @@ def _is_named(hint: type) -> bool:
     return issubclass(hint, tuple) and hasattr(hint, "_fields")
 
 
-def _has_unit(hint: Any) -> bool:
+def _are_numbers(hint: Any) -> bool:
     """Whether values of a type are numbers."""
-    every = [_json_type(own) for own in (hint, *get_args(hint))]
-    for _ in range(2):
-        every += [item for each in every for item in get_args(each)]
+    own = _json_type(hint)
+    every = [own, *get_args(own)]
+    every += [item for each in every for item in get_args(each)]
     return any(each in (float, _reference("Numbers")) for each in every)
 
 

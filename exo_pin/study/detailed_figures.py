@@ -157,7 +157,7 @@ def singularity_figures(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
 def held_after_failure(exo: ShoulderExo, poses: Rotation, question: Question) -> float:
     """Share of the poses that are held while one drive gives no effort: the worst drive; NaN without limits."""
     given = question.get("limits", "design")
-    if given == "none" or not isinstance(given, str | tuple):
+    if not isinstance(given, str | tuple) or given == "none":
         return np.nan
     bounds: Any = (0.0 if given == "pull" else -np.inf, np.inf) if isinstance(given, str) else given
     shares = []

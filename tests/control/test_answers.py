@@ -185,6 +185,10 @@ def brief(plant, pose=POSE):
     return {name: getattr(run, name) for name in names}
 
 
+#: Pressures, and poses from which the arm swings over before it comes to rest.
+FAR = ((0.0, (-44, 68, 85)), ([195e3, 64e3, 375e3], (43, 154, -60)), (0.0, (120, 30, -80)), (1e5, (-30, 140, 60)))
+
+
 def at_rest():
     """States of rest, limits and positions of drives, what moments are missing, and drives that creep."""
     muscles, cables = ep.Plant(ep.load("prototype")), ep.Plant(ep.load("four-cables"), ep.PlantOptions(play=0.001))
@@ -196,6 +200,7 @@ def at_rest():
     return (
         muscles.rest([1.2e5, 0.7e5, 0.4e5]), cables.rest(near=POSE, drive_positions=drives.positions), drives,
         chain.rest(near=POSE),
+        [muscles.rest(given, ep.shoulder_rotation(*turn, degrees=True)).orientation for given, turn in FAR],
         [cables.force_limits(lengths, slack) for slack in (False, True)], muscles.force_limits([0.2, 0.31, 0.37]),
         muscles.drive_states([0.2, 0.31, 0.37], [30.0, 11.0, 900.0]), control.missing_moments(cables, stack),
         control.missing_moments(muscles, stack), creeping.simulate(waves(4), 0.001, creeping.held(POSE,

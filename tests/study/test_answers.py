@@ -171,7 +171,12 @@ def of_limits():
     poses = few(four, 2)
     found = [
         compare(four, three, poses=each, person=ep.Arm(4.1, [0.01, 0.0, -0.27]), detailed=True, limits=limits)
-        for each, limits in ((poses[0], "pull"), (poses, "none"), (poses, (-20.0, 150.0)))
+        for each, limits in (
+            (poses[0], "pull"),
+            (poses, "none"),
+            (poses, (-20.0, 150.0)),
+            (poses[0], np.array([-20.0, 150.0])),
+        )
     ]
     names = (
         "held_after_failure",

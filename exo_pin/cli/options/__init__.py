@@ -39,8 +39,8 @@ _LONGEST = 1000.0
 
 
 def called(metavar: str, **more: Any) -> Parameter:
-    """How the value of an option is called in the help; the first of several in one text may be negative."""
-    return Parameter(metavar=metavar, **{"allow_leading_hyphen": not {",", ":"}.isdisjoint(metavar)} | more)
+    """How the value of an option is called in the help."""
+    return Parameter(metavar=metavar, **more)
 
 
 def needs(extra: str) -> Parameter:

@@ -189,6 +189,7 @@ class _Socket(_Guarded, WebSocketHandler):
     ) -> None:
         """Store the settings of this address."""
         self.reader, self._connections, self._receive = Reader(snapshot), connections, receive
+        self._sending: asyncio.Task[None] | None = None
 
     def open(self, *_: str, **__: str) -> None:
         """Greet a browser with the whole scene."""
@@ -214,7 +215,8 @@ class _Socket(_Guarded, WebSocketHandler):
     def on_close(self) -> None:
         """Forget a browser that has left."""
         self._connections.discard(self)
-        self._sending.cancel()
+        if self._sending is not None:  # it may leave before it is open
+            self._sending.cancel()
 
 
 class Server(OneProcess):

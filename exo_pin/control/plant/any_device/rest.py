@@ -1,7 +1,8 @@
 """Where a plant comes to rest, with pressures and positions of drives that stay, and without friction.
 
-In coordinates z of the motions, g(z) is the generalised force and S its slope.
-A damped motion follows g to where it vanishes and S is negative; so does, in steps that are short turns,
+A wrist's arm is integrated (:func:`~exo_pin.control.plant.state.settled`). Of another device, in coordinates z of the
+motions, g(z) is the generalised force and S its slope. A damped motion follows g to where it vanishes and S is
+negative; so does, in steps that are short turns,
 
     dz = (μ - S)⁻¹ g
 
@@ -22,9 +23,7 @@ from ....chain.kinematics.closing import close
 from ....chain.kinematics.loops import refined
 from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
-from ..equations.drive_kernels import FLOWS
-from ..equations.plant_kernels import rates
-from ..state import equations_state, first_chain, still_tables
+from ..state import equations_state, first_chain, settled, still_flows
 from .device_equations import DeviceEquations
 
 if TYPE_CHECKING:
@@ -45,43 +44,19 @@ def rest_of(plant: Plant, start: PlantState) -> PlantState:
     SolverFailed
         If it does not come to rest.
     """
-    found = _wrist_rest(plant, start) if plant.equations is None else _device_rest(plant.equations, plant, start)
-    pose = Rotation.from_quat(found[0])
+    if plant.equations is None:
+        pose, chain = settled(plant.tables, equations_state(start, plant.motors), start.orientation), start.chain
+    else:
+        q, chain = _device_rest(plant.equations, plant, start)
+        pose = Rotation.from_quat(q)
     here = plant.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
     # Where cuff, harness and joints that no drive moves have come to, too.
-    return replace(here, chain=found[1])
-
-
-def _still_flows(count: int) -> FloatArray:
-    """Of drives that are intact, and get nothing."""
-    flows = np.zeros((count, len(FLOWS)))
-    flows[:, FLOWS.index("intact")] = 1.0
-    return flows
-
-
-def _wrist_rest(plant: Plant, start: PlantState) -> tuple[FloatArray, FloatArray]:
-    """Quaternion of the arm in closed form; there is no chain."""
-    tables, flows = still_tables(plant.tables, 0.0), _still_flows(plant.count)
-    y = equations_state(replace(start, angular_velocity=np.zeros(3)), plant.motors)
-
-    def pushed(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Moment on the arm, base frame."""
-        out, R = np.zeros(len(y)), Rotation.from_quat(q).as_matrix()
-        rates(tables, flows, q, y, out)
-        return np.eye(3), R @ tables.inertia @ R.T @ out[3:6]
-
-    def moved(q: FloatArray, turn: FloatArray) -> FloatArray:
-        return np.asarray((Rotation.from_rotvec(turn) * Rotation.from_quat(q)).as_quat())
-
-    q, stable = _settled(start.quaternion.copy(), pushed, moved, np.ones(3))
-    if not stable:
-        raise SolverFailed("rest of the plant", float(np.linalg.norm(pushed(q)[1])), "it goes on moving")
-    return q, start.chain
+    return replace(here, chain=chain)
 
 
 def _device_rest(given: DeviceEquations, plant: Plant, start: PlantState) -> tuple[FloatArray, FloatArray]:
     """Quaternion of the arm, and the chain's part of the state."""
-    own, y, flows = given.still(0.0), equations_state(start, plant.motors), _still_flows(plant.count)
+    own, y, flows = given.still(0.0), equations_state(start, plant.motors), still_flows(plant.count)
     own.carry(own.held(start.time, before=True))
     none, still = np.zeros(own.nv), np.zeros(len(own.rubbing))
 
@@ -94,7 +69,7 @@ def _device_rest(given: DeviceEquations, plant: Plant, start: PlantState) -> tup
         found = own.moved(q, step)
         return refined(own.state, close(own.state, found, restarts=0)) if own.state.row_count else found
 
-    q, _ = _settled(start.chain[: own.nq].copy(), pushed, moved, own.state.topology.column)
+    q = _settled(start.chain[: own.nq].copy(), pushed, moved, own.state.topology.column)
     return q[own.model.arm_q], first_chain(q, none, len(own.rubbing))
 
 
@@ -103,8 +78,8 @@ def _settled(
     pushed: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     moved: Callable[[FloatArray, FloatArray], FloatArray],
     lengths: FloatArray,
-) -> tuple[FloatArray, bool]:
-    """The configuration at rest that steps from another lead to, and whether no motion from there is pushed on.
+) -> FloatArray:
+    """The configuration at rest that steps from another lead to.
 
     Parameters
     ----------
@@ -139,7 +114,7 @@ def _settled(
             continue
         q, basis, g, longest = there, motions, force, min(_LONGEST, 2.0 * longest)
         if step < _LAST:
-            return q, bool((values < _NOTHING * np.abs(values).max(initial=0.0)).all())
+            return q
     raise SolverFailed("rest of the plant", step, "it goes on moving")
 
 

@@ -130,8 +130,9 @@ class Case(Record):
         return as_query(Rotation.from_matrix(matrices, assume_valid=True), *self._of_rows(rows))
 
     def _own(self, array: Any, rows: Any, *last: int) -> Any:
-        """Rows of the flat stack of an array that broadcasts to its shape."""
-        return np.broadcast_to(array, (*self.poses.shape, *last)).reshape(-1, *last)[rows]
+        """Rows of the flat stack of an array that broadcasts to its shape, without a copy of all others."""
+        shape = self.poses.shape or (1,)
+        return np.broadcast_to(array, (*shape, *last))[np.unravel_index(rows, shape)]
 
     def _of_rows(self, rows: Any) -> tuple[Motion | None, Load | None]:
         """Motion and load of some rows, or of one."""
@@ -163,15 +164,21 @@ class Case(Record):
         >>> case.row(1).load.force
         array([  0.,   0., -20.])
         """
-        k = as_count("k", k, 0, int(np.prod(self.poses.shape)) - 1)
+        return self._cut(as_count("k", k, 0, int(np.prod(self.poses.shape)) - 1))
+
+    def _cut(self, rows: Any) -> Case:
+        """Some rows of the flat stack, or one, with what of the case is their own."""
         offset, posture = self.offset, self.posture
         if offset is not None:
-            offset = CentreOffset(self._own(offset.base, k, 3), self._own(offset.cuff, k, 3))
+            offset = CentreOffset(self._own(offset.base, rows, 3), self._own(offset.cuff, rows, 3))
         if isinstance(posture, Mapping):
-            posture = {name: self._own(value, k) for name, value in posture.items()}
+            posture = {name: self._own(value, rows) for name, value in posture.items()}
         elif posture is not None:
-            posture = self._own(posture, k, np.shape(posture)[-1])
-        poses, (motion, load) = Rotation.from_quat(self._own(self.poses.as_quat(), k, 4)), self._of_rows(k)
+            posture = self._own(posture, rows, np.shape(posture)[-1])
+        # Only stacks of one dimension take rows.
+        one = len(self.poses.shape) == 1
+        poses = self.poses[rows] if one else Rotation.from_quat(self._own(self.poses.as_quat(), rows, 4))
+        motion, load = self._of_rows(rows)
         return replace(self, poses=poses, motion=motion, load=load, centre_offset=offset, posture=posture)
 
     @property

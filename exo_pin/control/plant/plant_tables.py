@@ -19,7 +19,7 @@ from ...design.actuator import is_law_text
 from ...load_case import Load
 from ...muscle.io.model_files import muscle_model
 from ...muscle.laws.force_laws import PolynomialModel
-from ...muscle.laws.static import StaticModel
+from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE, Supply
 from .drives import LimbDrive, MotorDrive, MuscleDrive
 from .equations.drive_kernels import AIR, COLUMNS, MOTOR_COLUMNS
@@ -106,14 +106,22 @@ def _laws(drives: Sequence[LimbDrive]) -> FloatArray:
 
 def _polynomial(model: StaticModel) -> FloatArray:
     """Coefficients of a law by powers of strain and of pressure in bar."""
-    if not isinstance(model, PolynomialModel):
+    if isinstance(model, PolynomialModel):
+        table = np.zeros(np.max(list(model.coefficients), axis=0) + 1)
+        for (i, j), value in model.in_bar.items():
+            table[i, j] = value * model.reference_length**i
+        return table
+    # A law of another class may be one, too, such as a table of two rows: more values than coefficients tell.
+    strain, bar = np.linspace(0.0, 0.4, 12), np.linspace(0.0, 4.5, 6)
+    values = model.unchecked_force(strain[:, None] * model.length, bar * BAR)
+    by_strain, by_bar = np.vander(strain, 6, increasing=True), np.vander(bar, 3, increasing=True)
+    table = np.round(np.linalg.pinv(by_strain) @ values @ np.linalg.pinv(by_bar).T, 9) + 0.0
+    error = np.abs(by_strain @ table @ by_bar.T - values).max()
+    if not error < 1e-8:
         raise InvalidInput(
             f"expected a static law that is a polynomial in contraction and pressure, got {model.name!r}, "
-            "which is not; fit one with exo_pin.muscle.identify_static"
+            f"which is not, by {error:.2g} N; fit one with exo_pin.muscle.identify_static"
         )
-    table = np.zeros(np.max(list(model.coefficients), axis=0) + 1)
-    for (i, j), value in model.in_bar.items():
-        table[i, j] = value * model.reference_length**i
     return table
 
 

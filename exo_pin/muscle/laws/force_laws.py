@@ -225,6 +225,8 @@ class ChouHannaford(PolynomialModel):
     braid_length: float
     turns: float
     coefficients: Mapping[tuple[int, int], float] = field(init=False, repr=False, compare=False)
+    # They follow from the braid alone.
+    from_bar = second_order = tondu_lopez = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         thread, length = (

@@ -6,20 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from ...core.validation import as_pair
+from ...core.validation import as_pair, as_real
 from ...design import Mechanism
-from ..constraints.actuator_limits import closed_length_limits, pull_laws
-from ..constraints.given_limits import Limits, as_limb_limits
+from ..constraints.actuator_limits import closed_length_limits, have_powers, pull_laws
+from ..constraints.given_limits import FORMS, Limits, are_actuators, as_limb_limits, two_ends
 from ..holding.hold_check import estimated_limbs
 from .limit_kernels import UNLIMITED, CompiledLimits
 
 
-def have_one_form(limits: Limits, limb_count: int) -> bool:
-    """Whether limits are words, or numbers that hold in every pose."""
+def have_one_form(limits: Limits, mechanism: Mechanism) -> bool:
+    """Whether limits are words, or numbers that hold in every pose, and laws that they need are polynomials."""
     given = as_pair("limits", limits)
-    if isinstance(given, tuple) and len(given) == 2:
-        return all(np.shape(end) in ((), (limb_count,)) and not hasattr(end, "force_limits") for end in given)
-    return isinstance(given, str)
+    if isinstance(given, str):
+        return given == "none" or have_powers(mechanism)
+    alike = ((), (mechanism.limb_count,))
+    return (
+        not are_actuators(given)
+        and all(as_real("limits", end).shape in alike for end in two_ends(given, FORMS))
+        and have_powers(mechanism)
+    )
 
 
 def compiled_limits(limits: Limits, mechanism: Mechanism) -> CompiledLimits:
@@ -51,7 +56,7 @@ def compiled_limits(limits: Limits, mechanism: Mechanism) -> CompiledLimits:
     lower = np.fmax(probe.lower[0], [limb.effort_range[0] for limb in mechanism.limbs])
     upper, below, above = (part[0].copy() for part in (probe.upper, probe.open_below, probe.open_above))
     laws = pull_laws(mechanism)
-    if isinstance(given, tuple):
+    if not isinstance(given, str):
         least, most = (np.asarray(end, dtype=np.float64) for end in given)
         lower, laws = np.fmax(lower, least), laws._replace(ceiling=np.minimum(laws.ceiling, most))
         # Limits that exclude each other.

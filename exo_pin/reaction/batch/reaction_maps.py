@@ -26,11 +26,11 @@ from ..answer import QUERY_STATUS
 from ..assumptions import Assumptions
 from ..columns import force_columns, peak_of
 from ..constraints.actuator_limits import limits_motion
-from ..constraints.given_limits import SideForceBounds
+from ..constraints.given_limits import SideForceBounds, are_actuators, two_ends
 from ..holding.verdict import UNSOLVED
 from ..result import Reaction
 from ..solve_case import solve
-from ..splits.split import Minimal, Spherical, Standalone
+from ..splits.split import Minimal, Spherical, Split, Standalone
 from . import map_kernels
 from .limit_kernels import BEYOND, UNLIMITED, check_limits
 from .map_kernels import LimbPoints, Outputs, PoseBlocks, TermBlocks, Terms, map_three
@@ -217,12 +217,15 @@ def reaction_map(
     mechanism = as_device(device).accelerate("map")
     selected = _selected(keep)
     if mechanism is None or case.posture is not None or not _has_closed_form(mechanism, case, assumptions):
-        answer = solve(device, case, assumptions, progress=progress)
-        return _map_of(answer, selected)
+        return _map_of(solve(device, case, assumptions, progress=progress), selected)
     law = assumptions.law
     code = _LAWS[type(law)]
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     law.check(mechanism)
+    if not _are_compiled(assumptions, mechanism):
+        answer = solve(device, case, assumptions, progress=progress)
+        bounds = SideForceBounds(assumptions.constraint_bounds, case.poses.shape, n, one_signed=True)
+        return replace(_map_of(answer, selected), trivial=_is_trivial(law, mechanism, bounds))
     poses = PoseBlocks(case.poses)
     terms = TermBlocks(mechanism, case.motion, case.load, poses.shape)
     limits = compiled_limits(assumptions.limits, mechanism)
@@ -262,8 +265,8 @@ def reaction_map(
         left = beyond if law.chooses_sides else beyond[out.status[beyond] == BEYOND]
         if n > 3 and left.size:
             # What these kernels do not choose.
-            asked = Case(Rotation.from_quat(q[left]), *case._of_rows(start + left))
-            found = _map_of(solve(device, asked, assumptions), set(_KEEP))
+            asked = _cut(case, assumptions, start + left, n)
+            found = _map_of(solve(device, *asked, progress=progress and len(starts) == 1), set(_KEEP))
             for name, array in zip(_KEEP, out, strict=True):
                 array[left] = getattr(found, "status_codes" if name == "status" else name)
             open_[left] = found.unknown
@@ -277,29 +280,44 @@ def reaction_map(
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in selected else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
-    # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
-    trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     unknown |= outputs.status == _NOT_SOLVED
     if not limited:
         unknown |= outputs.status < SINGULAR
     filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
-    more = {"split": law.name, "trivial": bool(trivial), "drive_units": mechanism.drive_units}
+    more = {"split": law.name, "trivial": _is_trivial(law, mechanism, bounds), "drive_units": mechanism.drive_units}
     more |= {"poses": case.poses, "side": mechanism.side}
     return ReactionMap(status_codes=filled.pop("status"), **filled, **more)
 
 
 def _has_closed_form(mechanism: Mechanism, case: Case, assumptions: Assumptions) -> bool:
     """Whether the kernels answer a question: massless limbs about the shoulder's own centre, no socket, no weights."""
-    n = mechanism.limb_count
     if any(limb.mass > 0.0 for limb in mechanism.limbs) or (case.motion is not None and limits_motion(mechanism)):
-        return False
-    if not have_one_form(assumptions.limits, n):
-        return False
-    if isinstance(assumptions.constraint_bounds, str) and n > 3:
-        # Chosen together with the tensions, if at all.
         return False
     plain = case.centre_offset is None and assumptions.cone is None and assumptions.weights is None
     return plain and type(assumptions.law) in _LAWS
+
+
+def _are_compiled(assumptions: Assumptions, mechanism: Mechanism) -> bool:
+    """Whether the kernels know the limits and bounds of a question."""
+    # With more than three limbs these are chosen together with the tensions, if at all.
+    by_word = isinstance(assumptions.constraint_bounds, str) and mechanism.limb_count > 3
+    return not by_word and have_one_form(assumptions.limits, mechanism)
+
+
+def _is_trivial(law: Split, mechanism: Mechanism, bounds: SideForceBounds) -> bool:
+    """Whether tensions that balance themselves, and side forces without a bound, produce every shoulder force."""
+    free = mechanism.limb_count - 3 + (int(mechanism.is_upu.sum()) if bounds.is_free else 0)
+    return type(law) is Minimal and free >= 3
+
+
+def _cut(case: Case, assumptions: Assumptions, rows: NDArray[np.intp], limb_count: int) -> tuple[Case, Assumptions]:
+    """The question of some rows of the flat stack, with what is their own of all that may differ from pose to pose."""
+    own: dict[str, Any] = {}
+    for name in ("limits", "constraint_bounds"):
+        given = getattr(assumptions, name)
+        if isinstance(given, tuple | list | np.ndarray) and not are_actuators(given):
+            own[name] = tuple(case._own(end, rows, limb_count) for end in two_ends(given, name))
+    return case._cut(rows), replace(assumptions, **own)
 
 
 def _map_of(answer: Reaction, selected: set[str]) -> ReactionMap:

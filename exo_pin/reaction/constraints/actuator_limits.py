@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, frozen
 from ...design import Actuator, Mechanism, Stroke
-from ...muscle import Muscle, muscle_model
+from ...muscle import Muscle, StaticModel, muscle_model
 
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
@@ -96,8 +96,14 @@ class PullLaws(NamedTuple):
     ceiling: FloatArray
 
 
+def have_powers(mechanism: Mechanism) -> bool:
+    """Whether the laws of all muscles of a design are polynomials in contraction."""
+    laws = (type(muscle.model) for muscle, _ in _constant_limits(mechanism)[1])
+    return all(law.contraction_powers is not StaticModel.contraction_powers for law in laws)
+
+
 def pull_laws(mechanism: Mechanism) -> PullLaws:
-    """Laws of the muscles of a design, what :func:`design_limits` evaluates."""
+    """Laws of the muscles of a design, which have powers, what :func:`design_limits` evaluates."""
     (_, _, ceiling), muscles = _constant_limits(mechanism)
     n = mechanism.limb_count
     powers, ends = np.zeros((n, 1)), np.repeat([[0.0], [np.inf], [-np.inf]], n, axis=1)

@@ -173,7 +173,8 @@ class ForceLimited(Protocol):
 Limits = str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited]
 
 _WORDS = ("design", "none", "pull")
-_FORMS = 'limits to be "design", "none", "pull", N, (lower, upper) in N, or objects with force_limits(length)'
+#: What limits may be.
+FORMS = 'limits to be "design", "none", "pull", N, (lower, upper) in N, or objects with force_limits(length)'
 
 
 def as_limb_limits(
@@ -209,7 +210,7 @@ def as_limb_limits(
     """
     limb_count = mechanism.limb_count
     if limits is None:
-        raise InvalidInput(f"expected {_FORMS}, got None")
+        raise InvalidInput(f"expected {FORMS}, got None")
     given = as_pair("limits", limits)
     if isinstance(given, str):
         word = as_choice("limits", given, _WORDS)
@@ -224,7 +225,7 @@ def as_limb_limits(
         lost = np.isnan(lower) | np.isnan(upper)
         lower[lost], upper[lost] = -np.inf, np.inf
         return LimbLimits(lower, upper, lost, lost, np.where(lost, np.inf, 0.0))
-    lower, upper = force_bounds("limits", *two_ends(given, _FORMS), shape, limb_count)
+    lower, upper = force_bounds("limits", *two_ends(given, FORMS), shape, limb_count)
     return LimbLimits.of_design(mechanism, lengths()).narrowed(lower, upper)
 
 

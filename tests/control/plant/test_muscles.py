@@ -5,7 +5,7 @@ import pytest
 from drive_plants import held
 
 import exo_pin as ep
-from exo_pin.muscle import Supply, Valve, ValveUnit, muscle_model, table
+from exo_pin.muscle import ForceTable, Supply, Validity, Valve, ValveUnit, muscle_model, save_parameters, table
 
 VALVE = Valve(2e-10, 0.4)
 ATMOSPHERE, DENSITY = 101325.0, 1.185
@@ -111,3 +111,17 @@ def test_a_leak_empties_a_muscle_at_the_valve_s_rate(prototype, abducted):
     gone = run.air_vented[place] - run.air_vented[place[0]]
     np.testing.assert_allclose(gone, passed[place] - passed[place[0]], rtol=1e-4, atol=1e-13)
     assert np.linalg.norm(run.shoulder_force[-1] - run.shoulder_force[0]) > 1.0
+
+
+def test_a_table_of_two_rows_is_a_polynomial(tmp_path):
+    limits = Validity(strain=(0.0, 0.25), pressure=(0.0, 4e5))
+    options = {"strains": [0.0, 0.25], "pressures": [0.0, 4e5], "forces": [[0.0, 240.0], [0.0, 10.0]]}
+    save_parameters(ForceTable(name="sheet", reference_length=0.3, validity=limits, **options), tmp_path / "law.toml")
+    muscle = ep.Actuator("pneumatic muscle", force_law=(tmp_path / "law.toml").read_text(), supply_pressure=3e5)
+    exo = ep.load("four-cables")
+    limb = ep.Limb("SPS", stroke=ep.Stroke(0.2, 0.75, 1.0, 0.1), actuator=muscle)
+    plant = ep.Plant(exo.replace(limbs=[limb] * 4))
+    # At 3 bar and 10 %, 0.02 m shorter than the muscle's 0.2 m and the fitting.
+    least, greatest = plant.force_limits(np.full(4, 0.28))
+    np.testing.assert_allclose(least, 0.0, atol=1e-12)
+    np.testing.assert_allclose(greatest, 0.75 * (240.0 - 0.4 * 230.0), rtol=1e-9)

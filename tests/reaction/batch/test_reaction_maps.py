@@ -5,10 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from guided_limbs import guided
 from scipy.spatial.transform import Rotation
+from some_muscles import LAWS
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin.muscle import save_parameters
 
 MECHANISMS = {
     "prototype": lambda: ep.load("prototype").replace(limbs=None).mechanism,
@@ -126,6 +129,70 @@ def test_limits_that_are_the_same_in_all_poses(n, estimated):
     size = np.abs(answer.limb_wrenches[..., :3]).max(axis=(-1, -2))
     good = answer.has_answer
     assert (np.abs(mapped.shoulder_force - answer.shoulder_force).max(axis=1)[good] <= 1e-8 * size[good]).all()
+
+
+#: Bounds on the side forces of a stack of shape (3, 4) of four limbs, N, which vary along its last axis.
+BOUNDS = np.array([[1.0], [5.0], [20.0], [60.0]]) * np.linspace(0.5, 1.0, 4)
+
+
+@pytest.mark.parametrize("split", ["minimal", "spherical", "elastic"])
+@pytest.mark.parametrize("varied", ["case", "offset", "limits"])
+def test_every_pose_has_its_own_arguments(split, varied):
+    """Poses that are chosen anew within limits keep their own load, motion, bounds, limits and centre."""
+    exo, rng = guided(ep.load("four-cables").replace(limbs=[ep.Limb("UPU")] * 4)), np.random.default_rng(22)
+    poses = exo.pose(*rng.uniform(0.0, 80.0, (2, 3, 4)))
+    options = {
+        "motion": ep.Motion(*rng.uniform(-1.0, 1.0, (2, 3, 4, 3))),
+        "load": ep.Load(*rng.uniform(-9.0, 9.0, (2, 3, 4, 3)), at=rng.uniform(-0.3, 0.3, (3, 4, 3)), frame="arm"),
+        "limits": rng.uniform(25.0, 60.0, (2, 3, 4, 4)) * [[[[-1.0]]], [[[1.0]]]] if varied == "limits" else 40.0,
+    }
+    if varied == "offset":
+        options["centre_offset"] = ep.CentreOffset(*rng.uniform(-5e-3, 5e-3, (2, 3, 4, 3)))
+    if split == "minimal":
+        options["constraint_bounds"] = (-BOUNDS, rng.uniform(1.0, 2.0, (3, 1, 4)) * BOUNDS)
+        options["weights"] = ep.Weights(tension=0.01) if varied == "offset" else None
+    mapped, answer = (
+        exo.reaction_map(poses, split=split, chunk=5, **options),
+        exo.reaction(poses, split=split, **options),
+    )
+    assert 0 < answer.held.sum() < answer.held.size
+    for name in ("status", "unknown"):
+        np.testing.assert_array_equal(getattr(mapped, name), getattr(answer, name))
+    for name in ("shoulder_force", "actuator_forces", "constraint_forces"):
+        np.testing.assert_allclose(getattr(mapped, name), getattr(answer, name), atol=1e-4)
+    if split == "minimal":
+        lower, upper = options["constraint_bounds"]
+        g = mapped.constraint_forces[mapped.held]
+        assert (np.broadcast_to(lower, answer.constraint_forces.shape)[mapped.held] - 1e-6 <= g).all()
+        assert (g <= np.broadcast_to(upper, answer.constraint_forces.shape)[mapped.held] + 1e-6).all()
+
+
+@pytest.mark.parametrize("name", ["three-linear-actuators", "four-cables"])
+@pytest.mark.parametrize("limits", ["design", "none", "pull", 30.0, (0.0, 90.0), [0.0, 90.0]])
+@pytest.mark.parametrize("law", ["sold", "sheet"])
+def test_muscles_whose_law_is_no_polynomial(tmp_path, name, limits, law):
+    exo, rng = ep.load(name), np.random.default_rng(4)
+    poses, rest = exo.pose(*rng.uniform(10.0, 50.0, (2, 40))), exo.inverse_kinematics(exo.pose(30, 30)).lengths
+    save_parameters(replace(LAWS[law], nominal_length=None), tmp_path / "law.toml")
+    muscle = ep.Actuator("pneumatic muscle", force_law=(tmp_path / "law.toml").read_text(), supply_pressure=3e5)
+    strokes = [ep.Stroke(0.2, 0.75, 1.0, float(length) - 0.18) for length in rest]
+    exo = exo.replace(limbs=[ep.Limb("SPS", stroke=stroke, actuator=muscle) for stroke in strokes])
+    mapped, answer = exo.reaction_map(poses, limits=limits, chunk=7), exo.reaction(poses, limits=limits)
+    assert limits == "none" or len(set(mapped.status)) > 1
+    for key in ("status", "unknown"):
+        np.testing.assert_array_equal(getattr(mapped, key), getattr(answer, key))
+    np.testing.assert_allclose(mapped.shoulder_force, answer.shoulder_force, atol=1e-6)
+
+
+def test_whether_zero_is_trivial_does_not_depend_on_how_limits_are_written():
+    exo = ep.load("four-cables")
+    exo = exo.replace(limbs=[replace(limb, kind="UPU") for limb in exo.limbs])
+    # The last one is out of stroke, so that nothing is chosen in it.
+    poses, column = exo.pose([0.0, 30.0, 150.0], 20.0), np.zeros((3, 1))
+    spelled = ["design", 50.0, (0.0, 50.0), [0.0, 50.0], np.array([0.0, 50.0]), ([0.0] * 4, [50.0] * 4), (column, 50.0)]
+    for limits in spelled:
+        assert exo.reaction_map(poses, split="minimal", limits=limits).trivial
+        assert not exo.reaction_map(poses, split="minimal", limits=limits, constraint_bounds=9.0).trivial
 
 
 @pytest.mark.full

@@ -1,6 +1,7 @@
 """The tolerance of a file is that of its digits, where it makes a difference."""
 
 import decimal
+import re
 
 import numpy as np
 import pinocchio as pin
@@ -55,23 +56,18 @@ def test_a_small_feature_that_the_digits_hold_is_kept(seed, tmp_path):
             assert found.degrees_of_freedom == 1 or least < 100.0 * 10.0**-digits
 
 
-#: A sensor, whose place counts for nothing, and a link at a place.
 _SENSOR = '<sensor name="s" type="imu"><pose>0.123456789012345678 0.2 0.3 0 0 0</pose></sensor>'
-_MORE = {
-    "urdf": f"""<gazebo reference="link_0">{_SENSOR}</gazebo><link name="more"/><joint name="more_weld" type="fixed">
-        <parent link="link_0"/><child link="more"/><origin xyz="0.5 0 0"/></joint></robot>""",
-    "sdf": f"""<link name="more"><pose>0.5 0 0 0 0 0</pose>{_SENSOR}</link><joint name="more_weld" type="fixed">
-        <parent>link_0</parent><child>more</child></joint></model>""",
-}
 
 
-@pytest.mark.parametrize("written", _MORE)
-def test_digits_of_sensors_do_not_count_nor_how_a_caller_rounds(written, tmp_path):
+@pytest.mark.parametrize(
+    ("written", "end", "more"),
+    [("urdf", "</robot>", f'<gazebo reference="link_0">{_SENSOR}</gazebo>'), ("sdf", "</link>", _SENSOR)],
+    ids=["urdf", "sdf"],
+)
+def test_digits_of_sensors_do_not_count_nor_how_a_caller_rounds(written, end, more, tmp_path):
     chain = FORMATS[written](mechanism("planar", None, 3), 4, tmp_path)
-    (path,) = tmp_path.glob(f"*.{written}")
-    end = "</robot>" if written == "urdf" else "</model>"
-    text = path.read_text(encoding="utf-8").replace(end, _MORE[written], 1)
-    read = getattr(ClosedChain, f"from_{written}")
+    (path,), read = tmp_path.glob(f"*.{written}"), getattr(ClosedChain, f"from_{written}")
+    text = path.read_text(encoding="utf-8").replace(end, more + end, 1)
     path.write_text(text, encoding="utf-8")
     with decimal.localcontext() as context:
         context.prec = 3
@@ -79,7 +75,8 @@ def test_digits_of_sensors_do_not_count_nor_how_a_caller_rounds(written, tmp_pat
     assert again.description.tolerance == chain.description.tolerance > 0.0
     assert again.mobility(again.neutral()).rank == chain.mobility(chain.neutral()).rank
     # A number of so many decimals is zero.
-    path.write_text(text.replace("0.5 0 0", "1e-99999999999999999999 0 0"), encoding="utf-8")
+    tiny = re.sub(r'(xyz="|<pose>)[^ ]+', r"\g<1>1e-99999999999999999999", text, count=1)
+    path.write_text(tiny, encoding="utf-8")
     assert read(path).model.nv == chain.model.nv
 
 

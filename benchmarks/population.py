@@ -7,12 +7,13 @@ Two hundred persons and two designs, here, in a pool of two processes and on two
 import argparse
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import get_context
 
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.core.progress import processes
 from exo_pin.workspace import population
 
 DESIGNS = ("four-linear-actuators", "four-cables-worn")
@@ -42,7 +43,7 @@ def rows(persons) -> Iterator[tuple[str, int, float, float]]:
     timed(2)  # compiled before the clock runs
     alone, expected = timed(persons)
     yield "here", persons, alone, 1.0
-    for name, pool in (("2 processes", processes(2)), ("Dask, 2 workers", dask(2))):
+    for name, pool in (("2 processes", ProcessPoolExecutor(2, get_context("spawn"))), ("Dask, 2 workers", dask(2))):
         with pool as executor:
             timed(4, executor)  # workers import and load compiled code
             took, table = timed(persons, executor)

@@ -180,7 +180,7 @@ def unit_in(text: str, place: int = 0, count: int = 1) -> str:
     """
     if _ELSEWHERE.search(text):
         return ""
-    text, groups, end = _SHAPE.sub("", text), [[]], 0
+    text, groups, end = _SHAPE.sub("", text), [list[str]()], 0
     for each in _UNIT.finditer(text):
         if groups[-1] and not re.search(r"\bor\b", text[end : each.start(1)]):
             groups.append([])

@@ -170,19 +170,7 @@ class PolynomialModel(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
 
-    def contraction_powers(self, pressure: float) -> FloatArray:
-        """Coefficients of the force in powers of contraction; see :meth:`StaticModel.contraction_powers`.
-
-        Parameters
-        ----------
-        pressure : float
-            Pa.
-
-        Returns
-        -------
-        ndarray
-            From the constant on, shape (k,), N m^-i.
-        """
+    def _powers(self, pressure: float) -> FloatArray:
         powers = np.zeros(1 + max(i for i, _, _ in self._terms))
         for i, j, c in self._terms:
             powers[i] += c * pressure**j * self.scale**i

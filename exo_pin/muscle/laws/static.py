@@ -130,6 +130,10 @@ class StaticModel(ABC):
         >>> bool(abs(found - law.force(0.02, 3e5)) < 1e-9)
         True
         """
+        return self._powers(pressure)
+
+    def _powers(self, pressure: float) -> FloatArray:
+        """Return what :meth:`contraction_powers` does, where the law is a polynomial."""
         raise InvalidInput(
             f"expected a force law that is a polynomial in contraction, got {self.name!r}, which is not; fit one to "
             "its forces with exo_pin.muscle.identify_static"

@@ -6,6 +6,7 @@ Assumption: the static law of a muscle is scaled to another nominal length by eq
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -13,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, frozen
 from ...design import Actuator, Mechanism, Stroke
-from ...muscle import Muscle, StaticModel, muscle_model
+from ...muscle import Muscle, muscle_model
 
 #: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
 _ROUNDING = 1e-9
@@ -98,8 +100,11 @@ class PullLaws(NamedTuple):
 
 def have_powers(mechanism: Mechanism) -> bool:
     """Whether the laws of all muscles of a design are polynomials in contraction."""
-    laws = (type(muscle.model) for muscle, _ in _constant_limits(mechanism)[1])
-    return all(law.contraction_powers is not StaticModel.contraction_powers for law in laws)
+    with suppress(InvalidInput):
+        for muscle, _ in _constant_limits(mechanism)[1]:
+            muscle.model.contraction_powers(muscle.supply)
+        return True
+    return False
 
 
 def pull_laws(mechanism: Mechanism) -> PullLaws:

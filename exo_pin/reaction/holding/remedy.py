@@ -69,12 +69,15 @@ class NearestPose(NamedTuple):
         Single.
     distance : float
         Angle by which the arm must turn, rad; 0 if the given pose can be held.
+    check : HoldCheck
+        Of that pose.
     has_twin : bool
         Whether another pose looks the same to the drives (:mod:`exo_pin.device.accuracy`).
     """
 
     pose: Rotation
     distance: float
+    check: HoldCheck
     has_twin: bool = False
 
     def sentence(self, side: str) -> str:
@@ -147,14 +150,20 @@ def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = F
         beyond = beyond_motion(poses.as_matrix().reshape(-1, 3, 3), device.side).reshape(poses.shape)
         return _meets_limits(found.limits) & ~(found.clearance < 0.0) & ~beyond
 
-    itself = NearestPose(pose, 0.0) if _meets_limits(answer.limits) else None
-    return Remedy(itself or _nearest_held(fits, pose, device, progress), answer.infeasibility, device.side)
+    nearest = None
+    if _meets_limits(answer.limits):
+        nearest = NearestPose(pose, 0.0, answer.limits)
+    elif (found := _nearest_held(fits, pose, device, progress)) is not None:
+        there, has_twin = found
+        check = solve(device, case.at(there), assumptions).limits
+        nearest = NearestPose(there, float((there * pose.inv()).magnitude()), check, has_twin)
+    return Remedy(nearest, answer.infeasibility, device.side)
 
 
 def _nearest_held(
     fits: Callable[[Rotation], NDArray[np.bool_]], asked: Rotation, device: Device, progress: bool
-) -> NearestPose | None:
-    """The nearest pose of a search that fits: held, clear and within the range of motion; None if it found none."""
+) -> tuple[Rotation, bool] | None:
+    """The nearest pose of a search that fits (held, clear, within the range of motion), and if it has a twin."""
 
     def held(turns: FloatArray) -> NDArray[np.bool_]:
         return fits(Rotation.from_rotvec(turns) * asked)
@@ -172,7 +181,7 @@ def _nearest_held(
 
 def _in_whole_degrees(
     fits: Callable[[Rotation], NDArray[np.bool_]], best: Rotation, asked: Rotation, device: Device
-) -> NearestPose | None:
+) -> tuple[Rotation, bool] | None:
     """The pose of whole degrees around ``best`` that fits and is nearest to the asked one, and if it has a twin."""
     centre = np.round(shoulder_angles(best, device.side, degrees=True))
     for reach in _WHOLE:
@@ -185,8 +194,7 @@ def _in_whole_degrees(
         poses = poses[fits(poses)][:_ASKED]
         if len(poses):
             twin = pose_accuracy(device, poses).has_twin
-            pose = poses[int(twin.argmin())]
-            return NearestPose(pose, float((pose * asked.inv()).magnitude()), bool(twin.all()))
+            return poses[int(twin.argmin())], bool(twin.all())
     return None
 
 

@@ -105,8 +105,8 @@ def shoulder_stack(R: Any, centre: float, half: float, outward: float, margin: A
     """
     for k in range(R.shape[0]):
         abduction = math.asin(min(1.0, max(-1.0, -outward * R[k, 1, 2])))
-        # At 90° of abduction the pose says nothing of the axial turn: any may be meant, and none is best.
-        axial = abs(math.atan2(R[k, 1, 0], R[k, 1, 1])) if math.hypot(R[k, 1, 0], R[k, 1, 1]) > 1e-12 else 0.0
+        # At 90° of abduction the pose says nothing of the axial turn, but for rounding: any may be meant; none is best.
+        axial = abs(math.atan2(R[k, 1, 0], R[k, 1, 1])) if math.hypot(R[k, 1, 0], R[k, 1, 1]) > 1e-6 else 0.0
         first = abs(abduction - centre) + axial
         second = abs(math.pi - abduction - centre) + math.pi - axial
         margin[k] = half - min(first, second)

@@ -82,8 +82,9 @@ def test_shoulder_range_is_the_diamond_of_the_record():
     centre = exo.workspace(exo.pose(0.0, 60.0, 20.0), ["shoulder_range"])
     assert np.degrees(float(centre.margins["shoulder_range"])) == pytest.approx(95.0 - 30.0 - 20.0)
     # At 90° of abduction an axial turn is one of flexion as well: of all triples the best one counts.
-    level = exo.workspace(exo.pose(0.0, 90.0, [0.0, 40.0, 120.0]), ["shoulder_range"])
-    np.testing.assert_allclose(np.degrees(level.margins["shoulder_range"]), 95.0)
+    level = exo.pose(0.0, 90.0, [0.0, 40.0, 120.0])
+    level = exo.workspace(Rotation.from_quat(level.as_quat().round(7)), ["shoulder_range"])
+    np.testing.assert_allclose(np.degrees(level.margins["shoulder_range"]), 95.0, atol=1e-4)
 
 
 def test_joint_angles_count_from_the_straight_direction():

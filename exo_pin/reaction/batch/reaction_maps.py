@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -223,9 +224,9 @@ def reaction_map(
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
     law.check(mechanism)
     if not _are_compiled(assumptions, mechanism):
-        answer = solve(device, case, assumptions, progress=progress)
+        found = _in_parts(device, case, assumptions, selected, n, as_count("chunk", chunk, 1), progress)
         bounds = SideForceBounds(assumptions.constraint_bounds, case.poses.shape, n, one_signed=True)
-        return replace(_map_of(answer, selected), trivial=_is_trivial(law, mechanism, bounds))
+        return replace(found, trivial=_is_trivial(law, mechanism, bounds))
     poses = PoseBlocks(case.poses)
     terms = TermBlocks(mechanism, case.motion, case.load, poses.shape)
     limits = compiled_limits(assumptions.limits, mechanism)
@@ -330,6 +331,29 @@ def _map_of(answer: Reaction, selected: set[str]) -> ReactionMap:
     more = {"split": answer.split, "trivial": answer.trivial, "drive_units": answer.drive_units}
     more |= {"poses": answer.case.poses, "side": answer.source.poses.mechanism.side}
     return ReactionMap(**kept, status_codes=codes, unknown=unknown, **more)
+
+
+def _in_parts(
+    device: Any, case: Case, assumptions: Assumptions, selected: set[str], limb_count: int, chunk: int, progress: bool
+) -> ReactionMap:
+    """The map of a question that the kernels do not know, so many poses at a time: an answer is larger than its map."""
+    shape, count = case.poses.shape, math.prod(case.poses.shape)
+    if count <= chunk:
+        return _map_of(solve(device, case, assumptions, progress=progress), selected)
+    starts = range(0, count, chunk)
+    parts = [
+        _map_of(
+            solve(device, *_cut(case, assumptions, np.arange(start, min(start + chunk, count)), limb_count)), selected
+        )
+        for start in track(starts, f"reaction map, {assumptions.law.name}", progress, total=len(starts))
+    ]
+    whole: dict[str, Any] = {"poses": case.poses}
+    for name in (*_KEEP, "unknown"):
+        field = "status_codes" if name == "status" else name
+        if getattr(parts[0], field) is not None:
+            joined = np.concatenate([getattr(part, field) for part in parts])
+            whole[field] = joined.reshape(*shape, *joined.shape[1:])
+    return replace(parts[0], **whole)
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:

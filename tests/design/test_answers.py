@@ -136,7 +136,6 @@ def arms():
                 2.6, 400.0, "male", arm_girth=0.8, elbow_flexion=2.8, clothing=0.05, payload=12.0
             ),
             "strongest": lambda: ep.Wearer(2.6, 400.0, "male", payload=12.1),
-            "in turn": lambda: ep.Wearer(1.62, 58.0, "female", 0.7),
             "metres?": lambda: refused(
                 *(lambda high=high: ep.Wearer(high, 58.0, "male") for high in (49, 50, 260, 261))
             ),

@@ -40,6 +40,8 @@ def one_pose():
         "free limbs": ("3rps-passive-ball", 3, 5, 2, "--explain"),
         "too far": ("3rps-passive-ball", 50),
         "singular": ("serial-y-x-z", 0, 90),
+        "nearly singular": ("serial-y-x-z", 0, 89.97),
+        "nearly singular explained": ("serial-y-x-z", 0, 89.97, 0, "--explain"),
         "row": ("four-cables", 20, 10, 0, "--to", "70,40,10", "--poses", 3),
     }  # fmt: skip
     forces = {name: ("forces", URDF / f"{name}.urdf") for name in ("serial-y-x-z", "spring-support")}

@@ -259,7 +259,6 @@ def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatAr
     """Margins of the rows M_f of N poses, shape (N,), the axes of the least moments, and values of the idle rows."""
     moments, of_idle = moments_of(rows / np.array(structure.scales))
     U, values, _ = np.linalg.svd(moments)
-    values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
     margin = margin_of_values(values[:, : structure.moments]) if structure.moments else np.ones(len(rows))
     return margin, U[:, :, 2].copy(), of_idle
 

@@ -290,15 +290,18 @@ def beside():
     law, at = f"{spring}law = ", '[0, 0, 1]\n[[drives.points]]\nlink = "arm"\npoint_mm = [0, 0, 1]\n'
     cable = f'[[drives]]\nname = "a"\nupper_N = 90\n[[drives.points]]\nlink = "universe"\npoint_m = {at}'
 
-    def of(more, head="", text=text):
+    def made(more, head="", text=text):
         with folder() as place:
             for name, own in robots.items():
                 (place / name).write_text(own, encoding="utf-8")
             (place / "serial-y-x-z.device.toml").write_text(f"{text}{head}\n{more}", encoding="utf-8")
-            device = ep.load("serial-y-x-z.device.toml").device
-            parts = ("drives", "brakes", "springs", "shoulder", "guided_slides")
-            found = [device.name, device.title, device.side, *(str(getattr(device, name)) for name in parts)]
-            return [*found, device.interfaces, device.soft_links, device.sources]
+            return ep.load("serial-y-x-z.device.toml").device
+
+    def of(more, head="", text=text):
+        device = made(more, head, text)
+        parts = ("drives", "brakes", "springs", "shoulder", "guided_slides")
+        found = [device.name, device.title, device.side, *(str(getattr(device, name)) for name in parts)]
+        return [*found, device.interfaces, device.soft_links, device.sources]
 
     def arm_with(mass=0.0, place=0.0, inertia=0.0):
         """The arm of the robot's file, but for so small a share of its mass, m, and m² times that mass."""
@@ -350,6 +353,7 @@ def beside():
             "key": lambda: of("", "colour = 1"),
             "roles": lambda: of('[roles]\narm = "arm"\n'),
             "rest": lambda: of(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n'),
+            "rests": lambda: made(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n').chain.reference_configuration(),
             "no name": lambda: of("", text=text.replace("name", "nome")),
             "no robot": lambda: of("", text=text.replace("y-x-z", "x-y-z")),
         }

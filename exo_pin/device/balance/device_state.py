@@ -122,8 +122,6 @@ def moments_of(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     of the idle rows are returned as well.
     """
     _, s, Vt = np.linalg.svd(rows[:, 3:], full_matrices=False)
-    if not s.size:
-        return rows[:, :3], s
     V = Vt.mT * (s > NONE * s[:, :1])[:, None]
     return rows[:, :3] - rows[:, :3] @ V @ V.mT, s
 

@@ -51,7 +51,7 @@ def idle_motions(model: DeviceModel, q: FloatArray, none: float = NONE) -> Float
 def undriven_motions(model: DeviceModel, q: FloatArray) -> FloatArray:
     """Those of :func:`idle_motions` that leave all drives at rest, too."""
     idle = idle_motions(model, q)
-    if not model.drives:
+    if not idle.shape[1] or not model.drives:
         return idle
     column = model.held.topology.column
     rates = np.array([_rate(model, part, place) * column for part, place in model.drives]) @ idle

@@ -55,6 +55,7 @@ def spoiled():
         serial.replace(drives=serial.device.drives[:1], brakes=[Brake("hold", joints[1])]),
         serial.replace(springs=springs),
         serial.replace(springs=springs[1:2]),
+        serial.replace(springs=[Spring("hinge", TableLaw((-0.4, 0.9), (1.0, 2.0)), joint=name) for name in joints[:2]]),
     ]
     return [told(design.check()) for design in designs] + [
         told(check_chain(serial.chain)), told(check_chain(cables.chain, 1)), told(check(cables.device.as_chain())),

@@ -76,17 +76,17 @@ def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = Non
     text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
     if usual.redundant:
         text += f" (redundant: {', '.join(usual.redundant_closures)})"
+    left = None if usual.locked is None else usual.locked.degrees_of_freedom
     if held is not None:
         left = usual.degrees_of_freedom - held
-    elif usual.locked is None:
-        return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
+    if left is None:
+        text += "; the roles name no actuated joints"
     else:
-        left = usual.locked.degrees_of_freedom
-    text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
+        text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
     first = answers[0]
     if first.verdict != "regular":
         text += f"; the first configuration is {first.verdict}{': ' * bool(first.kinds)}{', '.join(first.kinds)}"
-    return Finding("mobility", "note" if left or first.verdict != "regular" else "pass", text)
+    return Finding("mobility", "pass" if left == 0 and first.verdict == "regular" else "note", text)
 
 
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:

@@ -282,6 +282,10 @@ def compiled(path):
         names
         | {name: np.asarray(getattr(model, name), dtype=float) for name in FIELDS}
         | {"counts": [model.neq, model.nsensor, model.nkey]}
+        | {
+            "without mass": 1e9
+            * np.array([model.body_mass[-3:].min(), model.body_inertia[model.body_mass > 0.0].min()])
+        }
     )
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import in_a_folder, in_turn, tried, words_and_numbers
+from asked_in_turn import in_a_folder, in_digits, in_turn, tried, words_and_numbers
 from places import URDF
 from scipy.spatial.transform import Rotation
 from spatial_mechanisms import delta
@@ -92,7 +92,7 @@ def written():
             "no length": lambda: text(
                 wrist().replace(geometry=ep.WristGeometry(POINTS, np.r_[ENDS[:3], POINTS[3:]], [0, 1, 0.1], [0, 0, 1]))
             ),
-            "nearly": lambda: tried(lambda end: text(through("USUU", end), visuals=False)[1], *nearly),
+            "nearly": lambda: tried(lambda k: text(through("USUU", nearly[k]), visuals=False)[1], *range(4)),
             "far": far,
             "folded spheres": lambda: text(folded.replace(limbs=[ep.Limb("SPS")] * 4), visuals=False),
             "no part": lambda: mechanism_urdf(wrist(), "arm"),
@@ -123,7 +123,7 @@ def recognised():
     def of(chain, *side):
         found = wrist_of(chain, *side)
         own = found.mechanism
-        limbs = [str(limb) for limb in own.limbs]
+        limbs = [in_digits(str(limb)) for limb in own.limbs]
         points = own.geometry.base_points, own.geometry.platform_points, own.geometry.neutral
         return [own.name, own.side, own.gravity, own.arm and own.arm.centre_of_mass, limbs, points, found.beyond_record]
 
@@ -168,6 +168,7 @@ def recognised():
             "other axis": lambda: edited((r'(limb_1_slide[\s\S]*?axis xyz=")\S+', r"\g<1>0.9")),
             "damped": lambda: edited((rub, r'\1<dynamics damping="0.3" friction="0.1"/></joint>')),
             "heavier": lambda: edited((r'(<link name="limb_2_platform_body"[\s\S]*?mass value=")[^"]*"', r'\g<1>0.4"')),
+            "at the joints": lambda: of(chain(wrist("USU", halves={"base_body": ep.LimbBody(0.3, 0.0, 4e-4, 4e-4)}))),
             "moved": lambda: edited(closures=moved),
             "moved less": lambda: edited(closures=lambda own: moved(own, 2.25e-10)),
             "moved a little": lambda: edited(closures=lambda own: moved(own, 2.6e-10)),

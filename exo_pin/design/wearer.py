@@ -13,7 +13,7 @@ statures with ``DeLevaTable`` of pyomeca/biobuddy, which takes the other hand of
 
 from __future__ import annotations
 
-from dataclasses import InitVar, dataclass, field
+from dataclasses import KW_ONLY, InitVar, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -104,11 +104,12 @@ class Wearer(Record):
     height: float
     mass: float
     sex: str
-    elbow_flexion: float = field(default=0.0, kw_only=True)
-    payload: float = field(default=0.0, kw_only=True)
-    arm_girth: float | None = field(default=None, kw_only=True)
-    clothing: float = field(default=0.0, kw_only=True)
-    degrees: InitVar[bool] = field(default=False, kw_only=True)
+    _: KW_ONLY
+    elbow_flexion: float = 0.0
+    payload: float = 0.0
+    arm_girth: float | None = None
+    clothing: float = 0.0
+    degrees: InitVar[bool] = False
 
     def __post_init__(self, degrees: bool) -> None:
         set_positive(self, "height", "mass")

@@ -284,11 +284,11 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
     reached = _answered(exo.reaction(poses, limits="none", **split))
     if not reached.any():
         return np.nan, np.nan
-    kept, worst = poses[reached].as_quat(), np.zeros(int(reached.sum()))
-    known = np.ones(len(worst), dtype=bool)
+    kept = poses[reached].as_quat()
+    worst = np.zeros(len(kept))
     # A pose that does not follow in one direction is asked in no more: a search that finds nothing takes longest.
     for asked in np.split(DIRECTIONS, [_ASKED_FIRST]):
-        left = np.flatnonzero(np.isfinite(worst) & known)
+        left = np.flatnonzero(np.isfinite(worst))
         if not left.size:
             break
         # The aligned device first: that is where a search for the others begins.
@@ -298,12 +298,11 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
         change = np.linalg.norm(moved.shoulder_force[1:] - moved.shoulder_force[0], axis=-1)
         worst[left] = np.maximum(worst[left], np.where(_answered(moved)[1:], change, np.inf).max(axis=0))
         # Where data of a spring end within the offset, it is not known what the offset does.
-        known[left] = ~(moved.status == "not_evaluated").any(axis=0)
-    worst = worst[known]
-    if not worst.size:
-        return np.nan, np.nan
+        worst[left[(moved.status == "not_evaluated").any(axis=0)]] = np.nan
     follows = np.isfinite(worst)
-    return float(follows.mean()), float(np.median(worst[follows])) if follows.any() else np.nan
+    if not follows.any():
+        return 0.0 if np.isinf(worst).any() else np.nan, np.nan
+    return float(follows.sum() / (~np.isnan(worst)).sum()), float(np.median(worst[follows]))
 
 
 def _answered(answer: Reaction) -> NDArray[np.bool_]:
@@ -361,7 +360,8 @@ def _reason(exo: ShoulderExo, row: Mapping[str, Any], question: Question, name: 
             return _NO_WEARER
         return "its wearer's muscles hold none of its poses" if holds or passive else _NONE_HELD
     if name in ("follows_10_mm", "change_by_10_mm_N"):
-        return "it follows none of the moved centres" if row.get("follows_10_mm") == 0.0 else "no pose is reached"
+        beyond = "no pose is reached, or a spring has no data about it"
+        return "it follows none of the moved centres" if row.get("follows_10_mm") == 0.0 else beyond
     if name == "change_on_cuff_N" and _on_cuff(exo) is not None:
         return "on a soft cuff it follows none of the moved centres"
     if name == "common_peak_F_s_N" and (holds or passive):

@@ -84,7 +84,7 @@ def rule_words(common: bool) -> str:
 
 def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
     """Who is first and who is next, with what decides."""
-    if not np.nan_to_num(np.asarray(columns["holdable"], dtype=float)[list(groups[0])]).any():
+    if not columns["holdable"][groups[0][0]] > 0.0:
         names, peak = _names(columns, groups[0], "row"), ranked_peak(columns)[groups[0][0]]
         if np.isnan(peak):
             return "No design holds any of the poses."

@@ -71,7 +71,7 @@ class WorstOffset(Record):
 
 
 def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tuple[WorstOffset, float]:
-    """The worst offset within a ball, and the least |F_s| in it, N, or where there is no worst of what was tried.
+    """The worst offset within a ball whose centre has an answer, and the least |F_s| that was found in it, N.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def worst_offset(answers: Callable[[FloatArray], Reaction], radius: float) -> tu
         m.
     """
     search = _Search(answers, radius)
-    return search.worst(), float(np.fmin.reduce(np.linalg.norm(search.force, axis=-1), initial=np.inf))
+    return search.worst(), float(np.nanmin(np.linalg.norm(search.force, axis=1)))
 
 
 class _Search:

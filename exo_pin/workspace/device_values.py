@@ -95,10 +95,8 @@ class DeviceValues(PoseValues):
         self.margin = np.where(self._placed.reached, self.side * signed, self._placed.share - 1.0)
         self.margins = {name: np.asarray(CRITERIA[name].margin(self)) for name in names}
         if "stroke" in self.margins:
-            passive = poses.limits.passive_error
-            inside = (
-                self.margins["stroke"] if passive is None else np.where(passive > 0.0, -passive, self.margins["stroke"])
-            )
+            passive = cast("FloatArray", poses.limits.passive_error)
+            inside = np.where(passive > 0.0, -passive, self.margins["stroke"])
             self.margins["stroke"] = np.where(self._placed.reached, inside, self._placed.share - 1.0)
 
     @functools.cached_property

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import folder, in_turn, printed, words_and_numbers
+from asked_in_turn import folder, in_turn, printed, refused, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -131,6 +131,14 @@ def arms():
             "centimetres": lambda: ep.Wearer(162.0, 58.0, "female"),
             "small": lambda: ep.Wearer(0.49, 58.0, "female"),
             "light": lambda: ep.Wearer(1.62, 2.9, "female"),
+            "smallest": lambda: ep.Wearer(0.5, 3.0, "female", arm_girth=0.1, elbow_flexion=-0.3),
+            "largest": lambda: ep.Wearer(
+                2.6, 400.0, "male", arm_girth=0.8, elbow_flexion=2.8, clothing=0.05, payload=12.0
+            ),
+            "strongest": lambda: ep.Wearer(2.6, 400.0, "male", payload=12.1),
+            "metres?": lambda: refused(
+                *(lambda high=high: ep.Wearer(high, 58.0, "male") for high in (49, 50, 260, 261))
+            ),
             "heavy": lambda: ep.Wearer(1.62, 401.0, "female"),
             "sex": lambda: ep.Wearer(1.62, 58.0, "woman"),
             "elbow": lambda: ep.Wearer(1.62, 58.0, "female", elbow_flexion=2.9),
@@ -295,6 +303,8 @@ def parameters():
         return {name: [before.get(name), each] for name, each in after.items() if abs(before[name] - each) > 1e-9} | {
             "limbs": limbs,
             "points": (found.geometry.base_points, found.geometry.platform_points),
+            "sources": sorted(key for key, text in found.sources.items() if text != own.sources[key]),
+            "no longer estimated": sorted({*own.estimated} - {*found.estimated}),
         }
 
     def asked(device, values, at=None):
@@ -320,7 +330,7 @@ def parameters():
             ),
             "joint on the right": lambda: changed(points, "right", **{"A[2].azimuth_deg": 80.0, "B[4].radius": 0.09}),
             "every joint": lambda: changed(points, **{"B.drop": 0.27, "B[2].drop": 0.25}),
-            "muscle": lambda: changed(circles, **{"nominal_length[1]_mm": 160.0, "end_fitting[2]_mm": 140.0})["limbs"],
+            "muscle": lambda: changed(circles, **{"nominal_length[1]_mm": 160.0, "end_fitting[2]_mm": 140.0}),
             "cable": lambda: changed(
                 points, **{"nominal_length_mm": 600.0, "pull_limit[2]": 90.0, "least_tension": 2.0}
             )["limbs"],

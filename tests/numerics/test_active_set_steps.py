@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from exo_pin.numerics import LeastSquares, solve
+from exo_pin.numerics import LeastSquares, quadratic, solve
 
 
 def random_program(rng, rank):
@@ -66,6 +66,26 @@ def test_the_answer_is_the_best_of_all_active_sets(cases):
         assert answer.gap <= 1e-12
         held += (side != 0).sum() + rows.sum()
     assert held > len(cases)  # constraints matter
+
+
+def test_from_a_rough_answer_with_any_working_set_the_walk_ends_in_the_optimum(cases):
+    """Also from bounds on which the equality has no solution, as ProxQP may leave them near singular poses."""
+    rng = np.random.default_rng(43)
+    for program, _, z, side, _ in cases:
+        whole = quadratic._orthonormal(program)
+        for case in range(6):
+            near = np.clip(z + 1e-7 * rng.normal(size=4), program.low, program.high)
+            bound = side + rng.choice([0.0, 1.0, -1.0], 4) * (case > 2)
+            rows = rng.uniform(-1.0, 1.0, 2)
+            found = quadratic._from(whole, near, rng.normal(size=1), rows, bound)
+            np.testing.assert_allclose(found.z, z, atol=1e-10)
+    tight = LeastSquares(
+        np.eye(3), np.array([0.0, 0.0, 1.0]), np.array([[0.6, 0.8, 0.0]]), np.array([1.1]),
+        np.zeros(3), np.array([1.0, 2.0, 3.0]), np.zeros((0, 3)), np.zeros(0),
+    )  # fmt: skip
+    for start in (np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0])):
+        found = quadratic._from(tight, start, np.zeros(1), np.zeros(0), np.where(start > 0.0, 1.0, -1.0))
+        np.testing.assert_allclose(found.z, [0.66, 0.88, 1.0], atol=1e-12)
 
 
 def test_of_many_best_answers_the_shortest_is_taken():

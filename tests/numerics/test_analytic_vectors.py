@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin.numerics.analytic_vectors import (
     cross_matrix,
     left_jacobian,
+    solved,
     turn_matrix,
 )
 
@@ -38,3 +39,14 @@ def test_complex_steps_give_the_angular_velocity(angle):
     change = turn_matrix(v + 1j * h * rate).imag / h
     omega = np.einsum("kij,kj->ki", left_jacobian(v), rate)
     np.testing.assert_allclose(change, cross_matrix(omega) @ turn_matrix(v), rtol=0, atol=1e-14)
+
+
+def test_systems_without_a_solution_are_nan_and_leave_the_others():
+    rng = np.random.default_rng(19)
+    A, b = rng.normal(size=(4, 3, 3)), rng.normal(size=(4, 3))
+    A[1, :, 2] = A[1, 2] = [0.0, 0.0, np.nan]  # beside two equations that have one
+    A[2] = np.diag([1.0, 2.0, 0.0])
+    found = solved(A, b)
+    np.testing.assert_array_equal(np.isnan(found).all(axis=1), [False, True, True, False])
+    for k in (0, 3):
+        np.testing.assert_allclose(A[k] @ found[k], b[k], atol=1e-13)

@@ -1,10 +1,11 @@
-"""Answers of quadratic programs and least forces, as they are stored."""
+"""Answers of quadratic programs, least forces and smoothed samples, as they are stored."""
 
 import numpy as np
 from answers import changes, each_of
 from asked_chains import all_tried
 
 from exo_pin.numerics import LeastSquares, judged, least_force, least_forces, solve
+from exo_pin.numerics.smoothing.smoothing_splines import fit_samples
 
 NONE = np.zeros(0)
 
@@ -139,7 +140,38 @@ def forces():
     )
 
 
-ASKED = {"programs": programs, "forces": forces}
+def fit(count, spread, gap=0.0, near=1.0, **known):
+    """Every seventh sample of a fit, of a wave that is read with some noise at uneven times."""
+    rng = np.random.default_rng(count)
+    x = np.arange(float(count)) + rng.uniform(-0.2, 0.2, count)
+    x[count // 3 :] += gap
+    x[3] = x[2] + near * (x[3] - x[2])
+    x = (x - x[0]) * (count - 1) / (x[-1] - x[0])
+    y = np.stack([np.sin(9.0 * x / count), np.cos(5.0 * x / count) ** 3], axis=1) + spread * rng.normal(size=(count, 2))
+    found = fit_samples(x, y, **({"components": 2} | known))
+    return found.values[:, ::7], found.noise, found.covariance[::7], found.penalty, found.roughness(0.3)
+
+
+def fits():
+    return {
+        "few": fit(11, 0.1),
+        "fewest": fit(12, 0.1),
+        "five": fit(5, 0.1)[0],
+        "none": fit(40, 0.0)[:2],
+        "smooth": fit(47, 0.02),
+        "rough": fit(96, 0.3),
+        "rougher": fit(200, 2.0),
+        "one component": fit(47, 0.02, components=1),
+        "known": fit(47, 0.02, noise=0.05),
+        "no noise": fit(47, 0.02, noise=0.0),
+        "from rest": [np.round(part, 3) for part in fit(60, 0.05, rest=True)[:3]],
+        "with a gap": fit(60, 0.03, gap=9.0),
+        "two at once": fit(60, 0.03, near=0.2),
+        "almost the same time": fit(60, 0.03, near=1e-7),
+    }
+
+
+ASKED = {"programs": programs, "forces": forces, "fits": fits}
 
 
 @each_of(ASKED)

@@ -70,6 +70,16 @@ def test_units_of_the_forces_change_nothing_but_themselves(seed):
     assert found.residual < 1e-13
 
 
+def test_a_row_that_no_force_moves_stays_out_of_the_others():
+    """Its own inertia is rounding beside the largest, and huge beside the least one."""
+    A = np.diag([4.0, 1e-12, 1e-26])
+    A[0, 2] = A[2, 0] = 1e-14
+    wide = np.full(3, 1e9)
+    found = bounded_complementarity(A, np.array([-8.0, 3e-12, 0.0]), -wide, wide)
+    np.testing.assert_allclose(found.force, [2.0, -3.0, 0.0], rtol=1e-12)
+    np.testing.assert_array_equal(found.unique, [True, True, False])
+
+
 @pytest.mark.parametrize("other", [[[1.0, 2.0], [0.0, 1.0]], [[1.0, -3.0], [3.0, 1.0]], [[2.0, 1.0], [-1.0, 2.0]]])
 def test_a_matrix_that_is_not_symmetric_gives_no_wrong_answer(other):
     with pytest.raises(SolverFailed, match="residual"):

@@ -49,6 +49,14 @@ def test_banded_equations_are_those_of_dense_matrices(stride, penalty):
     np.testing.assert_allclose(basis.covariance(factor), expected, rtol=1e-6, atol=1e-10)
 
 
+def test_a_movement_from_rest_begins_and_ends_at_rest():
+    x, rng = np.arange(50.0), np.random.default_rng(5)
+    y = (np.sin(x / 10.0) + 0.05 * rng.normal(size=50))[:, None]
+    free, held = (fit_samples(x, y, 1, rest=rest).values[:, [0, -1], 0] for rest in (False, True))
+    assert np.abs(free[1]).min() > 1e-2
+    assert np.abs(held[1:]).max() < 1e-6
+
+
 def test_noise_is_found_and_curves_without_noise_are_interpolated():
     rng = np.random.default_rng(3)
     x = np.arange(300.0)

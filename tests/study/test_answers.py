@@ -7,6 +7,7 @@ from asked_in_turn import refused
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.device import Route, Spring, TableLaw
 from exo_pin.study import StudyTable, adl_box, compare, evaluate, non_dominated, sweep
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
@@ -51,6 +52,7 @@ def ranked():
         "passive": StudyTable([row(0.0, 0.0, 5.0, 4.0, name) for name in "ba"] + [row(0.0, 0.0, 9.0, 8.0, "c")]),
         "one passive": StudyTable([row(0.0, 0.0, 5.0), row(0.0, 0.0, 3.5)]),
         "nothing": StudyTable([row(0.0, 0.0, np.nan), row(0.0, 0.0, np.nan)]),
+        "no designs": StudyTable([row(np.nan, np.nan, np.nan, error=why) for why in ("bad", "worse")]),
         "no design": StudyTable([row(np.nan, np.nan, np.nan, error="bad"), row(0.5, 0.5, 3.0, error="")]),
         "one": StudyTable([row(0.5, 0.5, 3.0, one_side=0.9, not_evaluated=0.1)]),
         "cautions": StudyTable([row(0.5, 0.6, 3.0, one_side=1.0, not_evaluated=0.0),
@@ -190,6 +192,18 @@ def of_limits():
     return [[table[name] for name in names] for table in found]
 
 
+def without_data():
+    """A spring whose data end in one pose only off the centre, and in the other one too."""
+    way = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
+    springs = [Spring("n", TableLaw((low, 0.9), (-30.0, -10.0)), route=way) for low in (0.285, 0.31)]
+    pair = [
+        ep.load(URDF / "spring-support.urdf").replace(springs=[own], name=f"n{own.law.range[0]}") for own in springs
+    ]
+    table = compare(*pair, poses=pair[0].pose([43.5, 50.0], [0.0, 4.0], 15.0), detailed=True)
+    names = ("not_evaluated", "follows_10_mm", "change_by_10_mm_N", "change_on_cuff_N", "left_to_wearer", "blank")
+    return [table[name] for name in names]
+
+
 def overloaded():
     """A hand so heavy that the wearer's muscles hold none of the poses."""
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
@@ -212,12 +226,13 @@ ASKED = {
     "beyond": beyond,
     "of_limits": of_limits,
     "overloaded": overloaded,
+    "without_data": without_data,
     "kinds": lambda: compared("four-cables", *KINDS, poses=few(ep.load("four-cables"), 4)),
 }
 
 
 #: Those that take longer than 0.15 s.
-LONGER = {"four_kinds", "of_limits", "overloaded", "beyond"}
+LONGER = {"four_kinds", "of_limits", "overloaded", "beyond", "without_data"}
 
 
 @each_of(ASKED, LONGER)

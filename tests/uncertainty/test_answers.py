@@ -139,10 +139,17 @@ def asked_of_all_at_once():
         return spread(exo.total_uncertainty(exo.pose(60, 30), **{"draws": draws, "uncertainties": stated} | options))
 
     soft = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    guides = {"guides_percent": 25.0, "shoulder_stiffness_percent": 40.0, "mass_percent": 4.0}
     springs = {"split": "elastic", "uncertainties": CERTAIN | {"springs_percent": 30.0, "mass_percent": 4.0}}
     return in_turn(
         left=lambda: total(WORN, seed=3, load=LOAD),
         springs=lambda: total(soft, 8, **springs),
+        guides=lambda: total(
+            guiding().replace(shoulder=ep.Shoulder(stiffness=np.diag([2e4, 3e4, 1e4]))),
+            8,
+            split="elastic",
+            uncertainties=CERTAIN | NO_PLACES | guides,
+        ),
         right=lambda: total(right, seed=3)[3:],
         few=lambda: total(WORN, 7),
         seed=lambda: total(WORN, seed=-1),

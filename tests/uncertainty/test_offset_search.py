@@ -41,6 +41,16 @@ def searched(size, determinant=unknown, answered=None, held=None):
     return worst, least
 
 
+def test_from_the_centre_alone_a_search_would_end_at_a_saddle():
+    """Two peaks on the ball, either side of where the force grows at its centre, and none of the directions asked."""
+    up = np.cross(SKEW, [0.1, 0.9, -0.3])
+    up /= np.linalg.norm(up)
+    worst, least = searched(lambda x: 40.0 + 2.0 * x @ up + 30.0 * (x @ SKEW) ** 2)
+    assert worst.magnitude == pytest.approx(70.0 + 2.0**2 / 120.0, rel=1e-6)
+    assert abs(worst.offset @ SKEW) == pytest.approx(RADIUS * np.sqrt(1.0 - (1.0 / 30.0) ** 2), rel=1e-3)
+    assert least == pytest.approx(38.0, rel=1e-6)
+
+
 def test_a_search_may_run_into_offsets_without_an_answer_and_loses_its_hold_anywhere():
     grows = lambda x: 40.0 * np.exp(x @ SKEW)  # noqa: E731
     worst, _ = searched(grows, answered=lambda x: x @ SKEW < 0.99)

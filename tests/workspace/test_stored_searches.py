@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import small_searches
-from small_searches import GENERATION, RUN, searched
+from small_searches import EXO, GENERATION, RUN, searched
 
 import exo_pin as ep
 from exo_pin.core import errors
@@ -178,6 +178,15 @@ def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, en
             searched(put(path, ended[0], "description", other))
     with pytest.raises(ep.InvalidInput, match="searches something else: seed was 0 and is 1;"):
         searched(put(path, ended[0]), seed=1)
+    # Other joints are another design, rounded ones are not.
+    geometry = EXO.geometry
+    for by in (1e-12, 1e-6):
+        moved = EXO.replace(geometry=geometry.replace(platform_points=geometry.platform_points + by))
+        if by < 1e-9:
+            assert searched(put(path, ended[0]), exo=moved).runs == ended[1].runs
+        else:
+            with pytest.raises(ep.InvalidInput, match=r"data of the design was '.*' and is"):
+                searched(put(path, ended[0]), exo=moved)
 
 
 #: What a record may not be, and some that it may.
@@ -243,7 +252,7 @@ def test_wrong_states_are_reported(tmp_path, begun, step):
                 wrong.append({**state, key: given})
     wrong += [{**state, "step": step} for step in (0.0, -1.0)]
     wrong += [{**state, "covariance": [first, *state["covariance"][1:]]} for first in (-1.0, 0.0)]
-    wrong += [{**state, "evaluations": done} for done in (0, GENERATION - 1, GENERATION + 1, -GENERATION, 10**6)]
+    wrong += [{**state, "evaluations": done} for done in (0, 25, GENERATION - 1, -GENERATION, 10**6 * GENERATION)]
     largest = {
         "mean": 1e6, "step": 1e4, "covariance": 1e12, "step_path": 1e3, "covariance_path": 1e12, "recent_values": 1e12
     }  # fmt: skip

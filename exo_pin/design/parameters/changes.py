@@ -127,8 +127,7 @@ def with_values(
     check_parameters(mechanism, values)
     given = dict(_by_limb(values, mechanism.limb_count))
     keys = {key for key, _ in given}
-    changed: dict[str, Any] = {}
-    geometry, limbs = mechanism.geometry, list(given.get(("limbs", None), mechanism.limbs))
+    geometry, limbs = mechanism.geometry, given.get(("limbs", None), mechanism.limbs)
     if "limb_kind" in keys:
         limbs = [replace(limb, kind=given["limb_kind", None]) for limb in limbs]
     if "scale" in keys:
@@ -142,11 +141,8 @@ def with_values(
         geometry = _at_height(geometry, float(as_finite("cuff_height", given["cuff_height", None], ())))
     if keys & {"nominal_length", "end_fitting", *_ACTUATOR}:
         limbs = [_with_actuator(limb, i, given, mechanism.name) for i, limb in enumerate(limbs)]
-    if geometry is not mechanism.geometry:
-        changed["geometry"] = geometry
-    if keys & {"limbs", "limb_kind", "scale", "nominal_length", "end_fitting", *_ACTUATOR}:
-        changed["limbs"] = tuple(limbs)
-    mechanism = mechanism.replace(**changed) if changed else mechanism
+    # What none of the values changes is the same object still, whose sources stay.
+    mechanism = mechanism.replace(geometry=geometry, limbs=tuple(limbs))
     return on_wearer(mechanism, {key: value for (key, _), value in given.items()}, payload_at)
 
 

@@ -327,10 +327,7 @@ class ContactObjective(Record):
     def __init__(self, person: Person, poses: SearchPoses, kind: type[ShoulderExo], criteria: Criteria) -> None:
         self._person, self._kind = person, kind
         self._criteria = criteria.replace(names=("forces",))
-        bare = np.full(len(poses.weights), np.nan)
-        allowed = np.flatnonzero(person.allows(poses.poses))
-        if allowed.size:
-            bare[allowed] = person.joint_contact(poses.poses[allowed]).magnitude
+        bare = person.joint_contact(poses.poses, outside="mark").magnitude
         # Some poses in proportion to their weights: at equal steps of the sum of the weights.
         reached = np.cumsum(np.where(np.isfinite(bare), poses.weights, 0.0))
         if not reached[-1] > 0.0:
@@ -355,9 +352,8 @@ class ContactObjective(Record):
             require_massless(record)
             lengths = limb_lengths(record, self._matrices, offsets)
             bounds = tension_limits(record, lengths, self._criteria.least_tension)
-        moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
         found = design.joint_contact(
-            self.poses, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
+            self.poses, wearer, "least_contact", limits=bounds, centre_offset=CentreOffset(*offsets), outside="mark"
         ).magnitude
         return float(np.where(np.isfinite(found), found, self.bare).mean())
 

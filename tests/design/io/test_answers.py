@@ -2,6 +2,7 @@
 
 # ruff: noqa: E501 - a question stands on one line
 
+import numpy as np
 import pytest
 from answers import changes, each_of
 from asked_in_turn import folder, in_turn
@@ -85,6 +86,8 @@ def designs():
                 ),
                 "axes": lambda: geometry(points + "base_axis = [0, 2, 0]\nplatform_axis = [0, 0.1, 1]\n"),
                 "both": lambda: geometry(points + CIRCLES + ANGLES),
+                "more of circles": lambda: geometry(CIRCLES + ANGLES + "tilt_deg = 3\n"),
+                "more of points": lambda: geometry(points + "tilt_deg = 3\n"),
                 "neither": lambda: geometry("[geometry]\n"),
                 "metres": lambda: geometry(
                     points.replace("00", "").replace("0,", ",").replace("50", "5")
@@ -194,6 +197,8 @@ def texts():
             "one": lambda: asked(muscles, r_A_mm="140"),
             "kinds": lambda: asked(muscles, limb_kind="UPU,SPS"),
             "degrees": lambda: asked(muscles, **{"alpha[2]": "60,70"}),
+            "negative degrees": lambda: asked(muscles, **{"alpha_A[2]": [-6.3, 7.0]}),
+            "a turn": lambda: asked(muscles, **{"alpha_A[2]": f"{2.0 * np.pi}"}),
             "radians": lambda: asked(muscles, **{"alpha[2]": [1.0, 1.1]}),
             "person": lambda: asked(person=[ep.Wearer(1.6, 60, "female"), ep.Wearer(1.9, 90, "male")]),
             "person as text": lambda: asked(person="1.6"),

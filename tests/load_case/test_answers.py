@@ -92,6 +92,8 @@ def doubted():
             "two gaps": lambda: said(*(own[np.r_[:20, 32:60, 75:120]] for own in (t, poses))),
             "gap of a slow record": lambda: without(20, 24, *samples(30, last=3.0), smoothing=None),
             "longer gap of a slow record": lambda: without(20, 27, *samples(30, last=3.0), smoothing=None),
+            "gap of 5.5": lambda: said(t + 4.5 * t[1] * (t > 1.0), poses, smoothing=None),
+            "gap of 4.9": lambda: said(t + 3.9 * t[1] * (t > 1.0), poses, smoothing=None),
             "gap of noise": lambda: without(40, 50, poses=noisy),
             "one still": lambda: said(t, held((50, 52)), smoothing=None),
             "four still": lambda: said(t, held((50, 55)), smoothing=None),

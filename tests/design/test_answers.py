@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import folder, in_turn, printed, refused, words_and_numbers
+from asked_in_turn import folder, in_turn, printed, refused, tried, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -18,6 +18,7 @@ from exo_pin.design.holding_frame import (
     sleeve_size,
     with_cuff_by_geometry,
 )
+from exo_pin.design.obstacles import obstacle
 
 
 def seen(record):
@@ -81,8 +82,8 @@ def actuators():
         "closed tube": lambda: LimbGuide.tube(0.01, 0.01, 2e11, 8e10),
         "joints": lambda: LimbGuide(65.0, 50.0, 300.0, 200.0, 40.0, 30.0),
         "no joint": lambda: LimbGuide(65.0, 50.0, -np.inf),
-        "limb": lambda: seen(Limb("SPS", LimbBody.rod(0.2, 0.4, 0.01), LimbBody.rod(0.1, 0.3, 0.02)).without_spin()),
-        "spinning": lambda: seen(Limb("UPU", LimbBody.rod(0.2, 0.4, 0.01)).without_spin()),
+        "limb": lambda: seen(Limb("SPS", LimbBody.rod(0.2, 0.4, 0.1), LimbBody.rod(0.1, 0.3, 0.2)).without_spin()),
+        "spinning": lambda: seen(Limb("UPU", LimbBody.rod(0.2, 0.4, 0.1)).without_spin()),
         "turned": lambda: Limb(joint_straight=(1.0, 2.0, -2.0)).mirrored().joint_straight,
         "driven": lambda: seen(
             Limb(
@@ -244,6 +245,18 @@ def frames():
     }
 
 
+def obstacles():
+    """Capsules of what stands about a woman in a coat, and what does not."""
+    wearer = ep.Wearer(1.62, 58.0, "female", clothing=0.01)
+
+    def of(name):
+        rows = obstacle(name, wearer)
+        return len(rows), rows[:2], rows[len(rows) // 2], rows[-3:]
+
+    names = ("chair", "wheelchair", "car", "bed", "door", "wall:120", "ceiling:35", "wall:9999.9")
+    return tried(of, *names, "tree", "wall:x", "door:-1", "bed:10000", "wall:nan", 3)
+
+
 def joints():
     """Shoulders and interfaces, their mirror images and ranges, and those that are none."""
     K = np.diag([5e4, 6e4, 7e4, 800.0, 900.0, 700.0])
@@ -376,7 +389,7 @@ def parameters():
             "every joint": lambda: changed(points, **{"B.drop": 0.27, "B[2].drop": 0.25}),
             "muscle": lambda: changed(circles, **{"nominal_length[1]_mm": 160.0, "end_fitting[2]_mm": 140.0}),
             "cable": lambda: changed(
-                points, **{"nominal_length_mm": 600.0, "pull_limit[2]": 90.0, "least_tension": 2.0}
+                points, **{"nominal_length_mm": 600.0, "pull_limit[2]_N": 90.0, "least_tension": 2.0}
             )["limbs"],
             "rod": lambda: changed(pressed, **{"nominal_length[3]": 0.7, "travel_limit": 0.15, "push_limit": 50.0})[
                 "limbs"
@@ -477,6 +490,7 @@ ASKED = {
     "geometries": geometries,
     "joints": joints,
     "frames": frames,
+    "obstacles": obstacles,
     "records": records,
     "parameters": parameters,
     "files": files,

@@ -146,6 +146,14 @@ def sensors_said():
         arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
         return read(arm, sensors=sensors, forward="z", **options)
 
+    def apdm(*lost):
+        path, options = foreign.apdm(place, truth)
+        rows = [line.split(",") for line in path.read_text().splitlines()]
+        for row, column in lost:
+            rows[-row][column] = "nan"
+        path.write_text("\n".join(map(",".join, rows)) + "\n")
+        return read(path, **options)["cautions"]
+
     def mvnx(change):
         path, _ = foreign.mvnx(place, truth)
         path.write_text(change(path.read_text()))
@@ -189,6 +197,7 @@ def sensors_said():
                 "dot without": lambda: dot({}),
                 "dot of none": lambda: dot({"trunk": "nowhere.csv"}),
                 "dot in a reading": lambda: dot({"trunk": "trunk.csv"}, reading="w-last, inverse"),
+                "apdm with gaps": lambda: apdm((20, 1), (25, 4), (31, 5), (36, 8), (40, 11)),
                 "mvnx": lambda: mvnx(lambda text: text),
                 "no normal frame": lambda: mvnx(lambda text: text.replace('"normal"', '"other"')),
                 "fewer numbers": lambda: mvnx(lambda text: text.replace("<orientation>1 0 0 0 ", "<orientation>")),

@@ -244,25 +244,22 @@ class _Search:
             self.best = float(here @ here), scaled.copy(), here, found
         return found
 
-    def run(self, guesses: list[FloatArray], first: int) -> str:
-        """Search from the best of the guesses; return why it ended early, empty if it converged."""
+    def run(self, guesses: list[FloatArray]) -> list[str]:
+        """Search from the best of the guesses; return why it ended early, none if it converged."""
         try:
-            if first < len(guesses):
-                # The sum of squares has several valleys: a friction too large stops the motion early, too small late.
-                costs = [float((self.residual(guess / _SCALE) ** 2).sum()) for guess in guesses]
-                guesses = [guesses[i] for i in np.argsort(costs, kind="stable")[:first]]
-            for guess in guesses:
+            # The sum of squares has several valleys: a friction too large stops the motion early, too small late.
+            for guess in sorted(guesses, key=lambda guess: float((self.residual(guess / _SCALE) ** 2).sum()))[:_STARTS]:
+                # Its last derivatives are those at its answer.
                 answer = scipy.optimize.least_squares(
                     self.residual, guess / _SCALE, jac=self.jacobian, method="trf", xtol=1e-7, ftol=1e-8, gtol=1e-14
                 )
                 if not answer.success:
                     raise SolverFailed("least_squares", float(answer.optimality), str(answer.message))
-                self.jacobian(answer.x)
         except _TimeIsUp:
-            return "The time limit ended the search before it converged: these are its best coefficients so far."
+            return ["The time limit ended the search before it converged: these are its best coefficients so far."]
         finally:
             self._ticks.close()  # type: ignore[attr-defined]  # the bar of a generator
-        return ""
+        return []
 
 
 @checked
@@ -340,7 +337,7 @@ def identify_dynamic(
 
     guesses = _FIRST_GUESSES if start is None else [np.array(as_finite("start", start, (len(_NAMES),)))]
     search = _Search(recordings, build, monotonic() + as_positive("time_limit", time_limit), progress)
-    early = search.run(guesses, _STARTS)
+    early = search.run(guesses)
     if search.best is None:
         raise SolverFailed("least_squares", np.inf, f"no answer within the time limit of {time_limit:g} s")
     squares, found, _, sensitivity = search.best
@@ -355,7 +352,7 @@ def identify_dynamic(
     spread = (upper @ upper.T) / np.outer(norms, norms) * np.outer(_SCALE, _SCALE)
     values = found * _SCALE
     model = build(values)
-    doubts = [*_contradictions(recordings, static), *_drives(model, recordings), *([early] if early else [])]
+    doubts = [*_contradictions(recordings, static), *_drives(model, recordings), *early]
     return DynamicIdentification(
         model=model,
         names=_NAMES,

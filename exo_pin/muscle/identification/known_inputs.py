@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Share of the stated error by which the derivative is taken, to either side.
 _STEP = 0.01
+#: Of errors, in SI.
+_UNITS = {"%": 0.01, "bar": BAR, "mm": 1e-3}
 #: An error shows if it moves the residuals together by this many standard deviations.
 _SHOWS = 3.0
 
@@ -76,9 +78,9 @@ def known_inputs(
         moved = replace(model, static=_Off(**shared, law=law, **off))
         return np.concatenate([replace(each, mass=weight * each.mass).residual(moved) for each in recordings])
 
-    def found(key: str, true: float, error: float, name: str, size: float, unit: str) -> Known:
-        ahead, behind = (residuals(**{key: true + sign * _STEP * error}) for sign in (1.0, -1.0))
-        moved = (ahead - behind) / (2.0 * _STEP)
+    def found(key: str, true: float, name: str, size: float, unit: str) -> Known:
+        step = _STEP * size * _UNITS[unit]
+        moved = (residuals(**{key: true + step}) - residuals(**{key: true - step})) / (2.0 * _STEP)
         change = -np.linalg.lstsq(slopes / norms, moved, rcond=1e-10)[0] / norms
         off = np.linalg.norm(_forces(build(change), recordings), axis=1)
         share = 100.0 * np.divide(off, here, out=np.full(2, np.inf), where=here > 0.0)
@@ -88,10 +90,10 @@ def known_inputs(
     norms = np.linalg.norm(slopes, axis=0)
     here = np.linalg.norm(_forces(model, recordings), axis=1)
     return (
-        found("share", 1.0, 0.01, "force law", 1.0, "%"),
-        found("pressure", 0.0, 0.1 * BAR, "gauge's zero", 0.1, "bar"),
-        found("contraction", 0.0, 1e-3, "contraction's zero", 1.0, "mm"),
-        found("weight", 1.0, 0.01, "hung weight", 1.0, "%"),
+        found("share", 1.0, "force law", 1.0, "%"),
+        found("pressure", 0.0, "gauge's zero", 0.1, "bar"),
+        found("contraction", 0.0, "contraction's zero", 1.0, "mm"),
+        found("weight", 1.0, "hung weight", 1.0, "%"),
     )
 
 

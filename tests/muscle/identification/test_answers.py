@@ -1,6 +1,9 @@
 """Answers of identified force laws, as they are stored: fits, regions, doubts about measurements, friction."""
 
 from dataclasses import replace
+from itertools import count
+from time import monotonic
+from unittest import mock
 
 import numpy as np
 from answers import changes, each_of
@@ -175,8 +178,8 @@ def asked_of_possible_states():
     }
 
 
-def recording(begins=None, noise=0.0, samples=31, mass=22.74 / 9.81):
-    times, step = np.linspace(0.0, 0.35, samples), PressureStep(2.6e5, 4.0e5, 0.05, 0.03)
+def recording(begins=None, noise=0.0, samples=31, mass=22.74 / 9.81, step=(2.6e5, 4.0e5, 0.05, 0.03), seconds=0.35):
+    times, step = np.linspace(0.0, seconds, samples), PressureStep(*step)
     response = simulate(TRUE, mass, step, times, outside="mark").contraction.copy()
     start, seen = float(response[0]), response + noise * np.sin(np.arange(float(samples)) ** 1.7)
     seen[0] = seen[0] if begins is None else begins
@@ -192,33 +195,51 @@ TRUE = DynamicModel(
 VALUES = np.array([228.9, -90.4, 6.87, -4.0, 0.8])
 
 
+#: At rest there a muscle pulls nothing, at the stop, nearly or just so much more or less than its weight as is doubted.
+BEGINS = (0.12, 0.0, 0.07085, 0.07093, 0.02788, 0.02548)
+
+
 def figures(values):
     """Numbers of a search as texts of three digits, of which the last may differ."""
     return [f"{value:.2e}" for value in np.ravel(values)]
 
 
 def dynamic_questions():
-    def found(*recordings, start=VALUES, among=None, **options):
-        fit = identify_dynamic(recordings, TRUE.static, start=start, name="mine", source="a rig", **options)
+    def found(*recordings, start=VALUES, sets=None, **options):
+        # A clock that ticks with each set of responses that is simulated.
+        clock = monotonic if sets is None else count().__next__
+        options = options if sets is None else options | {"time_limit": sets}
+        with mock.patch("exo_pin.muscle.identification.dynamic_identification.monotonic", clock):
+            fit = identify_dynamic(recordings, TRUE.static, start=start, name="mine", source="a rig", **options)
         known = [(one.name, one.size, one.unit, figures(list(one.effects.values())), one.shows) for one in fit.known]
-        if among is not None:
-            return [getattr(fit, name) for name in among]
         sizes = [figures(part) for part in (fit.coefficients, np.diag(fit.covariance), fit.sigma, fit.intervals(0.9))]
         return sizes, fit.samples, fit.indistinct, fit.inside, fit.cautions, known, fit.model.source
 
     still, short = PressureStep(3.6e5, 3.6e5), np.linspace(0.0, 1.0, 12)
+    pair = [
+        recording(noise=1e-4, samples=8, mass=mass, step=(*step, 0.01, 0.01), seconds=0.09)
+        for mass, step in ((1.3, (1.3e5, 4e5)), (3.5, (4e5, 1.8e5)))
+    ]
     return {
-        "two": lambda: found(recording(noise=1e-7, samples=21), recording(noise=1e-7, samples=8, mass=2.5)),
-        "heavy": lambda: found(
-            recording(begins=0.07, mass=2.9, samples=11),
-            recording(mass=2.6, samples=9),
-            among=("samples", "inside", "cautions"),
+        "two": lambda: found(*pair, sets=12),
+        "guessed": lambda: found(*pair, start=None, sets=36),
+        "drives": lambda: tried(
+            lambda start: found(*pair, start=start, sets=12),
+            (0, -100, 4.15, 1, 1),
+            (0, 0, 4, 3, -1),
+            (0, -90, 6, 0.4, 0.9),
+        ),
+        "doubted": lambda: found(
+            *pair,
+            *(recording(x, seconds=0.01, samples=2, mass=1.3) for x in BEGINS),
+            start=[99.0, -40.0, 5.0, 0.9, 1.1],
+            sets=12,
         ),
         "still": lambda: found(Recording(short, np.full(12, 0.059), still, 2.3)),
         "few": lambda: found(Recording([0.0, 1.0], [0.05, 0.05], still, 1.0)),
         "none": lambda: found(),
         "start": lambda: found(recording(samples=11), start=[1.0, 2.0]),
-        "soon": lambda: found(recording(samples=11), time_limit=1e-6),
+        "soon": lambda: found(recording(samples=11), sets=10),
         "never": lambda: found(recording(samples=11), time_limit=0.0),
         "millimetres": lambda: found(Recording(short, np.full(12, 59.0), still, 2.3)),
         "bar": lambda: found(Recording(short, np.full(12, 0.059), PressureStep(3.6e6, 3.6e6), 2.3)),
@@ -227,14 +248,6 @@ def dynamic_questions():
 
 def asked_of_dynamic_fits():
     return in_turn(dynamic_questions())
-
-
-def asked_of_dynamic_calls():
-    return in_turn({name: question for name, question in dynamic_questions().items() if name not in ("two", "heavy")})
-
-
-def asked_of_doubted_recordings():
-    return in_turn(heavy=dynamic_questions()["heavy"])
 
 
 def asked_of_recordings():
@@ -259,12 +272,10 @@ ASKED = {
     "doubts": asked_of_doubts,
     "possible": asked_of_possible_states,
     "dynamic_fits": asked_of_dynamic_fits,
-    "dynamic_calls": asked_of_dynamic_calls,
-    "doubted_recordings": asked_of_doubted_recordings,
     "recordings": asked_of_recordings,
 }
 #: Those that take longer than 0.15 s.
-LONGER = {"fits", "doubts", "dynamic_fits", "doubted_recordings"}
+LONGER = {"fits", "doubts"}
 
 
 @each_of(ASKED, LONGER)

@@ -81,6 +81,15 @@ REFUSED_LAWS = {
     "wider": lambda: replace(SHEET, validity=replace(WIDE, strain=(-0.06, 0.3))),
     "higher": lambda: replace(SHEET, validity=replace(WIDE, pressure=(0.2e5, 7.1e5))),
     "choice": lambda: SHEET.force(0.0, 2e5, "leave"),
+    "constant": lambda: [
+        getattr(polynomial({(0, 0): 3.0}), name)([0.01, 0.02], 2e5) for name in ("force", "stiffness", "pressure_gain")
+    ],
+    "nearly_empty": lambda: polynomial().pressure_for([0.4e-4, 0.0, -0.1e-4], 0.01, "mark").data,
+    "contracted": lambda: (
+        polynomial({(1, 0): -900.0, (0, 1): 1e-4}, validity=replace(WIDE, strain=(0.1, 0.3)))
+        .contraction_for([19.0, 21.0, -30.0, -63.0, -64.0], 2e5, "mark")
+        .data
+    ),
     "shapes": lambda: SHEET.force([0.0, 0.1], [1e5, 2e5, 3e5]),
 }
 

@@ -193,19 +193,22 @@ def _median(values: FloatArray) -> float:
     return float(np.median(known)) if known.size else _UNKNOWN
 
 
+def _three(exo: ShoulderExo) -> Rotation:
+    """The three postures of the picture."""
+    _, flexion, abduction = zip(*_POSTURES, strict=True)
+    return exo.pose(np.array(flexion), np.array(abduction))
+
+
 def _postures(asked: _Asked) -> tuple[Posture, ...]:
-    flexion, abduction = ([posture[k] for posture in _POSTURES] for k in (1, 2))
-    poses = asked.exo.pose(np.array(flexion), np.array(abduction))
+    poses = _three(asked.exo)
     stack = asked.reaction(poses)
     force, bare, contact = asked.joint(poses, stack)
     found = []
     for k, (name, forward, aside) in enumerate(_POSTURES):
         answer = asked.reaction(poses[k])
-        push = -np.asarray(answer.shoulder_force) if answer.has_answer else np.full(3, np.nan)
+        push = -answer.shoulder_force
         parts = np.full(3, np.nan) if contact is None else contact.glenoid[k] @ push
-        left = 0.0 if asked.exo.device.holds_alone else _UNKNOWN
-        if np.isnan(left) and answer.has_answer:
-            left = float(np.linalg.norm(asked.exo.device.moment_of_wearer(answer.actuator_forces[None])))
+        left = asked.exo.device.moment_of_wearer(answer.actuator_forces[None])
         holds = "yes" if answer.can_hold else "not known" if answer.unknown else "no"
         holds = "supports" if asked.supports and answer.has_answer else holds
         reason = "" if holds in ("yes", "supports") else answer.verdict
@@ -223,7 +226,7 @@ def _postures(asked: _Asked) -> tuple[Posture, ...]:
                 push_out_N=float(parts[0]),
                 push_up_N=float(parts[1]),
                 push_forward_N=float(parts[2]),
-                left_to_wearer_Nm=left,
+                left_to_wearer_Nm=float(np.linalg.norm(left)),
             )
         )
     return tuple(found)
@@ -358,8 +361,7 @@ def _picture(exo: ShoulderExo) -> bytes:
     from ..view.plots import posture_drawing  # here, because few questions draw
     from ..view.plots.plot_style import pyplot
 
-    flexion, abduction = (np.array([posture[k] for posture in _POSTURES]) for k in (1, 2))
-    figure = posture_drawing(exo, exo.pose(flexion, abduction), [posture[0] for posture in _POSTURES])
+    figure = posture_drawing(exo, _three(exo), [name for name, *_ in _POSTURES])
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=220)
     pyplot().close(figure)

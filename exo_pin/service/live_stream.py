@@ -7,7 +7,6 @@ answer that comes while the reader is slow waits among a few, of which the oldes
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import secrets
 import time
 from collections import deque
@@ -88,11 +87,14 @@ class LiveStream:
         for each in self._tasks:
             each.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        with contextlib.suppress(Busy):
-            await self._ask(Request(self._name))
+        await self._ask(Request(self._name))
 
     async def _ask(self, request: Request) -> tuple[int, bytes]:
-        return await self._workers.answer(LIVE, msgspec.json.encode(request))
+        """Status and JSON of an answer, or of a problem where as many wait as may."""
+        try:
+            return await self._workers.answer(LIVE, msgspec.json.encode(request))
+        except Busy as error:
+            return 503, problem(503, "Busy", str(error))
 
     async def _answer_all(self) -> None:
         while True:
@@ -100,10 +102,7 @@ class LiveStream:
             self._came.clear()
             assert self._newest is not None
             (sample, seq, delay), self._newest = self._newest, None
-            try:
-                _, body = await self._ask(Request(self._name, sample=sample, seq=seq, delay=delay))
-            except Busy as error:
-                body = problem(503, "Busy", str(error))
+            _, body = await self._ask(Request(self._name, sample=sample, seq=seq, delay=delay))
             self.answered += 1
             self._put(body)
 

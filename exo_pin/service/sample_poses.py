@@ -20,8 +20,8 @@ from .samples import Opening, Sample
 
 #: Samples among which the movement is looked at, how often, and the fewest.
 _WINDOW, _EVERY, _FEWEST = 1000, 100, 50
-#: By how many places numbers x, y, z, w are read on where they are in another order.
-_OTHER = {"w-first": -1, "w-last": 1}
+#: Which of four numbers are x, y, z, w where they are in another order than was read.
+_OTHER = {"w-first": [1, 2, 3, 0], "w-last": [3, 0, 1, 2]}
 #: Samples of the still arm that count, and most that are kept; longest time of it, s.
 _STILL, _MOST_STILL, _LONGEST = 40, 20_000, 60.0
 
@@ -123,7 +123,7 @@ class SamplePoses:
         found = {AS_NAMED: lambda: poses, **of_orientations(poses, self.side)}
         if self._order:
             # The same four numbers in the other order.
-            numbers = np.roll(poses.as_quat(), _OTHER[self._order], axis=-1)
+            numbers = poses.as_quat()[..., _OTHER[self._order]]
             found[self._order] = lambda: Rotation.from_quat(numbers)
         return found
 

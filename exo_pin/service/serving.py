@@ -6,6 +6,7 @@ import logging
 import os
 import socket
 from collections.abc import Callable
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from typing import Any
 
@@ -58,37 +59,33 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
     # Processes share the processors already.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    with _bound(options) as listener:
+    with _bound(options) as listener, ExitStack() as ended:
         options = replace(options, port=listener.getsockname()[1])
-        workers = Workers(options.processes, options.seconds, options.waiting, options.memory)
-        streams = Workers(1, options.seconds, _STREAMS_WAITING, options.memory) if options.live else None
-        try:
-            config = uvicorn.Config(
-                application(workers, options, None if streams is None else Live(streams, options)),
-                ws_max_size=options.body,
-                ws_per_message_deflate=False,
-                log_level="warning",
-                access_log=False,
-                server_header=False,
-                limit_concurrency=_CONNECTIONS,
-                timeout_graceful_shutdown=5,
-            )
-            server = uvicorn.Server(config)
-            listener.listen(_CONNECTIONS)
-            if announce is not None:
-                announce(f"exo_pin answers at {options.url}, described at {options.url}/openapi.json")
-            server.run(sockets=[listener])
-        finally:
-            for each in (workers, streams):
-                if each is not None:
-                    each.close()
+
+        def processes(count: int, waiting: int) -> Workers:
+            return ended.enter_context(closing(Workers(count, options.seconds, waiting, options.memory)))
+
+        workers = processes(options.processes, options.waiting)
+        config = uvicorn.Config(
+            application(workers, options, Live(processes(1, _STREAMS_WAITING), options) if options.live else None),
+            ws_max_size=options.body,
+            ws_per_message_deflate=False,
+            log_level="warning",
+            server_header=False,
+            limit_concurrency=_CONNECTIONS,
+            timeout_graceful_shutdown=5,
+        )
+        listener.listen(_CONNECTIONS)
+        if announce is not None:
+            announce(f"exo_pin answers at {options.url}, described at {options.url}/openapi.json")
+        uvicorn.Server(config).run(sockets=[listener])
 
 
 def _bound(options: ServiceOptions) -> socket.socket:
     """A socket that has the address, and does not listen yet."""
     family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
     listener = socket.socket(family)
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, True)
     try:
         listener.bind((options.host, options.port))
     except (OSError, OverflowError) as error:

@@ -271,7 +271,7 @@ def asked_of_lines():
         "digits": [
             t.three_digits(x) for x in (0.0, 4.9e-7, 5.1e-7, 0.0123456, -0.99999, 1.2345, 99.996, 123.456, 98765.4)
         ],
-        "newtons": [t.newtons(x) for x in (0.0, -0.04, 0.06, 9.94, 9.96, -10.6, 1234.5)],
+        "newtons": [t.newtons(x) for x in (0.0, 1.0, -0.04, 0.06, 9.94, 9.96, -10.6, 1234.5)],
         "efforts": [t.effort_column(name, unit) for name, unit in (("limb 1", "N"), ("my joint", "N m"))],
         "positions": [
             t.position_column(*each)
@@ -300,7 +300,9 @@ def asked_of_plain_math():
         name: [float(getattr(plain_math, name)(x, y)) for x, y in ((1.0, -2.0), (-0.5, 0.25))]
         for name in ("atan2", "hypot", "copysign")
     }
-    return single | pairs | {"kinds": [type(getattr(plain_math, name)(0.5)).__name__ for name in single]}
+    numbers = {name: type(getattr(plain_math, name)(0.5)).__name__ for name in single}
+    numbers |= {name: type(getattr(plain_math, name)(0.5, 0.2)).__name__ for name in pairs}
+    return single | pairs | {"kinds": numbers, "constants": [plain_math.pi, plain_math.inf, plain_math.nan]}
 
 
 ASKED = {

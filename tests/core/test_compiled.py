@@ -1,5 +1,6 @@
 """Kernels: plain and compiled forms agree, one is chosen by counts, and the cache notices every edit."""
 
+import math
 import os
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import pytest
 from kernel_calls import all_kernels, changed, recorded_calls
 
 from exo_pin.core import compiled
-from exo_pin.core.compiled import PLAIN_WORK, kernel, mode, one_search
+from exo_pin.core.compiled import PLAIN_WORK, Kernel, kernel, mode, one_search
 
 KERNELS = all_kernels()
 JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
@@ -152,6 +153,29 @@ def test_auto_compiles_after_a_count_of_work():
         assert total.is_ready
     with mode("plain"):
         assert double(1.0) == 2.0
+
+
+def test_a_stamp_is_of_all_that_a_kernel_is_made_of():
+    def made(text="return SCALE * half(x) + len(PAIR)", half="return 0.5 * x", scale=2.0, pair=(1.0, 2.0), **options):
+        scope = {"SCALE": scale, "PAIR": pair, "math": math}
+        exec(f"def half(x):\n    {half}\ndef whole(x):\n    {text}", scope)
+        scope["half"] = Kernel(scope["half"])
+        return Kernel(scope["whole"], **options)
+
+    changed = [
+        made(), made(half="return 0.25 * x"), made(half="return 0.5 / x"), made(scale=3.0), made(pair=(1.0, 3.0)),
+        made("return SCALE * half(x) - len(PAIR)"), made("return SCALE * half(x) + max(PAIR)"),
+        made("return math.sin(x)"), made("return math.cos(x)"), made("return sum(k for k in x)"),
+        made("return sum(k + 1 for k in x)"), made(fills=True), made(inline=True),
+    ]  # fmt: skip
+    assert len({each.stamp for each in changed}) == len(changed)
+    assert made().stamp == changed[0].stamp
+    one = made()
+    before = one.stamp
+    one._function.__globals__["SCALE"] = 5.0
+    assert one.stamp == before
+    one.forget()
+    assert one.stamp != before
 
 
 @needs_jit

@@ -204,6 +204,14 @@ def options():
     return told[0].url, told[0].host, told[1], own().url, refused
 
 
+def bare(schema):
+    """A part of the description without words and without the names of presets."""
+    if isinstance(schema, list):
+        return [*map(bare, schema)]
+    left_out = ("description", "summary", "enum")
+    return {k: bare(v) for k, v in schema.items() if k not in left_out} if isinstance(schema, dict) else schema
+
+
 def description():
     """Questions of the description with all that they take, and the names of its schemas."""
     whole = pytest.importorskip("exo_pin.service.openapi", reason="needs the extra service").openapi()
@@ -221,6 +229,8 @@ def description():
     schemas = {name: sorted(each.get("properties", {})) for name, each in whole["components"]["schemas"].items()}
     rest = {key: value for key, value in whole.items() if key not in ("paths", "components", "info")}
     wholly = {name: whole["components"]["schemas"][name] for name in ("Wearer", "Load", "Criteria", "ProblemDocument")}
+    asked = whole["paths"]["/workspace"]["post"]["requestBody"]
+    wholly |= {"report": bare(whole["paths"]["/report"]["post"]), "workspace": bare(asked)}
     about = whole["info"]["license"], whole["components"].get("securitySchemes"), wholly
     return paths, reaction, schemas, rest, *about
 

@@ -112,7 +112,7 @@ class DeviceModel:
             tensor = np.zeros((3, 3)) if device.arm.inertia is None else np.array(device.arm.inertia)
             body = pin.Inertia(device.arm.mass, np.array(device.arm.centre_of_mass), tensor)
         shifts = {arm: -np.array(base)}
-        shifts |= {k: np.array(cuff) for k in range(1, model.njoints) if model.parents[k] == arm}
+        shifts |= {k: np.array(cuff) for k, parent in enumerate(model.parents) if parent == arm}
         loops = tuple(_shifted(given, closure, arm, np.array(cuff)) for closure in given.closures)
         described = replace(given.description, closures=loops, shapes=())
         kinds = pin.JointModelSpherical(), pin.JointModelFreeFlyer()

@@ -94,15 +94,14 @@ def best_structure(model: DeviceModel, configurations: FloatArray) -> Structure:
         basis, _, held = held_motions(motions, efforts, moments, model.none)
         rows = basis.mT @ efforts
     every = np.concatenate([moments, rows], axis=1)
-    size = np.abs(every).max(axis=(1, 2), initial=0.0)
-    independent = _rank(moments_of(every)[0], model.none * np.where(size > 0.0, size, 1.0))
+    independent = _rank(moments_of(every)[0], model.none * np.linalg.norm(every, axis=(1, 2)))
     open_ = _rank(J[:, :, model.linear].mT @ motions.stresses, np.full(len(R), model.none)) + len(model.twists)
     scales = _scales(every, [model.device.unit_of(drive) == "N" for drive in model.device.efforts])
     found = (
         Structure(*numbers, scales=scales)
         for numbers in np.stack([independent, open_, motions.self_stresses, motions.idle_count, held], axis=1).tolist()
     )
-    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments), default=Structure(0, 0, 0, 0, scales=scales))
+    return max(found, key=lambda s: (-s.self_stresses, s.rank, s.moments))
 
 
 def _scales(rows: FloatArray, are_in_newton: list[bool]) -> tuple[float, ...]:

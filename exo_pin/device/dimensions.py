@@ -368,8 +368,7 @@ def _axis(model: pin.Model, index: int) -> FloatArray:
     data = model.joints[index].createData()
     model.joints[index].calc(data, pin.neutral(model)[model.idx_qs[index] :][: model.nqs[index]])
     screw = np.asarray(data.S).reshape(6)
-    part = screw[3:] if np.linalg.norm(screw[3:]) > 0.5 else screw[:3]
-    return np.asarray(part / np.linalg.norm(part))
+    return np.asarray(screw[:3] + screw[3:])  # one of them is zero
 
 
 def _turn_axis(model: pin.Model, index: int, to: FloatArray) -> None:

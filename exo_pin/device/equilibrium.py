@@ -124,7 +124,7 @@ class DeviceEquilibrium(NamedTuple):
         Why a pose is not reached, shape (N,), as :attr:`.Postures.why`.
     lacking : ndarray of object
         Shape (N,): of each pose a tuple of :class:`.LackingData`, the parts whose data do not cover it. Such a pose is
-        not solved, and what its loads make is NaN.
+        not solved, and what its loads make means nothing.
     data_margin : ndarray
         Distance of the springs to the ends of their laws, over the range of each, shape (N,): the least; infinite where
         no law has an end, NaN out of reach.
@@ -237,23 +237,18 @@ def _fill(
     out.data_margin[rows] = loads.data_margin
     out.coordinates[rows] = 0.0
     out.coordinates[rows, :own], out.rates[rows, :own] = loads.driven.coordinates, loads.rates
-    # Poses one after another are filled in place.
-    in_row = rows[-1] - rows[0] == len(rows) - 1
-    where = slice(int(rows[0]), int(rows[-1]) + 1) if in_row else rows
-    R, state = query.matrices[rows], DeviceState(*(part[where] for part in out.state))
+    R, state = query.matrices[rows], DeviceState(*(part[rows] for part in out.state))
     found = fill_forces(model, loads, R, on_cuff[rows], state)
     status, margin, weak = _judged(state.moment_of_f[..., :own], found, structure)
     weak[(status == _SINGULAR) & (found.freedom <= NONE)] = np.nan
     unknown = np.array(list(loads.lacking), dtype=np.intp)
-    state.forget_loads(unknown)
     status[unknown], found.unheld[unknown] = _NOT_SOLVED, 0.0
     # Where all drives have a direction.
     good = np.ones(len(rows), dtype=bool)
     good[list(loads.driven.lacking)] = False
     for whole, part in zip(out.state, state, strict=True):
         part[~good] = 0.0
-        if not in_row:
-            whole[rows] = part
+        whole[rows] = part
     rows = rows[good]
     out.status[rows], out.margin[rows], out.weak_axis[rows] = status[good], margin[good], weak[good]
     out.freedom[rows], out.self_stresses[rows] = found.freedom[good], found.self_stresses[good]
@@ -264,7 +259,6 @@ def margins(rows: FloatArray, structure: Structure) -> tuple[FloatArray, FloatAr
     """Margins of the rows M_f of N poses, shape (N,), the axes of the least moments, and values of the idle rows."""
     moments, of_idle = moments_of(rows / np.array(structure.scales))
     U, values, _ = np.linalg.svd(moments)
-    values = np.pad(values, ((0, 0), (0, max(0, 3 - values.shape[1]))))
     margin = margin_of_values(values[:, : structure.moments]) if structure.moments else np.ones(len(rows))
     return margin, U[:, :, 2].copy(), of_idle
 

@@ -22,17 +22,15 @@ from ..core.progress import track
 from ..core.records import reduced_tuple
 from ..core.validation import FloatArray, as_count, as_single_rotation
 from ..load_case.pose_stacks import pose_matrices
+from .balance.device_state import NONE
 from .device_model import REACHED, DeviceModel, device_model
-from .turns.idle_joints import idle_motions, settled, undriven_motions
+from .turns.idle_joints import CLOSED, idle_motions, settled, undriven_motions
 
 if TYPE_CHECKING:
     from .chain_device import ChainDevice
 
 __all__: list[str] = []
 
-#: Singular value of the loops' rows, relative to the largest, below which a motion is free.
-_FREE = 1e-9
-_CLOSED = 1e-12
 #: Configurations whose links are this near, m and entries of rotations, are one.
 _ALIKE = 1e-6
 
@@ -187,13 +185,13 @@ def following(model: DeviceModel, q: FloatArray, arm: FloatArray, opening: Float
         driven = driven if opening is None else driven + opening * top.row_scale
         if soft.size:
             U, s, _ = np.linalg.svd(J[:, passive])
-            left = U[:, int((s > _FREE * s.max(initial=0.0)).sum()) :].T
+            left = U[:, int((s > NONE * s[:1]).sum()) :].T
             gives, opens = left @ J[:, soft], left @ driven
             # Redundant rows, as of a planar loop, are rounding on both sides, and ask nothing of a soft joint.
-            gives[np.abs(gives) < _FREE] = 0.0
-            move = -np.linalg.lstsq(gives, opens, rcond=_FREE)[0]
+            gives[np.abs(gives) < NONE] = 0.0
+            move = -np.linalg.lstsq(gives, opens, rcond=NONE)[0]
             driven, out[soft] = driven + J[:, soft] @ move, (move.T * top.column[soft]).T
-        out[passive] = -(np.linalg.lstsq(J[:, passive], driven, rcond=_FREE)[0].T * top.column[passive]).T
+        out[passive] = -(np.linalg.lstsq(J[:, passive], driven, rcond=NONE)[0].T * top.column[passive]).T
     return out
 
 
@@ -225,7 +223,7 @@ def assembly_modes(device: ChainDevice, poses: Rotation, starts: int, seed: int)
         start = pin.integrate(state.model, closed_at_rest(model), rng.uniform(-reach, reach))
         start[model.arm_q] = Rotation.from_matrix(matrix).as_quat()
         try:
-            q, _ = nearest_closed(state, start, held, _CLOSED, 60)
+            q, _ = nearest_closed(state, start, held, CLOSED, 60)
         except LoopNotClosed:
             continue
         # Where the links are counts: whole turns of a hinge do not.

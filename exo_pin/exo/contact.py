@@ -327,8 +327,7 @@ def total_uncertainty(
         wearer = person.on_side(self.side)
 
         def joint(device: Device, found: Reaction, tone: float) -> float:
-            inside = with_kept(type(self).from_device(device), found, wearer, 0.01 * tone)
-            return float(inside.magnitude) if inside.has_result else np.nan
+            return float(with_kept(type(self).from_device(device), found, wearer, 0.01 * tone).magnitude)
 
     assumed = Assumptions(split, limits=limits)
     return spread_of(self.device, case, assumed, title, stated, tone, draws, seed, joint, progress)

@@ -323,9 +323,7 @@ def _cautions(reactions: Sequence[Reaction]) -> list[str]:
 def _number(value: float, digits: int = 2) -> str:
     if not np.isfinite(value):
         return "-"
-    if abs(value) < 0.5 * 10.0**-digits:
-        value = 0.0  # no "-0.00"
-    return f"{value:.{digits}f}"
+    return f"{round(float(value), digits) + 0.0:.{digits}f}"  # no "-0.00"
 
 
 def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:

@@ -168,7 +168,7 @@ def _passive_error(device: ChainDevice, q: FloatArray) -> FloatArray:
     """By how much joints without drive are beyond their limits, shape (N,), m or rad."""
     places, lower, upper = device_model(device).passive_limits
     past = np.maximum(lower - q[:, places], q[:, places] - upper)
-    return np.asarray(np.maximum(past, 0.0).max(axis=1, initial=0.0))
+    return np.asarray(past.max(axis=1, initial=0.0))
 
 
 def _within_limits(
@@ -201,8 +201,8 @@ def _within_limits(
         known = np.isfinite(f).all(axis=1)
         rows, f = rows[known], f[known]
         with np.errstate(invalid="ignore"):
-            moved = np.abs(f - last[rows]).max(axis=1, initial=0.0)
-        left = ~(moved <= _SAME * np.abs(f).max(axis=1, initial=0.0))
+            moved = np.abs(f - last[rows]).max(axis=1)
+        left = ~(moved <= _SAME * np.abs(f).max(axis=1))
         rows = rows[left]
         if not rows.size:
             return

@@ -139,7 +139,7 @@ def certificate_of(source: AnswerSource) -> Certificate:
     moved = None if poses.placed is None else poses.placed.moved
     if moved is None:
         effects = np.concatenate(poses.open_effects, axis=1)
-        determined = np.abs(effects).max(axis=-1, initial=0.0) <= _NO_EFFECT
+        determined = np.linalg.norm(effects, axis=-1) <= _NO_EFFECT
         undetermined, sides = (
             np.full(len(good), stresses + poses.upu.size),
             np.tile(poses.mechanism.is_upu, (len(good), 1)),

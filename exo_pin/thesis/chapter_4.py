@@ -104,7 +104,7 @@ def _freedoms() -> Row:
     """Freedoms of the wrist without a ball joint, from the rank of its loop closures."""
     mechanism = preset("prototype")
     chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
-    found = chain.mobility(chain.close(chain.neutral()))
+    found = chain.mobility(chain.neutral())
     return row("chapter_4.degrees_of_freedom", found.degrees_of_freedom, values=(found.rank, found.rows))  # fmt: skip
 
 

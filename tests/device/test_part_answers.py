@@ -290,15 +290,26 @@ def beside():
     law, at = f"{spring}law = ", '[0, 0, 1]\n[[drives.points]]\nlink = "arm"\npoint_mm = [0, 0, 1]\n'
     cable = f'[[drives]]\nname = "a"\nupper_N = 90\n[[drives.points]]\nlink = "universe"\npoint_m = {at}'
 
-    def of(more, head="", text=text):
+    def made(more, head="", text=text):
         with folder() as place:
             for name, own in robots.items():
                 (place / name).write_text(own, encoding="utf-8")
             (place / "serial-y-x-z.device.toml").write_text(f"{text}{head}\n{more}", encoding="utf-8")
-            device = ep.load("serial-y-x-z.device.toml").device
-            parts = ("drives", "brakes", "springs", "shoulder", "guided_slides")
-            found = [device.name, device.title, device.side, *(str(getattr(device, name)) for name in parts)]
-            return [*found, device.interfaces, device.soft_links, device.sources]
+            return ep.load("serial-y-x-z.device.toml").device
+
+    def of(more, head="", text=text):
+        device = made(more, head, text)
+        parts = ("drives", "brakes", "springs", "shoulder", "guided_slides")
+        found = [device.name, device.title, device.side, *(str(getattr(device, name)) for name in parts)]
+        return [*found, device.interfaces, device.soft_links, device.sources]
+
+    def arm_with(mass=0.0, place=0.0, inertia=0.0):
+        """The arm of the robot's file, but for so small a share of its mass, m, and m² times that mass."""
+        own = ep.load(URDF / "serial-y-x-z.urdf").arm
+        centre = own.centre_of_mass + np.array([0.0, place, 0.0])
+        tensor = own.inertia + own.mass * inertia * np.eye(3)
+        text = f"[arm]\nmass_kg = {own.mass * (1.0 + mass)!r}\ncentre_of_mass_m = {centre.tolist()}\n"
+        return f"{text}inertia_about_centre_kg_m2 = {tensor.tolist()}"
 
     def drives(more):
         return of(more)[3]
@@ -331,12 +342,18 @@ def beside():
             "unknown key": lambda: of(f'[[brakes]]\nname = "b"\njoint = "{joint}"\nlimits_N = 9\n'),
             "cuff": lambda: of("[cuff]\ntranslational_N_mm = [5, 6, 7]\nrotational_N_m_rad = [1,2,3]\nat_m = [0,0,1]"),
             "arm": lambda: of("[arm]\nmass_kg = 3.3\ncentre_of_mass_m = [0, 0, -0.3]\n"),
+            "arm, rounded": lambda: of(arm_with(mass=0.9e-6)),
+            "arm, heavier": lambda: of(arm_with(mass=1.1e-6)),
+            "arm, elsewhere": lambda: of(arm_with(place=1.1e-6)),
+            "arm, rounder": lambda: of(arm_with(inertia=1.1e-7)),
+            "arm, nearly as round": lambda: of(arm_with(inertia=0.9e-7)),
             "shoulder": lambda: of("[shoulder]\nstiffness_N_m = [[2e4, 0, 0], [0, 2e4, 0], [0, 0, 1e4]]\n")[6],
             "up": lambda: of("", 'side = "up"'),
             "schema": lambda: of("", text=text.replace("1", "2")),
             "key": lambda: of("", "colour = 1"),
             "roles": lambda: of('[roles]\narm = "arm"\n'),
             "rest": lambda: of(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n'),
+            "rests": lambda: made(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n').chain.reference_configuration(),
             "no name": lambda: of("", text=text.replace("name", "nome")),
             "no robot": lambda: of("", text=text.replace("y-x-z", "x-y-z")),
         }
@@ -364,6 +381,17 @@ def of_designs():
         found = ep.load(path)
         return repr(found), found.wrist.beyond_record
 
+    def closed(*pairs):
+        """With other words in all files of a wrist."""
+        robot = wrist.export("six.urdf")[0]
+        for ending in (".urdf", ".closures.toml", ".device.toml"):
+            path = robot.with_suffix(ending)
+            text = path.read_text(encoding="utf-8")
+            for old, new in pairs:
+                text = text.replace(old, new)
+            path.write_text(text, encoding="utf-8")
+        return repr(ep.load(robot))
+
     def on(side, exo, other=None):
         robot = exo.export("two.urdf")[0]
         chain = (other or ep.load(robot)).chain
@@ -383,6 +411,18 @@ def of_designs():
                     ("platform_radius_m = 0.", "platform_radius_m = 0.1"), path=wrist.export("four.urdf")[0]
                 ),
                 "mass": lambda: read(("mass_kg = 0.65", "mass_kg = 0.75"), path=wrist.to_urdf("five")),
+                "mass, rounded": lambda: closed(("mass_kg = 0.6565599999999999", "mass_kg = 0.65656045")),
+                "mass, nearly": lambda: closed(("mass_kg = 0.6565599999999999", "mass_kg = 0.65656072")),
+                "loop, rounded": lambda: closed(("0.11646273", "0.11646353")),
+                "loop moved": lambda: closed(("0.11646273", "0.11646383")),
+                "loop turned": lambda: closed(
+                    ("quaternion_b_xyzw = [0.0, 0.0, 0.0, 1.0]", "quaternion_b_xyzw = [3e-6, 0, 0, 1]")
+                ),
+                "loop elsewhere": lambda: closed(('frame_b = "universe"', 'frame_b = "arm"')),
+                "loop renamed": lambda: closed(
+                    ('"limb_1_base"\ntype', '"first"\ntype'), ('closure = "limb_1_base"', 'closure = "first"')
+                ),
+                "slide renamed": lambda: closed(("limb_1_slide", "first_slide")),
                 "side": lambda: on("right", wrist),
                 "other design": lambda: on(None, wrist, ep.load("optimised-table-5-3")),
                 "side of a robot": lambda: on("left", serial.mirrored()),

@@ -76,7 +76,7 @@ def spans():
 
     def asked(exo, pose):
         found = ep.reaction.posture_range(exo, ep.Case(pose), ep.Assumptions(limits="none"))
-        return str(found), found.least, found.greatest
+        return str(found), found.least, found.greatest, found.postures, found.held
 
     elbow = doors.generated("limbs-4")
     chain = elbow.chain
@@ -197,6 +197,17 @@ def placed():
     half = serial.replace(drives=[Drive("a", serial.device.drives[0].joint, play=0.02), *serial.device.drives[1:]])
     cable = Drive("cable", route=Route.over(("universe", [0, 0.2, 0.3]), (serial.chain.roles.arm, [0, 0.02, -0.25])))
     mixed = serial.replace(drives=[*serial.device.drives[:2], cable])
+    found = wrist.accuracy(wrist.pose(40, 25, 5))
+
+    def made(weak, twin, barrier, free, stiff, turning=False):
+        """As if the rate were so weak, mm/° or °/°, a twin so near, and the hand so soft."""
+        own = {"twin_difference": twin, "barrier": barrier, "free_turn": np.radians(free), "hand_stiffness": stiff}
+        unit = 1.0 if turning else np.pi / 180.0 * 1e3
+        given = replace(
+            found, rate=np.array(weak / unit), has_hinges=turning, **{k: np.array(v) for k, v in own.items()}
+        )
+        return str(given), given.sensitivity(), given.is_doubtful, given.has_twin
+
     return in_turn(
         {
             "serial": lambda: asked(serial, 20, 30),
@@ -210,6 +221,20 @@ def placed():
             "stack": lambda: asked(wrist, [40, 70], [[25], [50]], 5),
             "six": lambda: asked(doors.shipped("six-cables"), 40, 25, 5),
             "chain": lambda: asked(ep.ShoulderExo.from_device(wrist.chain_device), 40, 25, 5),
+            "made": lambda: [
+                made(*case)
+                for case in (
+                    (0.29, 1.05, 2.9, np.nan, 9.9),
+                    (0.31, 0.99, 2.9, 0.3, 10.1),
+                    (0.35, 0.95, 3.1, 2.0, np.nan),
+                    (0.31, 1.15, 3.4, 0.3, 11.0, True),
+                    (0.34, 1.1, 1.0, 0.3, 1.0),
+                    (1.01 / 180.0, 2.0, 1.0, 1.0, 1.0),
+                    (0.99 / 180.0, 2.0, 1.0, 1.0, 1.0),
+                    (0.9 / 180.0, 0.9, 1.0, 1.0, 1.0, True),
+                    (np.nan,) * 5,
+                )
+            ],
         }
     )
 

@@ -109,3 +109,11 @@ def _pull(device, rotation):
     there = rotation.apply([0.0, 0.0, -0.2])
     away = np.array([drive.route.points[0].point for drive in device.drives]) - there
     return away / np.linalg.norm(away, axis=1)[:, None]
+
+
+@pytest.mark.parametrize(
+    "axis", [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -0.6, 0.0), (-0.6, 0.8, 0.0)]
+)
+def test_an_upright_pendulum_falls_towards_larger_angles(axis):
+    q = ep.ShoulderExo.from_device(pendulum_device(axis, (0.0, 0.0, 0.2))).configurations(POSES[0])
+    assert q[4] == pytest.approx(np.pi, abs=1e-9)

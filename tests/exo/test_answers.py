@@ -40,6 +40,9 @@ def one_pose():
         "free limbs": ("3rps-passive-ball", 3, 5, 2, "--explain"),
         "too far": ("3rps-passive-ball", 50),
         "singular": ("serial-y-x-z", 0, 90),
+        "hardly turned": ("four-cables", 0.055, -0.049, 0.061),
+        "nearly singular": ("serial-y-x-z", 0, 89.97),
+        "nearly singular explained": ("serial-y-x-z", 0, 89.97, 0, "--explain"),
         "row": ("four-cables", 20, 10, 0, "--to", "70,40,10", "--poses", 3),
     }  # fmt: skip
     forces = {name: ("forces", URDF / f"{name}.urdf") for name in ("serial-y-x-z", "spring-support")}

@@ -75,6 +75,13 @@ def joints():
     )
 
 
+def without_drive():
+    """Three hinges of which the last has no drive, and is beyond its end in one of two poses."""
+    hinges = loaded("serial-y-x-z")
+    drives = [drive for drive in hinges.device.drives if drive.joint != "internal_rotation"]
+    return told(hinges.replace(drives=drives).joint_contact(hinges.pose(50, 20, [5, -45]), MAN))
+
+
 def spread():
     """How far forces and joint forces spread, and the load of runs."""
     cables, hinges = loaded("four-cables"), loaded("serial-y-x-z")
@@ -120,7 +127,7 @@ def pages():
     return found
 
 
-ASKED = {"joints": joints, "spread": spread, "pages": pages}
+ASKED = {"joints": joints, "without_drive": without_drive, "spread": spread, "pages": pages}
 
 
 @pytest.mark.full

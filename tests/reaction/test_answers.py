@@ -250,6 +250,10 @@ def cones():
         degrees=True), elevation=[1.0, 0.0]), none=lambda: cone().axes("left", poses),
         shear=lambda: ep.Weights(2.0, 1.0), tension=lambda: ep.Weights(tension=-1.0),
         glenoid=lambda: ep.Weights(glenoid=3),
+        laws=lambda: [
+            (own.name, own.assumption, sorted(own.options), own.chooses_tensions, own.refusals)
+            for own in map(type(ep.reaction.SPLITS["elastic"]), ("held", "locked"))
+        ],
         split=lambda: ask(poses, split="best"), kind=lambda: ask(poses, split=type(ep.reaction.SPLITS["minimal"])),
         bounds=lambda: ask(poses, constraint_bounds=9.0), cone=lambda: ask(poses, split="standalone", cone=cone()),
         weights=lambda: ask(poses, weights=3),

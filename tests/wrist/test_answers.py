@@ -106,6 +106,19 @@ def forward():
     return found, [(path.rotations.as_rotvec(), path.index, path.ambiguous) for path in paths]
 
 
+def tolerances():
+    """How many poses fit as one length or angle of too many is more and more off."""
+    made, poses = design(10, 4)
+    state, exo = wrist.inverse_kinematics(made.geometry, poses[0]), ep.ShoulderExo.from_mechanism(made)
+    off = 1e-9 * 1.12 ** np.arange(-10.0, 16.0)[:, None] * [1.0, 0.0, 0.0, 0.0]
+    lengths, angles = state.lengths + off, state.base_theta_x + off
+    return [
+        wrist.forward_kinematics(made.geometry, lengths).count, exo.forward_kinematics(lengths).count,
+        wrist.forward_kinematics_from_base_angles(made.geometry, angles).count,
+        exo.forward_kinematics_from_base_angles(angles).count,
+    ]  # fmt: skip
+
+
 def clear():
     """Gaps to a body in two postures and to what stands about it, of limbs that share a fitting."""
     body = wrist.BodyShape.of((MAN, WOMAN), "right", (0.2, 0.9), ("chair", "wall:120"))
@@ -223,6 +236,7 @@ ASKED = {
     "inverse": inverse,
     "singular": singular,
     "forward": forward,
+    "tolerances": tolerances,
     "clear": clear,
     "sensed": sensed,
     "forces": forces,

@@ -40,7 +40,7 @@ def hand_stiffness(device: Device, limbs: Mechanism, matrices: FloatArray, J: Fl
     wearer = None if device.arm is None else device.arm.wearer
     known = np.isfinite(J).all(axis=(1, 2))
     found = np.full(len(J), np.nan)
-    if wearer is None or limbs.limb_count > _MOST_LIMBS or not known.any():
+    if wearer is None or limbs.limb_count > _MOST_LIMBS:
         return found
     R, J = matrices[known], J[known]
     geometry, cuff = limbs.geometry, device.interfaces.cuff
@@ -72,7 +72,7 @@ def cuff_distance(chain: ClosedChain) -> float:
         return -float(frames[model.getFrameId(roles.cuff)].placement.translation[2])
     arm = int(frames[model.getFrameId(str(roles.arm))].parentJoint)
     heights = [
-        float(model.jointPlacements[k].translation[2]) for k in range(1, model.njoints) if model.parents[k] == arm
+        float(model.jointPlacements[k].translation[2]) for k, parent in enumerate(model.parents) if parent == arm
     ]
     for closure in chain.closures:
         for name, place in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b)):

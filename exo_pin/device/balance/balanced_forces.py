@@ -84,7 +84,7 @@ def loop_motions(model: DeviceModel, jacobian: FloatArray, R: FloatArray, loads:
     multipliers, rank = np.empty((count, loads.shape[2], rows)), np.empty(count, dtype=np.intp)
     null, left = np.empty((count, size, size)), np.empty((count, rows, rows))
     solve_and_span(J, np.ascontiguousarray(loads.mT), model.none, multipliers, null, left, rank)
-    least = int(rank.min(initial=min(rows, size)))
+    least = int(rank.min())
     motions = null[:, least:].mT
     u, w, vt = np.linalg.svd(R @ motions[:, model.rest_angular], full_matrices=False)
     turns = w > model.none
@@ -132,10 +132,10 @@ def held_motions(
     """
     assert found.idle is not None
     U, s, _ = np.linalg.svd(found.idle @ (found.motions.mT @ efforts), full_matrices=False)
-    scale = np.maximum(np.abs(moments).max(axis=(1, 2), initial=0.0), s.max(axis=1, initial=0.0))
+    scale = np.hypot(np.linalg.norm(moments, axis=(1, 2)), np.linalg.norm(s, axis=1))
     counts = s > none * scale[:, None]
     count = counts.sum(axis=1)
-    held = (U * counts[:, None])[:, :, : int(count.max(initial=0))]
+    held = (U * counts[:, None])[:, :, : int(count.max())]
     return found.motions @ held, found.idle - held @ held.mT, count
 
 
@@ -239,12 +239,12 @@ def _find_unheld(
     """
     column = model.free.topology.column
     # Loads are sums of weights: rounding is relative to the largest of them, wherever it acts.
-    scale = np.maximum(*(np.abs(column * part).max(axis=1) for part in (loads.tau, loads.equations.tau)))
+    scale = np.hypot(*(np.linalg.norm(column * part, axis=1) for part in (loads.tau, loads.equations.tau)))
     missing = (free @ (motions.mT @ load))[..., 0]
     least = max(UNBALANCED, model.free.contradiction) * scale
     for k in np.flatnonzero(np.linalg.norm(missing, axis=1) > least):
         values, vectors = np.linalg.eigh(free[k])
-        own = vectors[:, values > 0.5]
+        own = vectors[:, values.round() > 0]
         moving = motions[k] @ own
         # Of several motions, as many joints as move most, each with the effort that would hold them all.
         chosen = scipy.linalg.qr(moving.T, mode="r", pivoting=True)[1][: own.shape[1]]
@@ -296,7 +296,7 @@ class _Attachments:
             # Unit forces along the base frame's axes where all three are open, with the least couples that make them.
             open_ = of_free[:, :3]
             U, s, _ = np.linalg.svd(open_, full_matrices=False)
-            counts = s > none * np.maximum(1.0, s[:, :1])
+            counts = s > none
             target = U * counts[:, None]
             target[counts.sum(axis=1) == 3] = np.eye(3)[:, : target.shape[2]]
             nothing = [np.zeros((*part.shape[:2], target.shape[2])) for part in effects]

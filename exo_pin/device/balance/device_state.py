@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
@@ -92,10 +91,6 @@ class DeviceState(NamedTuple):
         for part in (self.moment_of_g, self.forces_of_g):
             part[..., :count] /= np.where(size > 0.0, size, 1.0)
 
-    def forget_loads(self, k: NDArray[np.intp]) -> None:
-        """Mark what the loads of some poses make as not known; what forces f and g make of it stays."""
-        self.moment[k] = self.forces[k] = np.nan
-
     def row(self, k: int) -> DeviceState:
         """Pose k of a stack."""
         return DeviceState(*(part[k] for part in self))
@@ -127,9 +122,7 @@ def moments_of(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     of the idle rows are returned as well.
     """
     _, s, Vt = np.linalg.svd(rows[:, 3:], full_matrices=False)
-    if not s.size:
-        return rows[:, :3], s
-    V = Vt.mT * (s > NONE * s.max(axis=1, initial=0.0)[:, None])[:, None]
+    V = Vt.mT * (s > NONE * s[:, :1])[:, None]
     return rows[:, :3] - rows[:, :3] @ V @ V.mT, s
 
 

@@ -41,8 +41,10 @@ _CLOSED = 1e-12
 _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
 #: Part of load and offset by which loops are tried beyond the end of a path.
 _BEYOND = 1e-3
-#: Most corrections after the path, against rounding, and one that is rounding.
-_POLISH, _ROUNDED = 3, 1e-14
+#: Corrections after the path, against rounding.
+_POLISH = 3
+#: More and less of the efforts, N and N m, for what they change.
+_MORE = 0.02
 
 
 class OutOfReach(SolverFailed):
@@ -78,7 +80,7 @@ class SoftPose(NamedTuple):
     drive_effect : ndarray
         Effect of the efforts on r, shape (k, p).
     loose : float
-        Largest load of a motion that no drive, brake or spring holds, N m.
+        Load of motions that no drive, brake or spring holds, N m.
     """
 
     loads: DeviceLoads
@@ -171,10 +173,8 @@ class SoftEquations:
         """
         _, s, Vt = np.linalg.svd(idle[self.model.soft])
         of_free = self._of_free(idle @ Vt[int((s > self.model.none).sum()) :].T)
-        if not of_free.shape[1]:
-            return of_free, of_free
         U, s, _ = np.linalg.svd(of_free.T @ efforts)
-        scale = max(float(np.abs(turns.T @ efforts).max(initial=0.0)), float(s.max(initial=0.0)))
+        scale = np.hypot(np.linalg.norm(turns.T @ efforts), np.linalg.norm(s))
         count = int((s > self.model.none * scale).sum())
         return of_free @ U[:, :count], of_free @ U[:, count:]
 
@@ -231,7 +231,7 @@ class SoftEquations:
         turns = model.free_motion(following(model, q, R.T).T).T
         B, own, idle = loads.driven.B[0], len(model.drives), idle_motions(model, q, model.none)
         held, free = self._held_rows(idle, B, turns)
-        loose = float(np.abs(free.T @ tau).max(initial=0.0))
+        loose = float(np.linalg.norm(free.T @ tau))
         motions = np.column_stack([turns, held])
         moment_of_f, moment = motions.T @ B, motions.T @ tau
         wanted, alone = part * self.preferred[:own], soft.device.holds_alone
@@ -272,7 +272,7 @@ class SoftEquations:
         here, share, self.lacking = x[0], float(parameter[0]), ()
         r = self.residual(here, share)
         kept = self._kept
-        if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
+        if kept is None or kept[1] != share or np.abs(kept[0] - here).max() > _KEPT:
             slopes = self._first if share == 0.0 else None
             if slopes is None:
                 own = [(self.residual(here + step, share) - r) / _STEP for step in _STEP * np.eye(self.size)]
@@ -301,8 +301,8 @@ class SoftEquations:
         self._first, self._kept = self._first if counted else None, None
         self._begin, self.start, self.columns = begin, begin.configuration, begin.motions
 
-    def solved(self) -> tuple[SoftPose, FloatArray, float]:
-        """The pose in equilibrium, its x, and the share of load and offset that was reached.
+    def solved(self) -> tuple[SoftPose, FloatArray]:
+        """The pose in equilibrium, and its x.
 
         Raises
         ------
@@ -315,7 +315,7 @@ class SoftEquations:
         """
         if not self.size:
             # What gives way cannot move: the rest of the device holds it.
-            return self.at(np.zeros(0), 1.0), np.zeros(0), 1.0
+            return self.at(np.zeros(0), 1.0), np.zeros(0)
         x, reached = self._path(0.0)
         if reached < 1.0 and self._begin is not self._unloaded:
             self._begin_at(self._unloaded)
@@ -334,12 +334,9 @@ class SoftEquations:
             raise kind("equilibrium on springs", reached, "displacements of the parts that give way")
         for _ in range(_POLISH):
             r, J, _ = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))
-            change = np.linalg.solve(J[0], r[0])
-            x = x - change
-            if np.abs(change).max() <= _ROUNDED:
-                break
+            x = x - np.linalg.solve(J[0], r[0])
         self._settled = self._settled or _Start(x, 1.0, self.base, self.cuff, self.start, self.columns)
-        return self.at(x, 1.0), x, reached
+        return self.at(x, 1.0), x
 
     def _path(self, start: float) -> tuple[FloatArray, float]:
         """x and the share that is reached from the start of x at another share."""
@@ -357,18 +354,14 @@ class SoftEquations:
 
     def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
         """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""
-        slope, kept = np.zeros((0, 0)), self.preferred
-        if self.size:
-            slope = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0]
-        size = 1e-4 * max(1.0, float(np.abs(pose.f).max()))
-        out = []
+        slope, kept, out = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0], self.preferred, []
         for column in stress.T:
             move = np.linalg.solve(slope, pose.drive_effect @ column)
             ends = []
             for sign in (1.0, -1.0):
-                self.preferred = pose.f + sign * size * column
-                ends.append(self.at(x + sign * size * move, 1.0))
-            out.append((ends[0], ends[1], size))
+                self.preferred = pose.f + sign * _MORE * column
+                ends.append(self.at(x + sign * _MORE * move, 1.0))
+            out.append((ends[0], ends[1], 2.0 * _MORE))
         self.preferred = kept
         return out
 

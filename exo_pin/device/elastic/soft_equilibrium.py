@@ -70,7 +70,7 @@ class LockedEquations(SoftEquations):
         start = super().at(np.zeros(own), 1.0)
         # Turns of the arm, and what moves drives besides while it rests.
         values = np.linalg.svd(start.drive_effect, compute_uv=False)
-        least = self.model.none * max(values.max(initial=0.0), np.abs(start.moment_of_f[:3]).max())
+        least = self.model.none * np.linalg.norm(start.moment_of_f[:3])
         most = 3 + int((values > least).sum())
         if drives > most:
             raise InvalidInput(
@@ -78,13 +78,13 @@ class LockedEquations(SoftEquations):
                 f'{most} freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
             )
         #: What a unit of f is, N or N m.
-        self._unit = _FORCE * max(1e-6, float(np.abs(start.f).max(initial=0.0)), float(np.abs(start.moment).max()))
+        self._unit = _FORCE * np.linalg.norm([1e-6, *start.f, *start.moment])
 
     def _held_motions(self, efforts: FloatArray) -> FloatArray:
         """Motions of the held tree at the start that load a spring or move a drive, scaled, orthonormal, (nv, m)."""
         model, idle = self.model, idle_motions(self.model, self.start, self.model.none)
         _, s, Vt = np.linalg.svd(np.concatenate([idle[model.soft], efforts.T @ self._of_free(idle)]))
-        return idle @ Vt[: int((s > model.none * s.max(initial=0.0)).sum())].T
+        return idle @ Vt[: int((s > model.none * s[:1]).sum())].T
 
     def at(self, x: FloatArray, share: float) -> SoftPose:
         """The device at v, x and f."""
@@ -200,13 +200,14 @@ def soft_equilibrium(
         else:
             equations = LockedEquations(partial(turned, k), *given)
         try:
-            pose, x, moved.share[k] = equations.solved()
+            pose, x = equations.solved()
             if pose.loose > _LOOSE * float(np.abs(pose.loads.tau).max()):
                 raise SolverFailed("motions that nothing holds", 1.0, "displacements of the parts that give way")
             one, here = _forces(equations, pose)
             load = of_arm[k] if turned is None else arm_loads(arm, device.gravity, equations.query)[0][0]
             _check_balance(here, load)
             _fill(state, k, equations, pose, x, one, here)
+            moved.share[k] = 1.0
         except NotEvaluated as error:
             moved.share[k], status[k], lacking[k] = error.residual, _NOT_SOLVED, error.lacking
             continue
@@ -224,7 +225,7 @@ def soft_equilibrium(
         moved.arm[k], moved.efforts[k] = equations.matrix, pose.f
         effects = equations.undetermined(pose)
         moved.undetermined[k] = effects.shape[1]
-        moved.determined[k] = np.abs(effects).max(axis=1, initial=0.0) <= model.model.none
+        moved.determined[k] = np.linalg.norm(effects, axis=1) <= model.model.none
     # By the joints of the soft tree: it has more, and others in the place of guides that bend.
     names, soft = list(model.rigid.free.model.names), model.model.free.model
     unheld, kept = np.zeros((count, soft.njoints)), [k for k, name in enumerate(names) if soft.existJointName(name)]
@@ -275,6 +276,6 @@ def _fill(
     state.forces_of_g[k] = one.forces_of_g[0]
     stress = pose.stress
     ends = equations.response(pose, x, stress) if stress.shape[1] else []
-    slopes = [(_forces(equations, more)[1] - _forces(equations, less)[1]) / (2.0 * size) for more, less, size in ends]
+    slopes = [(_forces(equations, more)[1] - _forces(equations, less)[1]) / apart for more, less, apart in ends]
     change = np.array(slopes).reshape(-1, len(here)).T @ stress.T
     state.forces[k], state.forces_of_f[k] = here - change @ pose.f, change

@@ -84,7 +84,7 @@ def guided_limbs(device: ChainDevice) -> dict[int, GuidedLimb]:
         joint, own = state.joint_index(part.slide), f"expected {part.slide!r} to be a slide of a limb"
         if model.joints[joint].nv != 1 or not state.topology.metres[model.joints[joint].idx_v]:
             raise InvalidInput(f"{own}, got {model.joints[joint].shortname()}")
-        carried = [k for k in range(1, model.njoints) if model.parents[k] == joint]
+        carried = [k for k, parent in enumerate(model.parents) if parent == joint]
         if model.parents[joint] == 0 or len(carried) != 1:
             raise InvalidInput(f"{own} between two joints, got {len(carried)} joints that it carries")
         data = model.joints[joint].createData()

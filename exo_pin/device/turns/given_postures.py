@@ -24,7 +24,7 @@ from ...core.records import reduced_tuple
 from ...core.tables import enumerated
 from ...core.validation import FloatArray, as_finite
 from ..device_model import UNREACHED, DeviceModel
-from .idle_joints import idle_motions, settled, undriven_motions
+from .idle_joints import CLOSED, CORRECTIONS, JUMP, STILL, idle_motions, settled, undriven_motions
 
 if TYPE_CHECKING:
     from ..chain_device import ChainDevice
@@ -35,9 +35,8 @@ __all__ = ["GivenPosture", "given_posture", "posed", "stepped"]
 _LONGEST, _SHORTEST = 0.2, 1e-6
 #: Two half steps and a whole one agree to this.
 _ALIKE = 1e-6
-#: Rate of named joints per unit of idle motion that is zero; part of a step by which closing may correct it, and more.
-_STILL, _JUMP, _SMALL = 1e-7, 0.35, 1e-6
-_CLOSED, _CORRECTIONS = 1e-12, 20
+#: What closing may correct of any step, besides its part of it, rad and characteristic lengths.
+_SMALL = 1e-6
 #: Difference of a given configuration from its pose and from the closed one nearby, rad and m, that is rounding.
 _SAME, _ELSEWHERE = 1e-6, 0.3
 _UNITS = {"_deg": (False, np.pi / 180.0), "_rad": (False, 1.0), "_mm": (True, 1e-3), "_m": (True, 1.0)}
@@ -171,7 +170,7 @@ def _closed_at(model: DeviceModel, q: FloatArray, pose: FloatArray) -> FloatArra
     turn = Rotation.from_quat(pose).inv() * Rotation.from_quat(q[model.arm_q])
     start[model.arm_q] = pose
     try:
-        closed = nearest_closed(state, start, model.fixed, _CLOSED, _CORRECTIONS)[0]
+        closed = nearest_closed(state, start, model.fixed, CLOSED, CORRECTIONS)[0]
     except LoopNotClosed:
         closed = np.full(len(q), np.inf)
     # With its centre elsewhere the device closes elsewhere.
@@ -193,21 +192,19 @@ def _moved_to(
     scale = state.topology.column[named]
     delta = values - np.array([_coordinate(model, q, joint) for joint in joints])
     _require_idle(model, q, joints, named)
-    length, done = float(np.abs(delta / scale).max()), 0.0
-    if length == 0.0:
-        return q, 1.0
-    part = min(1.0, _LONGEST / length)
-    while done < 1.0:
-        part = min(part, 1.0 - done)
+    length, left = float(np.abs(delta / scale).max()), 1.0
+    longest = _LONGEST / max(length, _LONGEST)
+    part = longest
+    while left > 0.0:
+        part = min(part, left)
         there = stepped(model, q, part * delta, named)
-        if there is None:
-            if part * length < _SHORTEST:
-                return q, done
+        if there is not None:
+            q, left, part = there, left - part, min(2.0 * part, longest)
+        elif part * length < _SHORTEST:
+            break
+        else:
             part *= 0.5
-            continue
-        q, done, part = there, done + part, min(2.0 * part, _LONGEST / length)
-        done = 1.0 if done > 1.0 - 1e-12 else done
-    return q, 1.0
+    return q, 1.0 - left
 
 
 def stepped(model: DeviceModel, q: FloatArray, delta: FloatArray, named: NDArray[np.intp]) -> FloatArray | None:
@@ -249,11 +246,11 @@ def _step(model: DeviceModel, q: FloatArray, delta: FloatArray, named: NDArray[n
     there = pin.integrate(state.model, q, motion)
     held = np.union1d(model.fixed, named)
     try:
-        closed = nearest_closed(state, there, held, _CLOSED, _CORRECTIONS)[0]
+        closed = nearest_closed(state, there, held, CLOSED, CORRECTIONS)[0]
     except LoopNotClosed:
         return None
     size = float(np.abs(motion / state.topology.column).max())
-    return closed if _apart(model, there, closed) <= _JUMP * size + _SMALL else None
+    return closed if _apart(model, there, closed) <= JUMP * size + _SMALL else None
 
 
 def _least(model: DeviceModel, q: FloatArray, delta: FloatArray, named: NDArray[np.intp]) -> FloatArray | None:
@@ -261,7 +258,7 @@ def _least(model: DeviceModel, q: FloatArray, delta: FloatArray, named: NDArray[
     motions = idle_motions(model, q)
     column = model.held.topology.column
     U, s, Vt = np.linalg.svd(motions[named], full_matrices=False)
-    if len(s) < len(named) or s[-1] <= _STILL:
+    if len(s) < len(named) or s[-1] <= STILL:
         return None
     return np.asarray(column * (motions @ (Vt.T @ ((U.T @ (delta / column[named])) / s))))
 
@@ -269,9 +266,9 @@ def _least(model: DeviceModel, q: FloatArray, delta: FloatArray, named: NDArray[
 def _require_idle(model: DeviceModel, q: FloatArray, joints: tuple[str, ...], named: NDArray[np.intp]) -> None:
     motions = idle_motions(model, q)
     s = np.linalg.svd(motions[named], compute_uv=False)
-    if len(s) == len(named) and s[-1] > _STILL:
+    if len(s) == len(named) and s[-1] > STILL:
         return
-    names, moving = model.held.model.names, np.abs(motions).max(axis=1, initial=0.0) > _STILL
+    names, moving = model.held.model.names, np.linalg.norm(motions, axis=1) > STILL
     idle = [str(names[j]) for j in dict.fromkeys(np.array(model.held.topology.owners)[moving].tolist())]
     free = f"of {motions.shape[1]} such freedoms, in {enumerated(idle)}" if idle else "the device has no such freedom"
     raise InvalidInput(

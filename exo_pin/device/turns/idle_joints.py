@@ -22,25 +22,27 @@ from ...chain.kinematics.closing import nearest_closed
 from ...chain.structure.motion_axes import carried_joints, has_ends, limits_of
 from ...core.errors import LoopNotClosed, MissingData
 from ...core.validation import FloatArray
+from ..balance.device_state import NONE
 from ..device_model import DeviceModel
 from ..parts.drives import Drive, Spring
 from ..parts.routes import PlacedRoute
 
 __all__ = ["beside", "idle_motions", "idle_net", "settled", "undriven_joints", "undriven_motions"]
 
-#: Singular value of the loops' rows, relative to the largest, below which a motion is free; rates of drives, rad and
-#: characteristic lengths per unit of a motion, that are zero.
-_FREE, _UNDRIVEN = 1e-9, 1e-7
+#: Rates of joints and drives, rad and characteristic lengths per unit of a motion, that are zero.
+STILL = 1e-7
+#: Residual of closed loops, most corrections, and the part of a step by which closing may correct it.
+CLOSED, CORRECTIONS, JUMP = 1e-12, 20, 0.35
 #: Most steps, the largest, the one of differences, and the last, rad and characteristic lengths.
 _STEPS, _LARGEST, _PROBE, _LAST = 80, 0.2, 1e-4, 1e-10
 #: Slope and curvature of the energy, over the largest generalised force, that are zero.
 _LEVEL, _FLAT = 1e-12, 1e-5
 
 
-def idle_motions(model: DeviceModel, q: FloatArray, none: float = _FREE) -> FloatArray:
+def idle_motions(model: DeviceModel, q: FloatArray, none: float = NONE) -> FloatArray:
     """Motions of all joints that leave the arm at rest, shape (nv, k), orthonormal, characteristic lengths and rad."""
     _, s, Vt = np.linalg.svd(model.scaled_rows(q)[:, model.moving])
-    free = Vt[int((s > none * s.max(initial=0.0)).sum()) :]
+    free = Vt[int((s > none * s[:1]).sum()) :]
     out = np.zeros((model.held.nv, len(free)))
     out[model.moving] = free.T
     return out
@@ -55,7 +57,7 @@ def undriven_motions(model: DeviceModel, q: FloatArray) -> FloatArray:
     rates = np.array([_rate(model, part, place) * column for part, place in model.drives]) @ idle
     scale = np.where([isinstance(place, PlacedRoute) for _, place in model.drives], model.held.topology.length, 1.0)
     _, s, Vt = np.linalg.svd(rates / scale[:, None])
-    return np.asarray(idle @ Vt[int((s > _UNDRIVEN).sum()) :].T)
+    return np.asarray(idle @ Vt[int((s > STILL).sum()) :].T)
 
 
 def _rate(model: DeviceModel, part: Drive | Spring, place: PlacedRoute | int) -> FloatArray:
@@ -135,13 +137,13 @@ def _downhill(model: DeviceModel, q: FloatArray, motions: FloatArray, slope: Flo
     values, axes = np.linalg.eigh(0.5 * (curvature + curvature.T))
     along = axes.T @ own
     level = np.abs(along) <= _LEVEL * size
-    bounded = np.abs(along) / np.maximum(np.abs(values), np.maximum(np.abs(along) / _LARGEST, 1e-300))
-    step = np.where(level, 0.0, -np.sign(along) * bounded)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        step = np.where(level, 0.0, np.clip(-along / np.abs(values), -_LARGEST, _LARGEST))
     # On a ridge either way is down: that of the larger joint's coordinate.
     ridge = level & (values < -_FLAT * size)
     largest = (motions @ axes)[np.abs(motions @ axes).argmax(axis=0), np.arange(len(own))]
     straight = bool((~level & (np.abs(values) <= _FLAT * size)).any())
-    return axes @ np.where(ridge, np.copysign(0.5 * _LARGEST, largest), step), straight
+    return axes @ np.where(ridge, np.copysign(_LARGEST, largest), step), straight
 
 
 def _moved(model: DeviceModel, q: FloatArray, motion: FloatArray) -> FloatArray:
@@ -150,18 +152,15 @@ def _moved(model: DeviceModel, q: FloatArray, motion: FloatArray) -> FloatArray:
     driven = [part.joint for part, place in model.drives if not isinstance(place, PlacedRoute)]
     held = np.concatenate([model.fixed, state.velocity_indices([str(joint) for joint in driven])]).astype(np.int64)
     there = pin.integrate(state.model, q, motion * state.topology.column)
-    return nearest_closed(state, there, held, 1e-12, 20)[0]
+    return nearest_closed(state, there, held, CLOSED, CORRECTIONS)[0]
 
 
 #: Width of the net by the number of idle freedoms, rad and characteristic lengths; of more than these the last one.
 _WIDTH = (0.1, 0.3, 0.6)
 #: Most configurations of a net.
 MOST = 1500
-#: Longest step, part of it by which closing may correct it, and part of the width within which two are one.
-_STEP, _JUMP, _SAME = 0.1, 0.35, 0.6
-_CLOSED, _CORRECTIONS = 1e-12, 20
-#: Size of a joint's part of a motion below which it does not move.
-_STILL = 1e-7
+#: Longest step, and part of the width within which two are one.
+_STEP, _SAME = 0.1, 0.6
 
 
 def idle_net(model: DeviceModel, q: FloatArray) -> tuple[FloatArray, bool, float]:
@@ -210,11 +209,11 @@ def _stepped(model: DeviceModel, q: FloatArray, along: FloatArray, size: float, 
     own /= length
     ahead = pin.integrate(state.model, q, size * own * state.topology.column)
     try:
-        closed = nearest_closed(state, ahead, model.fixed, _CLOSED, _CORRECTIONS)[0]
+        closed = nearest_closed(state, ahead, model.fixed, CLOSED, CORRECTIONS)[0]
     except LoopNotClosed:
         return None, along
     moved = pin.difference(state.model, ahead, closed) / state.topology.column
-    if np.abs(moved).max() > _JUMP * size or not _within(model, closed):
+    if np.abs(moved).max() > JUMP * size or not _within(model, closed):
         return None, along
     return closed, own
 
@@ -246,7 +245,7 @@ def undriven_joints(model: DeviceModel, q: FloatArray) -> list[str]:
     while left.shape[1]:
         sizes = [float(np.linalg.norm(left[own.idx_vs[k]])) for k in single]
         best = int(np.argmax(sizes)) if sizes else -1
-        if best < 0 or sizes[best] <= _STILL:
+        if best < 0 or sizes[best] <= STILL:
             break
         held.append(str(own.names[single[best]]))
         left = left @ np.linalg.svd(left[own.idx_vs[single[best]]][None])[2][1:].T

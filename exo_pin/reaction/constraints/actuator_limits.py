@@ -298,7 +298,7 @@ class LimbLimits:
         Positive where a tension is above the greatest pull, negative where the limb would have to push harder than it
         can, zero within, NaN where it depends on a limit that is not known.
         """
-        slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
+        slack = _ROUNDING * np.abs(tensions).max(axis=1)[:, None]
         pushed = np.minimum(tensions - self.lower + slack, 0.0)
         pulled = np.maximum(tensions - self.upper - slack, 0.0)
         error = np.where(pushed < 0.0, pushed, pulled)
@@ -307,7 +307,7 @@ class LimbLimits:
 
     def met(self, tensions: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Whether tensions, shape (k, n), N, are within the limits of some poses, shape (k,); rounding is allowed."""
-        slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
+        slack = _ROUNDING * np.abs(tensions).max(axis=1)[:, None]
         inside = (tensions >= self.lower[rows] - slack) & (tensions <= self.upper[rows] + slack)
         return np.asarray(inside.all(axis=1))
 

@@ -198,8 +198,8 @@ def _at_vertices(sets: _ForceSets) -> FloatArray:
     sure = np.abs(np.linalg.det(corners)) > 1e-10
     active, corners = active[sure], corners[sure]
     points = np.linalg.solve(corners, sets.ends[active][..., None])[..., 0]
-    broken = (points @ sets.rows.T - sets.ends).max(axis=1, initial=0.0)
-    points = points[broken <= _ROUNDING * np.maximum(1.0, np.abs(points).max(axis=1, initial=0.0))]
+    broken = (points @ sets.rows.T - sets.ends).max(axis=1)
+    points = points[broken <= _ROUNDING * np.maximum(1.0, np.abs(points).max(axis=1))]
     return np.asarray(np.linalg.norm(sets.force + points @ sets.effect.T, axis=1))
 
 

@@ -83,7 +83,7 @@ def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.b
     For splits whose programs bind neither F_s nor side forces with moments: then the moments alone decide.
     """
     low, high = poses.limits.lower[rows], poses.limits.upper[rows]
-    nearest = np.maximum(np.maximum(low, -high), 0.0).max(axis=1)
+    nearest = np.maximum(low, -high).max(axis=1)
     sizes = (np.abs(part[rows]).max(axis=1) for part in (poses.state.shoulder, poses.tensions.f))
     return np.asarray(
         _margins(poses, rows) < -_CLEAR * poses.mechanism.radius * functools.reduce(np.maximum, sizes, nearest)
@@ -133,7 +133,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
         raise SolverFailed("ProxQP", solution.kkt, "closest wrench within limits")
     missing = -solution.residual * scale
     size = float(np.linalg.norm(missing))
-    if size <= HELD * scale * max(1.0, float(np.abs(solution.z).max(initial=0.0))):
+    if size <= HELD * scale * max(1.0, float(np.abs(solution.z).max())):
         return None
     y = missing / size
     required, available, valid = _separation(program, solution, y, target, size / scale)

@@ -90,8 +90,6 @@ def _weight_of_limbs(mechanism: Mechanism, query: Query, offset: tuple[FloatArra
 
     What the limbs' own weight makes of it depends on the pose alone, so it is a load for the choice of the tensions.
     """
-    if mechanism.limbs_are_massless:
-        return np.zeros((1, 6))
     base, cuff = (np.broadcast_to(part, (len(query.matrices), 3)) for part in offset)
     starts = mechanism.geometry.base_points + base[:, None]
     ends = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)

@@ -51,10 +51,8 @@ _REACH = float(np.radians(60.0))
 _DIRECTIONS, _FEWEST = 96, 32
 _STEP = np.radians(2.0)
 _RINGS = 5
-#: Number of poses that are refined, the distance of their directions that counts in full, and the number of step
-#: lengths, each a quarter of the one before, down to 0.03°.
+#: Number of poses that are refined, and of step lengths, each a quarter of the one before, down to 0.03°.
 _REFINED = 2
-_APART = 1.0
 _SCALES = 4
 #: How far around it whole degrees are tried, and how many of the nearest ones are asked for twins.
 _WHOLE, _ASKED = (1.0, 3.0), 4
@@ -216,7 +214,8 @@ def _spread(turns: FloatArray) -> FloatArray:
     units, chosen = turns / size[:, None], [int(size.argmin())]
     while len(chosen) < min(_REFINED, len(turns)):
         apart = np.linalg.norm(units[:, None] - units[chosen], axis=-1).min(axis=1)
-        chosen.append(int((size - _STEP * np.minimum(apart / _APART, 1.0) * _RINGS).argmin()))
+        # Directions that are 1 apart, and more, count in full.
+        chosen.append(int((size - _STEP * np.minimum(apart, 1.0) * _RINGS).argmin()))
     return turns[chosen]
 
 

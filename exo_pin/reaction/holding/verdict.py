@@ -250,7 +250,7 @@ def describe_axis(axis: FloatArray) -> str:
     names = ("the forward axis", "the sideways axis", "the vertical axis")
     unit = axis / np.linalg.norm(axis)
     nearest = int(np.abs(unit).argmax())
-    angle = np.degrees(np.arccos(min(1.0, float(np.abs(unit[nearest])))))
+    angle = np.degrees(np.arctan2(np.linalg.norm(np.delete(unit, nearest)), np.abs(unit[nearest])))
     unit = unit * np.sign(unit[nearest])
     numbers = ", ".join(f"{0.0 if abs(v) < 5e-3 else v:.2f}" for v in unit)
     where = names[nearest] if angle < 1.0 else f"an axis {angle:.0f}° from {names[nearest]}"
@@ -261,7 +261,7 @@ def angle_words(poses: Rotation, side: str) -> str:
     """Clinical angles of a single pose in words: "flexion 10°, abduction 90°, internal rotation 0°"."""
     angles = shoulder_angles(poses, side, degrees=True)
     # Two triples say the same: the one with less of flexion and rotation, as a person would say it.
-    other = (angles * [1.0, -1.0, 1.0] + 360.0) % 360.0 - 180.0
+    other = angles * [1.0, -1.0, 1.0] % 360.0 - 180.0
     angles = other if np.abs(other[::2]).sum() < np.abs(angles[::2]).sum() else angles
     names = ("flexion", "abduction", "internal rotation")
     # "+ 0.0" turns -0 into 0.

@@ -173,10 +173,9 @@ def force_scale(pose: Pose) -> float:
         target = np.concatenate([target, pose.state.shoulder])
     f = np.linalg.lstsq(effect, target, rcond=None)[0]
     # Distance of an interval from zero: the far ends of wide limits are no measure of the forces.
-    nearest = np.maximum(np.maximum(pose.low, -pose.high), 0.0)
-    socket = 0.0 if pose.socket is None else float(pose.socket.h.max(initial=0.0))
-    parts = (np.abs(pose.state.shoulder).max(), np.abs(f).max(initial=0.0), nearest.max(initial=0.0), socket)
-    return float(max(*parts)) or 1.0
+    nearest = np.maximum(pose.low, -pose.high)
+    socket = () if pose.socket is None else pose.socket.h
+    return float(np.concatenate([np.abs(pose.state.shoulder), np.abs(f), nearest, socket]).max()) or 1.0
 
 
 def choose(pose: Pose) -> Choice:

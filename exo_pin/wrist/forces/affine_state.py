@@ -197,16 +197,13 @@ class BalancedTensions(NamedTuple):
         f = (tensions @ state.moment[..., None])[..., 0]
         # One refinement: near the singular surface f is large, and its rounding would be left over as moment.
         f = f + (tensions @ (state.moment - (state.moment_of_f @ f[..., None])[..., 0])[..., None])[..., 0]
-        f_of_g, shoulder_of_g = np.zeros((len(f), f.shape[1], f.shape[1])), state.shoulder_of_g
-        if state.moment_of_g.any():
-            f_of_g = -tensions @ state.moment_of_g
-            shoulder_of_g = shoulder_of_g + state.shoulder_of_f @ f_of_g
+        f_of_g = -tensions @ state.moment_of_g
         return cls(
             f,
             f_of_g,
             stress,
             state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
-            shoulder_of_g,
+            state.shoulder_of_g + state.shoulder_of_f @ f_of_g,
             state.shoulder_of_f @ stress,
             values,
         )

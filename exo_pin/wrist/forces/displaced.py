@@ -93,13 +93,10 @@ class Displaced:
         base_points: FloatArray | None = None,
         side: SideWrenches | None = None,
     ) -> None:
-        n = mechanism.limb_count
         if side is None:
             side = side_wrenches(mechanism, query.matrices, base, cuff, base_points)
         self.side: SideWrenches = side
-        closure = share = np.zeros((len(force), n, 6))
-        if not mechanism.limbs_are_massless:
-            closure, share = limb_loads(mechanism, query, base, cuff, side.folded, base_points)
+        closure, share = limb_loads(mechanism, query, base, cuff, side.folded, base_points)
         self.state = AffineState.of_closures(
             closure,
             -np.concatenate([side.directions, side.moment_arms], axis=-1),
@@ -114,7 +111,7 @@ class Displaced:
         self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")
         self.status[side.folded] = STATUS.index("folded")
         self.determinant: FloatArray = np.full(len(self.margin), np.nan)
-        if n == 3:
+        if mechanism.limb_count == 3:
             arms = np.swapaxes(side.moment_arms, 1, 2)
             lengths = np.linalg.norm(arms, axis=1)
             far = lengths > _NO_ARM

@@ -279,9 +279,6 @@ class ElasticEquations(Record):
 
     def _limbs(self, rows: NDArray[np.intp], at: DevicePlacement, side: SideWrenches) -> tuple[FloatArray, FloatArray]:
         """Wrenches of limbs with mass at f = g = 0, as :func:`limb_loads` gives them."""
-        if self.mechanism.limbs_are_massless:
-            zero = np.zeros((len(rows), self.mechanism.limb_count, 6))
-            return zero, zero
         return limb_loads(self.mechanism, self.query_at(rows, at), at.base, at.cuff, side.folded, at.base_points)
 
     def loads(self, rows: NDArray[np.intp], arm: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

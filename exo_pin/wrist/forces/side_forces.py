@@ -205,24 +205,22 @@ def unit_wrenches(
     is_upu: NDArray[np.bool_],
 ) -> SideWrenches:
     """Wrenches of unit size with force and couples at B_i and A_i, none in folded and in SPS limbs."""
-    force, couple_arm, couple_base = wrench
     s, blank = guides.directions, guides.folded | ~is_upu
-    misfit = np.einsum("kni,ki->kn", force, guides.gap)
-    force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
+    force, couple_arm, couple_base = (np.where(blank[..., None], 0.0, vector) for vector in wrench)
     stiffness = _stiffness(flexibility, guides, force, couple_arm, couple_base)
     twist = np.where(blank, 0.0, angle_about(s, guides.x_base, guides.x_arm))
-    torque = np.where(blank, 0.0, dot(couple_arm, s))
+    torque = dot(couple_arm, s)
     return SideWrenches(
         directions=s,
         moment_arms=np.cross(guides.ends, s),
         forces=force,
         moments=couple_arm + np.cross(guides.ends, force),
-        misfit=np.where(blank, 0.0, misfit),
+        misfit=np.einsum("kni,ki->kn", force, guides.gap),
         stiffness=np.where(blank | ~resists, 0.0, stiffness),
         folded=np.asarray((guides.folded & is_upu).any(axis=1)),
         twist=twist,
         deflection=torque * twist,
-        bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),
+        bending=np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real),
         torque=torque,
     )
 

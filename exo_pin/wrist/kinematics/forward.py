@@ -372,7 +372,7 @@ def _result(
     q, residual, signed = (part.reshape((*shape, *part.shape[1:])) for part in modes[:3])
     continuum = modes.number.reshape(shape) == CONTINUUM
     count = np.where(continuum, 0, modes.number.reshape(shape))
-    width = max(MAX_MODES, int(count.max(initial=0)))
+    width = int(count.max(initial=MAX_MODES))
     valid = np.arange(width) < count[..., None]
     residual, signed = (np.where(valid, part[..., :width], np.nan) for part in (residual, signed))
     margin = np.abs(signed)

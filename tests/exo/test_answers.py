@@ -242,7 +242,6 @@ def parts():
             "remedy": lambda: str(ep.load("prototype").remedy(wrist.pose(110, 40))),
             "map": lambda: np.nanmax(wrist.reaction_map(points).magnitude),
             "compare": lambda: str(wrist.compare(ep.load("four-cables"), poses=points)),
-            "all modes": lambda: ep.load("prototype").assembly_modes(wrist.pose(20, 10))[:, -1],
             "modes": lambda: ep.load(URDF / "serial-y-x-z.urdf").assembly_modes(wrist.pose(20, 10), starts=4).shape,
         }
     )  # fmt: skip

@@ -219,6 +219,10 @@ def corners():
             poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
         ).magnitude,
         endless=lambda: str(four.reaction(poses, split="minimal", limits="none").range()),
+        muscles=lambda: ep.load("prototype").reaction_map(
+            cables.pose([0.0, 0.0], -10.0, 30.0),
+            load=ep.Load([0.0, 0.0, 0.0], [[2.76, 2.86, 0.4], [3.07, 3.48, 0.62]]),
+        ),
         given=sides((-4.0, np.arange(6.0)[:, None] + 2.0)),
         keep=lambda: four.reaction_map(poses, keep=3), held=lambda: proof.explain(0), index=lambda: proof.explain(5),
         whole=lambda: proof.explain(), refuses=lambda: told(four.reaction(poses, limits=[Refuses()] * 4)),

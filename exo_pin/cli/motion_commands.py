@@ -358,15 +358,16 @@ def warm_up() -> None:
         q, v = chain.close(chain.neutral()), np.zeros(chain.model.nv)
         chain.mobility(q)
         chain.inverse_dynamics(q, v, v)
-        criteria = Criteria(largest_shoulder_force=100.0, wearers=(Wearer(1.75, 75, "male"),))
+        wearer = Wearer(1.75, 75, "male")
+        criteria = Criteria(largest_shoulder_force=100.0, wearers=(wearer,))
         for each in (exo, cables):
             each.workspace(40.0, criteria)
-            each.workspace(many, criteria, Load(np.array([0.0, 0.0, -5.0])))
+            each.workspace(many, criteria, Load(np.ones(3)))
             for controller in ("pi", "model"):
                 each.track("abduction", controller, duration=0.02)
         # Suggestions, margins and twins, too; its pictures need an extra, which may be missing.
         with contextlib.suppress(MissingExtra), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            load(DEFAULT_PRESET).report(Wearer(1.75, 75, "male"))
+            load(DEFAULT_PRESET).report(wearer)
     ready = sum(each.is_ready for each in kernels())
     print(f"{ready} kernels are ready; {compilations()} functions were compiled now")

@@ -76,17 +76,17 @@ def mobility(chain: ClosedChain, found: list[FloatArray], held: int | None = Non
     text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
     if usual.redundant:
         text += f" (redundant: {', '.join(usual.redundant_closures)})"
+    left = None if usual.locked is None else usual.locked.degrees_of_freedom
     if held is not None:
         left = usual.degrees_of_freedom - held
-    elif usual.locked is None:
-        return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
+    if left is None:
+        text += "; the roles name no actuated joints"
     else:
-        left = usual.locked.degrees_of_freedom
-    text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
+        text += f"; {left} with the {'actuators' if held is None else 'drives and brakes'} locked"
     first = answers[0]
     if first.verdict != "regular":
         text += f"; the first configuration is {first.verdict}{': ' * bool(first.kinds)}{', '.join(first.kinds)}"
-    return Finding("mobility", "note" if left or first.verdict != "regular" else "pass", text)
+    return Finding("mobility", "pass" if left == 0 and first.verdict == "regular" else "note", text)
 
 
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
@@ -236,10 +236,6 @@ def _end(within: int, without: int, inside: Callable[[float], bool]) -> float:
     return ins
 
 
-#: Largest angle of the poses from the neutral pose, rad.
-_SPREAD = 1.0
-
-
 def _wrist_conditions(mechanism: Mechanism) -> Finding:
     """Di Gregorio's two conditions: one axis of every universal joint meets O, the others are parallel in a limb.
 
@@ -250,10 +246,8 @@ def _wrist_conditions(mechanism: Mechanism) -> Finding:
         return Finding("wrist conditions", "note", "no UPU limbs, so none are needed")
     # Kinematics needs no mass; where the design has none, any will do.
     arm = mechanism.arm if mechanism.arm is not None else Arm(1.0, np.array([0.0, 0.0, -0.2]))
-    wrist, rng = EquilibriumModel(mechanism.replace(arm=arm)), np.random.default_rng(0)
-    axes = rng.normal(size=(POSES, 3))
-    axes *= (_SPREAD * rng.random(POSES) / np.linalg.norm(axes, axis=1))[:, None]
-    poses = mechanism.geometry.neutral * Rotation.from_rotvec(np.vstack([np.zeros(3), axes]))
+    wrist = EquilibriumModel(mechanism.replace(arm=arm))
+    poses = mechanism.geometry.neutral * Rotation.from_rotvec(np.random.default_rng(0).random((POSES, 3)))
     configurations = [wrist.configuration(pose.as_matrix(), pose.as_quat()) for pose in poses]
     model, worst = wrist.chain.model, 0.0
     data = model.createData()

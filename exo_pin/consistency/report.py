@@ -17,7 +17,7 @@ from ..core.validation import FloatArray
 
 Outcome = Literal["pass", "note", "fail"]
 
-#: Poses checked: the neutral one and this many around it, seeded.
+#: Poses checked around the first one, seeded.
 POSES = 12
 #: Loop residual, m and rad.
 CLOSED = 1e-12

@@ -304,10 +304,9 @@ def isb_angles(poses: Rotation, side: str = "left", degrees: bool = False) -> Fl
     >>> ep.isb_angles(pose, degrees=True).round(6) + 0.0
     array([ 90.,  60., -90.])
     """
-    sign = _outward(side)
-    first, elevation, last = np.moveaxis(_euler(poses, "ZXZ"), -1, 0)
-    # A left arm is Rz(-plane) Rx(elevation) Rz(-axial); that of a right one has the middle angle negative.
-    plane, axial = (-first, -last) if sign > 0.0 else (first - np.pi, last + np.pi)
+    # A left arm is Rz(-plane) Rx(elevation) Rz(-axial).
+    of_left = poses if _outward(side) > 0.0 else mirrored(poses)
+    plane, elevation, axial = np.moveaxis(_euler(of_left, "ZXZ") * np.array([-1.0, 1.0, -1.0]), -1, 0)
     locked = np.abs(np.sin(elevation)) < _LOCKED
     whole = np.where(np.cos(elevation) > 0.0, axial + plane, axial - plane)
     plane, axial = np.where(locked, 0.0, plane), np.where(locked, whole, axial)

@@ -21,10 +21,10 @@ from numpy.typing import ArrayLike
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.files import write_text
-from ..core.validation import FloatArray, as_finite, as_real, as_rising, frozen
+from ..core.validation import FloatArray, as_finite, as_real, as_rising
 
 #: From {O_A} to OpenSim's ground.
-_TO_GROUND = frozen(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]))
+_TO_GROUND = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _XML_VERSION = "40000"
 
 

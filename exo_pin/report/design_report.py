@@ -179,8 +179,8 @@ def _muscled(wearer: Person | Wearer | None, side: str) -> Person | None:
 
 def _person_words(wearer: Wearer) -> str:
     words = [f"{'man' if wearer.sex == 'male' else 'woman'} of {wearer.height:.4g} m", f"{wearer.mass:.3g} kg"]
-    bend = np.degrees(wearer.elbow_flexion)
-    words += [f"elbow bent by {bend:.0f}°" if bend >= 0.5 else "elbow straight"]
+    bend = round(float(np.degrees(wearer.elbow_flexion)))
+    words += [f"elbow bent by {bend}°" if bend else "elbow straight"]
     return ", ".join([*words, f"{wearer.payload:.3g} kg in the hand"] if wearer.payload else words)
 
 

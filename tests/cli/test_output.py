@@ -136,6 +136,23 @@ def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
     ):
         assert cli.main(arguments) == 2
         assert f".[{extra}]" in capsys.readouterr().err
+    # Without a person no command asks for the muscles.
+    assert cli.main(["track", "abduction"]) == 2
+    assert "--experiment abduction" in capsys.readouterr().err
+
+
+def test_pictures_need_no_screen(tmp_path, monkeypatch):
+    pyplot = pytest.importorskip("matplotlib.pyplot", reason="needs the extra plot")
+    before, chosen = pyplot.get_backend(), []
+    monkeypatch.setattr(pyplot, "switch_backend", lambda name: chosen.append(name))
+    assert (
+        cli.main(
+            ["muscle", "force", "--contraction-mm", "20", "--pressure-bar", "2", "--plot", str(tmp_path / "a.png")]
+        )
+        == 0
+    )
+    assert chosen == ["agg"]
+    assert pyplot.get_backend() == before
 
 
 def _no_work(*_, **__):

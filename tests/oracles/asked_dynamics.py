@@ -1,5 +1,6 @@
 """What a chain answers to questions of forces, motion in time and their changes, and such chains."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -184,3 +185,20 @@ def changes_of(case):
         shape=lambda: chain.inverse_dynamics_derivatives(q, v[1:], a),
         shape_forward=lambda: chain.forward_dynamics_derivatives(q[1:], v),
     )
+
+
+def shown():
+    """Which of their attributes records of forces and motion show."""
+    case = loaded("four-bar", friction=0.8)
+    chain, q, v, a, joints = case.chain, case.q, case.v, case.a, drivers(case)
+    records = [
+        chain.inverse_dynamics(q, v, a, actuated=joints),
+        chain.inverse_dynamics(q, actuated=joints).joint_reaction(joints[0]),
+        chain.inverse_dynamics([q, q], actuated=joints),
+        chain.forward_dynamics(q, v),
+        chain.forward_dynamics_derivatives(q, v),
+        chain.inverse_dynamics_derivatives(q, v, a, actuated=joints),
+        chain.mobility(q),
+        chain.description,
+    ]
+    return [[type(record).__name__, *re.findall(r"(\w+)=", repr(record))] for record in records]

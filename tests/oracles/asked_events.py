@@ -75,6 +75,10 @@ def blocks():
         lifted=lambda: of_run(falling, [0.0], [0.0], [0.0, 1.0, 1.5], lambda t, q, v: [19.62 * t], stops=True),
         no_stops=lambda: of_run(stopped, [0.1], [1.6], [0.0, 0.3]),
         beyond=lambda: of_run(stopped, [0.21], [0.0], times, stops=True),
+        wrong_at_once=lambda: [
+            tried(lambda given=given: slippery.simulate([0.0], [0.0], [0.0], **given))
+            for given in ({"tau": [np.nan]}, {"external": {"none": np.zeros(6)}}, {"external": {"block": [1.0]}})
+        ],
         into=lambda: stopped.forward_dynamics([0.2], [0.1], stops=True),
         at_rest=lambda: contact_of(stopped.forward_dynamics([0.2], [0.0], [30.0], stops=True)),
         at_low=lambda: contact_of(stopped.forward_dynamics([-0.05], [0.0], [-30.0], stops=True)),

@@ -85,6 +85,8 @@ def branches():
     q5 = five.close(five_bar().q)
     reach = five.placement(q5, "tip").copy()
     reach.translation += np.array([0.03, 0.02, 0.0])
+    across = reach.copy()
+    across.translation += np.array([-0.06, -0.45, 0.0])
     far = reach.copy()
     far.translation += np.array([2.0, 0.0, 0.0])
     known = limited.with_tolerance(1e-5)
@@ -122,6 +124,7 @@ def branches():
         target_drawn=lambda: chain.inverse_kinematics("rocker", tip),
         tip=lambda: five.inverse_kinematics("tip", reach, near=q5, part="position"),
         tip_held=lambda: five.inverse_kinematics("tip", reach, near=q5, part="position", hold=["left_crank_hinge"]),
+        tip_across=lambda: five.inverse_kinematics("tip", across, near=q5, part="position"),
         tip_far=lambda: five.inverse_kinematics("tip", far, near=q5, part="position"),
         tip_open=lambda: five.inverse_kinematics("tip", reach, near=left, part="position"),
         part=lambda: five.inverse_kinematics("tip", reach, near=q5, part="orientation"),

@@ -91,6 +91,14 @@ def _tree(*joints):
     return model
 
 
+def frames_locked(*joints):
+    """What the frames of a tree hang on when joints are locked, one of them on a frame that is not there."""
+    model = _tree(*((pin.JointModelRZ(), k, 1.0) for k in range(3)))
+    model.frames[2].parentFrame = 77
+    left = ClosedChain(model, Closures("t")).locked(joints, [0.3, 0.2, 0.1]).model
+    return [f"{frame.name} on {left.frames[frame.parentFrame].name}" for frame in left.frames]
+
+
 def unfit():
     """What is said of descriptions that do not fit their tree, and of trees that are none."""
     named, z = four_bar(), pin.JointModelRZ()
@@ -153,6 +161,7 @@ def unfit():
         gear_endless=lambda: geared("joint_2", "joint_0"),
         gear=lambda: geared("joint_3", "joint_0").metres,
         rack=lambda: [geared("joint_0", "joint_3").characteristic_length, geared("joint_0", "joint_3").row_count],
+        frames=lambda: [frames_locked("joint_1"), frames_locked("joint_0", "joint_2")],
         twin=lambda: twice(moved=0.1),
         near_twin=lambda: twice(moved=1e-13),
         far_twin=lambda: twice(moved=1e-11),

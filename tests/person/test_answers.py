@@ -58,6 +58,7 @@ def persons():
         cuff=made(cuff_strength=0.0), strong=made(strength=10.1), percent=made(cuff_strength=56.0),
         weak=made(strength=-0.1), edge=made(strength=10.0, cuff_strength=10.0, scapular_motion=1.5),
         scapula=made(scapular_motion=1.51), bent=made(elbow_flexion=2.3), stretched=made(elbow_flexion=-0.01),
+        just=made(elbow_flexion=np.radians(130.0) + 0.9e-9), over=made(elbow_flexion=np.radians(130.0) + 1.1e-9),
         ends=made(elbow_flexion=130.0, forearm_rotation=-90.0, degrees=True),
         turned=made(forearm_rotation=91.0, degrees=True), side=made(side="up"),
     )  # fmt: skip
@@ -65,6 +66,7 @@ def persons():
         whole,
         refused,
         MAN.allows(FAR),
+        MAN.allows(ep.shoulder_rotation(0.0, [-9.5, -10.5], 0.0, degrees=True)),
         MAN.range_of_motion,
         MAN.limb_state(FAR),
         WOMAN.limb_state(RIGHT[0]),
@@ -85,13 +87,17 @@ def contact():
     straight = replace(WOMAN, strength=0.0, payload=0.4)
     pushes = [ep.Load([size, 1.0, 2.0], at=(0.0, 0.0, -0.5)) for size in (-40.0, 40.0)]
     loaded = ep.ContactOptions(load_on="forearm")
+    nearly = [replace(MAN, elbow_flexion=np.radians(angle)).joint_contact(POSES[0]).force for angle in (0.95, 1.1)]
+    need = feeble.joint_contact(POSES[0]).missing_moment
+    carried = [feeble.joint_contact(POSES[0], device=[0, 0, 0, *(need * (1 + share * 1e-6))]) for share in (0.95, 1.1)]
     limp = [straight.joint_contact(RIGHT[:2], load=push, options=loaded).missing_elbow for push in pushes]
     return (
         both(MAN.joint_contact(POSES, MOTION, PUSH, options=options)), both(WOMAN.joint_contact(RIGHT[0], load=PUSH,
         options=free, gravity=(1.0, 0.5, -9.0))),
         weak.joint_contact(POSES, load=PUSH), feeble.joint_contact(POSES[:2]), both(feeble.joint_contact(POSES[0],
         device=np.array([0.0, 0.0, 20.0, 1.0, -6.0, 0.3]))),
-        limp, MAN.joint_contact(FAR, outside="mark"), in_turn(outside=lambda: MAN.joint_contact(FAR),
+        limp, nearly, [(each.status, each.held) for each in carried],
+        MAN.joint_contact(FAR, outside="mark"), in_turn(outside=lambda: MAN.joint_contact(FAR),
         mark=lambda: MAN.joint_contact(POSES, outside="drop"), one=lambda: WOMAN.joint_contact(FAR[2])),
     )  # fmt: skip
 
@@ -157,8 +163,24 @@ def words():
         for name in ("too_weak", "unstable", "no_device_force", "outside", "not_solved")
     ]
     whole = [both(each) for each in (worn, some_contact(sizes), states)]
+    few, count = np.zeros(len(ep.person.MUSCLES)), len(ep.person.MUSCLES)
+    few[[3, 9, 14]] = 0.0105, 0.4, 0.0097
+    units = (("hip", "N m"), ("wearer about hip", "N m"), ("rope", "N"), ("knee", "N m"))
+    odd = [some_contact(300.0, activations=own) for own in (few, np.linspace(0.02, 0.5, count))]
+    odd += [
+        some_contact(
+            np.nan, status=name, missing_moment=np.array([3.0, -4.0, 0.3]), missing_elbow=np.array([1.0, -2.5])
+        )
+        for name in ("too_weak", "unstable")
+    ]
+    given = np.array([-0.04, 3.0, -0.4, -0.06])
+    odd += [
+        some_contact(300.0, without_device=odd[0], device_forces=given, drive_units=units),
+        some_contact(300.0, without_device=odd[1], device_forces=given[2:], constraint_forces=given[:1]),
+    ]
     return (
         whole,
+        [str(each).splitlines() for each in odd],
         [(each, each.verdict) for each in (*single, *lone)],
         replace(worn, held=np.array([True, True, False, True])).relief_percent,
         bare.peak_row,
@@ -282,6 +304,10 @@ def compiled(path):
         names
         | {name: np.asarray(getattr(model, name), dtype=float) for name in FIELDS}
         | {"counts": [model.neq, model.nsensor, model.nkey]}
+        | {
+            "without mass": 1e9
+            * np.array([model.body_mass[-3:].min(), model.body_inertia[model.body_mass > 0.0].min()])
+        }
     )
 
 

@@ -2,10 +2,11 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import in_turn, words_and_numbers
+from asked_in_turn import in_a_folder, in_digits, in_turn, tried, words_and_numbers
 from places import URDF
 from scipy.spatial.transform import Rotation
 from spatial_mechanisms import delta
@@ -16,6 +17,8 @@ from exo_pin.wrist_chain import PARTS, AssumedMasses, mechanism_urdf, wrist_of
 
 POINTS = np.array([[0.1, 0.2, 0.05], [-0.12, 0.18, 0.1], [0.03, 0.21, -0.1], [0.2, 0.1, 0.12]])
 ENDS = np.array([[0.08, 0.02, -0.2], [-0.05, 0.07, -0.22], [0.01, -0.09, -0.19], [0.06, 0.05, -0.25]])
+#: On either side of where angles about z begin anew.
+AROUND = np.array([[0.1, 0.0, -0.2], [-0.118, 0.02, -0.21], [-0.077, -0.021, -0.19]])
 ARM = ep.Arm(3.7, [0.01, 0.02, -0.3], np.diag([0.12, 0.13, 0.02]))
 HALVES = {"base_body": ep.LimbBody.rod(0.3, 0.2, 0.02), "platform_body": ep.LimbBody(0.2, 0.07, 9e-4, 2e-4)}
 
@@ -25,6 +28,11 @@ def wrist(kinds="USUS", turn=(0.1, -0.2, 0.3), halves=None, **more):
     geometry = ep.WristGeometry(POINTS[: len(kinds)], ENDS[: len(kinds)], neutral=Rotation.from_rotvec(turn))
     limbs = [ep.Limb({"U": "UPU", "S": "SPS"}[kind], **(HALVES if halves is None else halves)) for kind in kinds]
     return ep.design.Mechanism(geometry, **{"arm": ARM, "limbs": limbs, "name": "own wrist", **more})
+
+
+def through(kinds, end=-POINTS[3]):
+    """The same wrist with a last limb whose line goes through the centre, or to another end."""
+    return wrist(kinds).replace(geometry=ep.WristGeometry(POINTS, np.vstack([ENDS[:3], end]), [0, 1, 0.1], [0, 0, 1]))
 
 
 def written():
@@ -38,7 +46,8 @@ def written():
             for own in closures.closures
         ]
         plain = words_and_numbers(re.sub(r"[\"<>/= ]+", " ", xml.replace("1.7976931348623157e+308", "largest")))
-        return plain["numbers"], len(plain["words"]), kept, [str(root), str(closures.roles)], plain["words"][:6]
+        rows = [plain["numbers"][k : k + 24] for k in range(0, len(plain["numbers"]), 24)]
+        return rows, len(plain["words"]), kept, [str(root), str(closures.roles)], plain["words"][:6]
 
     def far():
         own, away = delta("rigid"), (0.0, 0.0, 3.0)
@@ -51,7 +60,14 @@ def written():
     masses = AssumedMasses(base_half_mass=0.1, half_share=0.5, platform_mass=0.7, arm_radius=0.04)
     light = ep.load("prototype").mechanism
     circles = light.replace(arm=None)
-    folded = wrist().replace(geometry=ep.WristGeometry(POINTS, np.r_[ENDS[:3], -POINTS[3:]], [0, 1, 0.1], [0, 0, 1]))
+    folded = through("USUS")
+    across = np.cross(POINTS[3], [1.0, 0.0, 0.0])
+    across *= 1e-9 * np.linalg.norm(POINTS[3]) / np.linalg.norm(across)
+    # Just within and beyond the sine of a limb that is folded, and the length of one that has none.
+    nearly = [
+        own + share * across
+        for own, share in zip(POINTS[3] * [[-1], [-1], [1], [1]], (0.95, 1.1, 1.9, 2.2), strict=True)
+    ]
     return in_turn(
         {
             **{part: lambda part=part: text(wrist(), part) for part in PARTS},
@@ -65,12 +81,18 @@ def written():
             "one half": lambda: text(
                 wrist("SSS", halves={"base_body": HALVES["base_body"]}), "floating", masses, False
             ),
+            "ring": lambda: text(through("USUS")),
+            "open ring": lambda: text(
+                wrist("UUU").replace(geometry=ep.WristGeometry(POINTS[:3], AROUND, [0.0, 1.0, 0.1], [0.0, 0.0, 1.0]))
+            ),
+            "known masses": lambda: vars(AssumedMasses()),
             "strange name": lambda: text(wrist("UUU", name='a "b" <c>'), visuals=False)[4],
             "folded": lambda: text(folded, visuals=False),
             "folded crosses": lambda: text(folded.replace(limbs=[ep.Limb("UPU")] * 4), visuals=False),
             "no length": lambda: text(
                 wrist().replace(geometry=ep.WristGeometry(POINTS, np.r_[ENDS[:3], POINTS[3:]], [0, 1, 0.1], [0, 0, 1]))
             ),
+            "nearly": lambda: tried(lambda k: text(through("USUU", nearly[k]), visuals=False)[1], *range(4)),
             "far": far,
             "folded spheres": lambda: text(folded.replace(limbs=[ep.Limb("SPS")] * 4), visuals=False),
             "no part": lambda: mechanism_urdf(wrist(), "arm"),
@@ -82,13 +104,26 @@ def written():
     )
 
 
+@in_a_folder
+def files():
+    """What files of each part there are, what their heads say, and names that no file can have."""
+    own = ep.ShoulderExo.from_mechanism(wrist("USU"))
+    heads = [own.to_urdf("robot", part).with_suffix(".closures.toml").read_text().splitlines()[:3] for part in PARTS]
+    names = ("a/b", "-a", "")
+    return (
+        heads,
+        sorted(path.name for path in Path("robot").iterdir()),
+        tried(lambda name: ep.ShoulderExo.from_mechanism(wrist("UUU", name=name)).to_urdf("robot").name, *names),
+    )
+
+
 def recognised():
     """What chains are recognised as, and why others are none."""
 
     def of(chain, *side):
         found = wrist_of(chain, *side)
         own = found.mechanism
-        limbs = [str(limb) for limb in own.limbs]
+        limbs = [in_digits(str(limb)) for limb in own.limbs]
         points = own.geometry.base_points, own.geometry.platform_points, own.geometry.neutral
         return [own.name, own.side, own.gravity, own.arm and own.arm.centre_of_mass, limbs, points, found.beyond_record]
 
@@ -105,10 +140,13 @@ def recognised():
     def roles(**more):
         return lambda own: replace(own, roles=replace(own.roles, **more))
 
-    def moved(own):
+    def moved(own, by=1e-3):
         first, *others = own.closures
-        place = replace(first.placement_b, translation=tuple(np.add(first.placement_b.translation, (0, 0, 1e-3))))
+        place = replace(first.placement_b, translation=tuple(np.add(first.placement_b.translation, (0, 0, by))))
         return replace(own, closures=(replace(first, placement_b=place), *others))
+
+    def first(**other):
+        return lambda own: replace(own, closures=(replace(own.closures[0], **other), *own.closures[1:]))
 
     joint = r'(<joint name="limb_1_platform_x"[\s\S]*?<origin xyz=")'
     rub = r'(<joint name="limb_2_slide"[\s\S]*?)</joint>'
@@ -130,7 +168,15 @@ def recognised():
             "other axis": lambda: edited((r'(limb_1_slide[\s\S]*?axis xyz=")\S+', r"\g<1>0.9")),
             "damped": lambda: edited((rub, r'\1<dynamics damping="0.3" friction="0.1"/></joint>')),
             "heavier": lambda: edited((r'(<link name="limb_2_platform_body"[\s\S]*?mass value=")[^"]*"', r'\g<1>0.4"')),
+            "at the joints": lambda: of(chain(wrist("USU", halves={"base_body": ep.LimbBody(0.3, 0.0, 4e-4, 4e-4)}))),
             "moved": lambda: edited(closures=moved),
+            "moved less": lambda: edited(closures=lambda own: moved(own, 2.25e-10)),
+            "moved a little": lambda: edited(closures=lambda own: moved(own, 2.6e-10)),
+            "mirrored": lambda: of(chain(wrist("USU")).mirrored(), "right"),
+            "other closure": lambda: edited(closures=first(type="spherical")),
+            "other end": lambda: edited(closures=first(placement_a=ep.chain.Placement((0.0, 0.0, 1e-6)))),
+            "other link": lambda: edited(closures=first(frame_a="limb_1_base_cross")),
+            "other order": lambda: edited(closures=lambda own: replace(own, closures=own.closures[::-1])),
             "other kind": lambda: edited(
                 closures=lambda own: replace(
                     own, roles=replace(own.roles, limbs=tuple(replace(limb, kind="SPS") for limb in own.roles.limbs))
@@ -157,6 +203,9 @@ def balanced():
         {
             "mixed": lambda: asked(wrist()),
             "moving": lambda: asked(wrist(), motion=motion, load=load),
+            "turning": lambda: asked(wrist(), motion=ep.Motion([0.3, -0.9, 0.2], np.zeros(3))),
+            "starting": lambda: asked(wrist(), motion=ep.Motion(np.zeros(3), [1.0, -2.0, 0.5])),
+            "through the centre": lambda: asked(through("USUS"), motion=motion),
             "universal": lambda: asked(wrist("UUU"), motion=motion),
             "spherical": lambda: asked(wrist("SSS"), motion=motion),
             "four spherical": lambda: asked(wrist("SSSS", gravity=[1.0, 0.5, -9.6]), load=load),
@@ -173,10 +222,10 @@ def balanced():
     )
 
 
-ASKED = {"written": written, "recognised": recognised, "balanced": balanced}
+ASKED = {"written": written, "files": files, "recognised": recognised, "balanced": balanced}
 
 #: Those that take longer than 0.15 s.
-LONGER = {"written", "recognised", "balanced"}
+LONGER = {"written", "files", "recognised", "balanced"}
 
 
 @each_of(ASKED, LONGER)

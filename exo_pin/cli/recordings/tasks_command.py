@@ -53,8 +53,7 @@ def tasks(
     """
     exo = worn.load(design, side)
     if day:
-        if movement or no_ranges:
-            options.refuse("--day has tasks of its own", movement=movement, no_ranges=no_ranges)
+        options.refuse("--day has tasks of its own", movement=movement, no_ranges=no_ranges)
         found = day_reach(exo, judged.of(exo), step)
         files.deliver(found, found.table, exo=exo, figure=lambda: drawn("record_plots:day_figure", found))
         return

@@ -103,7 +103,8 @@ def elevation_in_plane(
     # Lifted in a plane, then turned about the arm's own axis: Rz(plane) Ry(-tilt) Rz(-plane) Rz(turn).
     first, tilt, last = poses.as_euler("ZYZ", degrees=True, suppress_warnings=True)
     outward = 1.0 if side == "left" else -1.0
-    azimuth = 90.0 if tilt < 1.0 else float(np.mod(outward * (first + 180.0) + 180.0, 360.0) - 180.0)
+    forward, left, _ = poses.apply([0.0, 0.0, -1.0])
+    azimuth = 90.0 if tilt < 1.0 else float(np.degrees(np.arctan2(outward * left, forward)))
     plane, lifted = outward * azimuth, np.ones_like(_ELEVATIONS)
     angles = np.column_stack([plane * lifted, -_ELEVATIONS, (first + last - plane) * lifted])
     poses = Rotation.from_euler("ZYZ", angles, degrees=True)

@@ -2,7 +2,7 @@
 
 from answers import changes, each_of
 from asked_chains import all_tried
-from asked_dynamics import forces_of, loaded, motion_of
+from asked_dynamics import forces_of, loaded, motion_of, shown
 from asked_events import blocks, contacts, crossings, loops
 from senseless_questions import UNKNOWN, WRONG
 
@@ -25,7 +25,13 @@ ASKED |= {
     for what, ask in (("forces", forces_of), ("motion", motion_of))
     for name in ("four-bar", "cylindrical loop")
 }
-ASKED |= {"blocks": blocks, "loops": loops, "crossings": crossings, "senseless": lambda: all_tried(**WRONG, **UNKNOWN)}
+ASKED |= {
+    "shown": shown,
+    "blocks": blocks,
+    "loops": loops,
+    "crossings": crossings,
+    "senseless": lambda: all_tried(**WRONG, **UNKNOWN),
+}
 ASKED |= {
     f"contacts_{name.replace(' ', '_')}": lambda name=name, seeds=seeds: contacts(name, seeds)
     for name, seeds in {

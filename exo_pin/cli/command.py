@@ -131,7 +131,7 @@ def _is_number(word: str) -> bool:
 
 def shown_default(value: Any) -> str | None:
     """A default in the help; what is left out or empty has none."""
-    if value is None or value is False or value == ():
+    if value is None or value is False or value in ((), ""):
         return None
     return f"{value:g}" if isinstance(value, float) else str(value)
 

@@ -109,6 +109,9 @@ COMMANDS = {
         "muscle step --to-bar 3", "muscle loop --to-percent 15 --weight-N 12.74 --duration-s 2",
         "muscle loop --to-percent 9 --mass-kg 1 --length-mm 250 --out l.csv",
         "muscle loop --to-percent 99 --mass-kg 1", "muscle",
+        "muscle force --contraction-mm 20 --pressure-bar 2 --model none.toml",
+        "muscle step --mass-kg 1 --to-bar 3 --model none.toml",
+        "muscle loop --to-percent 9 --mass-kg 1 --model none.toml",
     ],
     "moved": [
         "record examples/lift.csv", "record examples/lift.csv --angles isb --out isb.csv",

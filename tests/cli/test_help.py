@@ -1,9 +1,15 @@
 """The help texts: every command and option says what it takes, and they fit the terminal."""
 
+import contextlib
+import io
+import re
+from unittest import mock
+
 import pytest
+from answers import changes, each_of
 from command_line import options_of, run
 
-from exo_pin.cli import COMMANDS
+from exo_pin.cli import COMMANDS, main
 
 #: What stands in the help or the metavar of an option that takes numbers.
 UNITS = (
@@ -34,3 +40,24 @@ def test_help_fits_the_terminal(capsys, monkeypatch, columns):
         _, out, _ = run(capsys, *arguments)
         text = out.partition("examples:")[0] if arguments[0] == "reaction" else out
         assert max(map(len, text.splitlines())) <= columns
+
+
+def helps():
+    """Paragraphs and options of all commands' helps, each with the commands that show it."""
+    found = {}
+    for name in COMMANDS:
+        out = io.StringIO()
+        with mock.patch.dict("os.environ", {"COLUMNS": "100"}), contextlib.redirect_stdout(out):
+            main([*name.split(), "--help"])
+        # An option begins a line, and its description goes on in lines that are further in.
+        for part in re.split(r"\n(?=\n| {0,3}\S| *--)", out.getvalue()):
+            found.setdefault(" ".join(part.split()), []).append(name)
+    return {part: ", ".join(names) for part, names in found.items() if part}
+
+
+ASKED = {"helps": helps}
+
+
+@each_of(ASKED)
+def test_a_help_is_as_stored(name):
+    assert not changes(__file__, name, ASKED[name])

@@ -1,4 +1,4 @@
-"""What options of commands state of criteria and scenes, as stored."""
+"""What options of commands are and state, as stored."""
 
 import contextlib
 import io
@@ -9,10 +9,12 @@ from unittest import mock
 import pytest
 from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_turn
+from command_line import options_of
+from cyclopts.validators import Number
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.cli import main
+from exo_pin.cli import COMMANDS, main
 from exo_pin.cli.options.criteria_options import Judged
 from exo_pin.core.errors import MissingExtra
 
@@ -103,7 +105,19 @@ def view():
     return found, said(LINES[6])
 
 
-ASKED = {each.__name__: each for each in (criteria, socket, view)}
+def defaults():
+    """Names of all options of all commands, with what they are if left out and within which numbers they lie."""
+
+    def told(option):
+        own = option.field_info.default
+        bounds = [f"{each.gte} to {each.lte}" for each in option.parameter.validator if isinstance(each, Number)]
+        left_out = [] if own is option.field_info.empty or option.required else [str(own)]
+        return " ".join([*option.names, str(option.parameter.metavar), *bounds, *left_out])
+
+    return {name: [told(option) for option in options_of(name)] for name in COMMANDS}
+
+
+ASKED = {each.__name__: each for each in (criteria, socket, view, defaults)}
 
 
 @each_of(ASKED, {"socket"})

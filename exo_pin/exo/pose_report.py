@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,7 +24,6 @@ from ..design.shoulder import PRESSURE_LIMITS
 from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
 from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
-from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
 from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
@@ -110,7 +109,7 @@ class PoseReport(Result):
     @property
     def device(self) -> Device:
         """The device on its wearer."""
-        return as_device(self.answer.source.poses.mechanism)
+        return cast(Device, self.answer.source.poses.mechanism)
 
     @property
     def ranges(self) -> FloatArray:

@@ -42,6 +42,8 @@ COMMANDS = {
         f"reaction prototype {POSE} --split minimal --side-force-limit 9 --out forces.csv",
         f"reaction four-cables {POSE} --to 90,0,0 --poses 3 --json",
         f"reaction four-cables {POSE} --limits 5,60 --require-hold --hand-force 0,0,-90",
+        f"reaction four-cables {POSE} --to -30,110,40 --poses 2 --require-hold",
+        f"reaction four-cables {POSE} --to 60,20,0 --poses 2 --require-hold",
         "reaction four-cables --trajectory examples/lift.csv --static --out path.csv",
         f"reaction urdf/nesm.urdf {POSE} --over-postures", f"reaction prototype {POSE} --split best",
         f"reaction prototype {POSE} --limits some", "reaction four-cables --to 90,0",

@@ -77,6 +77,7 @@ def limited():
         {**costs},
         {**limb_table(soft.mechanism, few_criteria)},
         limb_loss(soft.mechanism, few_criteria),
+        few_criteria.gaps[0, 0],
     ]
 
 
@@ -99,6 +100,15 @@ def chosen():
     return [
         {name: criterion.missing(design, free, False) for name, criterion in CRITERIA.items()} for design in sure
     ] + [ep.Criteria().chosen(design, True) for design in sure]
+
+
+def criteria():
+    """What each criterion is called, drawn in and weighed by."""
+    return {
+        name: (own.unit, own.words, own.colour, own.scale(LIMITED) if callable(own.scale) else own.scale, own.aim,
+               own.most, own.limit, own.is_vital)
+        for name, own in CRITERIA.items()
+    }  # fmt: skip
 
 
 def refusals():
@@ -331,6 +341,7 @@ ASKED = {
     "limited": limited,
     "of_kinds": of_kinds,
     "chosen": chosen,
+    "criteria": criteria,
     "refusals": refusals,
     "limbs": limbs,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),

@@ -13,6 +13,7 @@ from asked_in_turn import folder, in_turn, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.load_case.recordings.reading import read_poses
 
 HEAD = ",".join(foreign.CLINICAL)
 #: Flexion, abduction and internal rotation of a dozen rows, degrees.
@@ -49,6 +50,8 @@ def formats(*sides):
             def some(path=path, options=options, side=side):
                 own = read(path, side, **options)
                 own |= {key: own[key][::17] for key in ("times", "angles")}
+                raw = read_poses(path, side, ep.RecordingOptions(**options))
+                own |= {"what": [raw.format, raw.convention, len(raw.rows), raw.source.names[:9]]}
                 return own | {"elbow": None if own["elbow"] is None else own["elbow"][::17]}
 
             found |= in_turn({name: some})
@@ -132,11 +135,24 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, **options):
+    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), **options):
         parts = foreign.sensors(truth)
-        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
+        trunk = foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
+        text = trunk.read_text().splitlines()
+        for row in lost:
+            text[row] = ",".join([*text[row].split(",")[:2], *["nan"] * 4, "0,0,0,0"])
+        trunk.write_text("\n".join([*text, ""]))
+        foreign.opensense(place, truth)
         arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
         return read(arm, sensors=sensors, forward="z", **options)
+
+    def apdm(*lost):
+        path, options = foreign.apdm(place, truth)
+        rows = [line.split(",") for line in path.read_text().splitlines()]
+        for row, column in lost:
+            rows[-row][column] = "nan"
+        path.write_text("\n".join(map(",".join, rows)) + "\n")
+        return read(path, **options)["cautions"]
 
     def mvnx(change):
         path, _ = foreign.mvnx(place, truth)
@@ -175,9 +191,13 @@ def sensors_said():
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
                 "dot after its clock": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000),
                 "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
+                "dot of two rows": lambda: dot({"trunk": "trunk.csv"}, slice(20, 22)),
+                "dot with gaps": lambda: dot({"trunk": "trunk.csv"}, lost=(20, 21, 37)),
+                "dot of several": lambda: dot({"trunk": "orientations.sto"}),
                 "dot without": lambda: dot({}),
                 "dot of none": lambda: dot({"trunk": "nowhere.csv"}),
                 "dot in a reading": lambda: dot({"trunk": "trunk.csv"}, reading="w-last, inverse"),
+                "apdm with gaps": lambda: apdm((20, 1), (25, 4), (31, 5), (36, 8), (40, 11)),
                 "mvnx": lambda: mvnx(lambda text: text),
                 "no normal frame": lambda: mvnx(lambda text: text.replace('"normal"', '"other"')),
                 "fewer numbers": lambda: mvnx(lambda text: text.replace("<orientation>1 0 0 0 ", "<orientation>")),

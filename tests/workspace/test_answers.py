@@ -88,6 +88,12 @@ def of_kinds():
         exo = load(name)
         at = workspace(exo.device, few(exo), LIMITED.replace(obstacles=(), least_twin_angle=None))
         found[name] = at.margins, at.not_checked, at.magnitude, str(at)
+    own = ep.load("prototype").mechanism
+    ways = ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.6, 0.0, -0.8))
+    limbs_ = [replace(limb, joint_straight=way) for limb, way in zip(own.limbs, ways, strict=True)]
+    for turned in (limbs_, limbs_[1:2] * 3):
+        bent = workspace(own.replace(limbs=turned), few(ep.load("prototype")), ["joint_angles"])
+        found[str(len(found))] = bent.margins, bent.gaps[0], bent.tensions[0]
     return found
 
 

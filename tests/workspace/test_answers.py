@@ -208,6 +208,12 @@ def tasks():
     ]
     tables = [
         task_reach(linear.replace(limbs=limbs_).device, {"lift": lift}, ranges, step=25.0),
+        task_reach(
+            linear.replace(limbs=[replace(limb, actuator=fast) for limb in linear.limbs]).device,
+            {"lift": lift},
+            [],
+            ["forces", "stroke"],
+        ),
         task_reach(cables.device, {"lift": lift}, [], ["forces", "stroke", "connected"]),
         task_reach(serial.device, {"lift": lift}, ranges[:1], ["forces", "stroke"], step=20.0),
         population([linear, cables], [MAN, WOMAN], few(linear), ep.Criteria(("forces", "stroke", "clearance"))),

@@ -292,7 +292,7 @@ class PoseReport(Result):
         if text := self.answer.cuff_text():
             known = self.answer.cuff_pressure is not None
             lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
-        if (self.answer.certificate.undetermined > 0).any():
+        if self.answer.certificate.undetermined > 0:
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]

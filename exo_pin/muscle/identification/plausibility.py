@@ -67,8 +67,6 @@ def header_of(column: str, unit: str) -> str:
     """Header that says the unit of a column, for example ``pressure_kPa``."""
     if unit == "strain":
         return "strain"
-    if unit in ("kg", "kgf"):
-        return f"{'mass' if unit == 'kg' else 'force'}_{unit}"
     if unit.startswith("length in "):
         return f"length_{unit.removeprefix('length in ')}"
     return f"{column}_{unit.replace(' absolute', '_abs')}"

@@ -88,6 +88,12 @@ def of_kinds():
         exo = load(name)
         at = workspace(exo.device, few(exo), LIMITED.replace(obstacles=(), least_twin_angle=None))
         found[name] = at.margins, at.not_checked, at.magnitude, str(at)
+    own = ep.load("prototype").mechanism
+    ways = ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.6, 0.0, -0.8))
+    limbs_ = [replace(limb, joint_straight=way) for limb, way in zip(own.limbs, ways, strict=True)]
+    for turned in (limbs_, limbs_[1:2] * 3):
+        bent = workspace(own.replace(limbs=turned), few(ep.load("prototype")), ["joint_angles"])
+        found[str(len(found))] = bent.margins, bent.gaps[0], bent.tensions[0]
     return found
 
 
@@ -202,6 +208,12 @@ def tasks():
     ]
     tables = [
         task_reach(linear.replace(limbs=limbs_).device, {"lift": lift}, ranges, step=25.0),
+        task_reach(
+            linear.replace(limbs=[replace(limb, actuator=fast) for limb in linear.limbs]).device,
+            {"lift": lift},
+            [],
+            ["forces", "stroke"],
+        ),
         task_reach(cables.device, {"lift": lift}, [], ["forces", "stroke", "connected"]),
         task_reach(serial.device, {"lift": lift}, ranges[:1], ["forces", "stroke"], step=20.0),
         population([linear, cables], [MAN, WOMAN], few(linear), ep.Criteria(("forces", "stroke", "clearance"))),

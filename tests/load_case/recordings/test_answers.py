@@ -100,6 +100,7 @@ def clocks():
         "rate and no counter": ("other", k, {"rate": 20.0}),
         "no times": ("other", k, {}),
         "fine": ("SampleTimeFine", (2**32 - 200_000 + 50_000 * k) % 2**32, {}),
+        "beyond all dates": ("timestamp", 15_000_000_000 + 50 * k, {}),
         "no fine": ("SampleTimeFine", [""] * 12, {}),
         "percent": ("time_percent", 100 * k / 11, {"duration": 2.5}),
         "percent without": ("percent", 100 * k / 11, {}),
@@ -135,7 +136,7 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), **options):
+    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), blind=(), **options):
         parts = foreign.sensors(truth)
         trunk = foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
         text = trunk.read_text().splitlines()
@@ -144,6 +145,10 @@ def sensors_said():
         trunk.write_text("\n".join([*text, ""]))
         foreign.opensense(place, truth)
         arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
+        for path, row in ((path, row) for path in (trunk, arm) for row in blind):
+            text = [line.split(",") for line in path.read_text().splitlines()]
+            text[row][1] = ""
+            path.write_text("\n".join([*map(",".join, text), ""]))
         return read(arm, sensors=sensors, forward="z", **options)
 
     def apdm(*lost):
@@ -190,6 +195,7 @@ def sensors_said():
                 "long": lambda: asked(more=lambda text: text.replace("0.7", "0.8")),
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
                 "dot after its clock": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000),
+                "dot without all times": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000, blind=(50, 61)),
                 "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
                 "dot of two rows": lambda: dot({"trunk": "trunk.csv"}, slice(20, 22)),
                 "dot with gaps": lambda: dot({"trunk": "trunk.csv"}, lost=(20, 21, 37)),
@@ -206,6 +212,22 @@ def sensors_said():
                 "entities": lambda: mvnx(lambda text: "<!DOCTYPE a>" + text),
                 "no place": lambda: mvnx(lambda text: text.replace("http://www.xsens.com/mvn/mvnx", "else")),
             }
+        )
+
+
+def poses_said():
+    """Poses that are no movement, of sensors, segments and angles."""
+    truth = foreign.movement(5, "left", noise=0.0, rate=25)
+
+    def asked(writer):
+        path, options = writer(place, truth)
+        found = read_poses(path, "left", ep.RecordingOptions(**options), movement=False)
+        return found.times is None, found.poses[::20].as_rotvec(), found.convention, found.cautions
+
+    with folder() as place:
+        texts(a__csv="time_s,b\n0,1\n1,2\n")
+        return in_turn({name: lambda name=name: asked(foreign.WRITERS[name]) for name in ("mvnx", "apdm", "isb")}) | (
+            in_turn(columns=lambda: read_poses("a.csv", "left", movement=False))
         )
 
 
@@ -241,6 +263,12 @@ def columns_said():
         return in_turn(
             {
                 "rad": lambda: table(HEAD.replace("deg", "rad"), np.radians(DOZEN)),
+                "parts by numbers": lambda: table(
+                    ",".join(f"{body}_quat_q{k}" for body in ("left_arm", "chest") for k in range(4)),
+                    np.c_[quaternions[:, [3, 0, 1, 2]], np.tile([0.6, 0.0, 0.0, 0.8], (12, 1))],
+                    forward="x",
+                    still=0.01,
+                ),
                 "elbow": lambda: table(HEAD + ",elbow_flexion_rad", np.c_[DOZEN, 0.1 * DOZEN[:, 0]]),
                 "elbow without unit": lambda: table(HEAD + ",elbow_flexion", np.c_[DOZEN, DOZEN[:, 0]])["elbow"],
                 "holes": lambda: table(HEAD, holes),
@@ -447,6 +475,7 @@ ASKED = {
     "clocks": clocks,
     "sensors": sensors_said,
     "columns": columns_said,
+    "poses": poses_said,
     "broken": broken,
     "mistakes": lambda: mistakes(0, 1, 2, 3),
     "more_mistakes": lambda: mistakes(1, 2, 4, 5, 0),

@@ -15,7 +15,9 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import COMMANDS, main
+from exo_pin.cli.options import Worn
 from exo_pin.cli.options.criteria_options import Judged
+from exo_pin.cli.search_commands import Start
 from exo_pin.core.errors import MissingExtra
 
 ALL = Judged(
@@ -117,7 +119,36 @@ def defaults():
     return {name: [told(option) for option in options_of(name)] for name in COMMANDS}
 
 
-ASKED = {each.__name__: each for each in (criteria, socket, view, defaults)}
+def start():
+    """Designs that a search starts from: one with other limits, new ones, and what has no meaning."""
+    someone, nobody = Worn(person="1.75,75,male"), Worn()
+
+    def told(begun, design, side=None, worn=someone):
+        device = begun.load(design, side, worn, "mine").device
+        return (
+            device.name,
+            device.side,
+            device.arm.centre_of_mass,
+            device.dimensions(),
+            [each.actuator for each in device.limbs[:1]],
+        )
+
+    return in_turn(
+        limits=lambda: told(Start(pull=90.0, travel=150.0), "four-cables", "right", nobody),
+        preset=lambda: told(Start(), None, None, nobody)[:2],
+        family=lambda: told(Start(family="linear", pull=90.0, push=40.0, travel=110.0), None, "right"),
+        muscles=lambda: told(Start(family="pneumatic muscle", supply=3.5, force_law="chou-hannaford"), None)[4:],
+        no_law=lambda: told(Start(family="pneumatic muscle", supply=3.5), None)[4:],
+        limbs=lambda: told(Start(limbs=3), None)[3:],
+        other=lambda: told(Start(device="four-cables"), None, "right")[:2],
+        alone=lambda: told(Start(limbs=3), None, worn=nobody),
+        supply=lambda: told(Start(supply=3.0), "four-cables"),
+        law=lambda: told(Start(force_law="none"), None),
+        both=lambda: told(Start(limbs=3, force_law="none", device="prototype"), "four-cables"),
+    )
+
+
+ASKED = {each.__name__: each for each in (criteria, socket, view, defaults, start)}
 
 
 @each_of(ASKED, {"socket"})

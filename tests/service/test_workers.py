@@ -16,7 +16,7 @@ from exo_pin.service import workers
 from exo_pin.service.workers import Busy, Workers
 
 MEMORY = 40
-WRONG, LONG = b'{"design": "nothing"}', b'{"design": "prototype", "poses": 1.0}'
+WRONG, LONG = b'{"design": "nothing"}', b"what takes a minute"
 #: More numbers than the memory of a process holds, and less text.
 LARGE = b"[" + b"1.5," * 1_500_000 + b"1]"
 
@@ -35,6 +35,8 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
         (tmp_path / str(os.getpid())).write_text(json.dumps(told))
 
     monkeypatch.setattr(workers, "prepare", prepare)
+    reply = workers.reply
+    monkeypatch.setattr(workers, "reply", lambda *given: time.sleep(60.0) if LONG in given else reply(*given))
     made = Workers(2, 60.0, 1, MEMORY)
     begun = {int(path.name) for path in tmp_path.iterdir()}
     assert [json.loads((tmp_path / str(pid)).read_text()) for pid in begun] == [[True, True]] * 2

@@ -65,7 +65,7 @@ COMMANDS = {
         "mobility urdf/nesm.urdf --flexion 35",
         "tasks four-cables --day --no-ranges",
         "forces urdf/prototype.urdf --external arm=3,0,-20,1,0,0.5 --external arm=0,4,0 "
-        "--actuated limb_1_slide,limb_2_slide,limb_3_slide --joint limb_1_base --joint limb_2_base --json",
+        "--actuated limb_1_slide,limb_2_slide,limb_3_slide --joint limb_1_base --joint limb_2_base",
     ],
     "viewed": [
         "view prototype --no-human --scale 250 --flexion 35 --plot a.html",

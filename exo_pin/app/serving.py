@@ -57,9 +57,8 @@ def serve_app(
     # Threads share their filters: cautions stand in the answers.
     warnings.simplefilter("ignore")
     uvicorn = optional("app", "uvicorn")
-    settings = uvicorn.Config(
-        _application(Asked() if asked is None else asked, token), log_level="error", access_log=False, lifespan="on"
-    )
+    application = _application(Asked() if asked is None else asked, token)
+    settings = uvicorn.Config(application, log_level="error", lifespan="on")
     said(f"{address} (Ctrl-C ends it)")
     if opened:
         webbrowser.open(address)

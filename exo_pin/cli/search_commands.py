@@ -176,6 +176,8 @@ class Start:
             return ShoulderExo.from_device(exo.device.with_dimensions(**limits)) if limits else exo
         if worn.person is None:
             raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
+        if self.force_law is None:
+            options.refuse("--force-law was not given", supply=self.supply)
         supply = None if self.supply is None else 1e5 * self.supply
         law = None if self.force_law is None else law_of(self.force_law)
         actuator = starting_actuator(self.family or "cable", self.pull, self.push, law, supply, travel)

@@ -82,14 +82,14 @@ class CircleDimensions(Record):
     def base_points(self) -> FloatArray:
         """Shape (n, 3), m, base frame: A_i of (4-2)."""
         height = np.full_like(self.alpha_A, -self.h_A)
-        points = np.stack([self.r_A * np.cos(self.alpha_A), height, self.r_A * np.sin(self.alpha_A)], axis=-1)
+        points = np.stack([self.r_A * np.cos(self.alpha_A), height, self.r_A * np.sin(self.alpha_A)], axis=1)
         return points if self.side == "left" else points @ MIRROR
 
     @property
     def platform_points(self) -> FloatArray:
         """Shape (n, 3), m, arm frame: B_i of (4-2)."""
         height = np.full_like(self.alpha_B, -self.h_B)
-        points = np.stack([self.r_B * np.cos(self.alpha_B), self.r_B * np.sin(self.alpha_B), height], axis=-1)
+        points = np.stack([self.r_B * np.cos(self.alpha_B), self.r_B * np.sin(self.alpha_B), height], axis=1)
         return points if self.side == "left" else points @ MIRROR
 
 
@@ -167,7 +167,7 @@ class WristGeometry(Record):
     @cached_property
     def platform_radius(self) -> float:
         """Distance from O to the farthest joint on the arm, m: the length that moments are divided by."""
-        return float(np.linalg.norm(self.platform_points, axis=-1).max())
+        return float(np.linalg.norm(self.platform_points, axis=1).max())
 
     @classmethod
     def from_circles(
@@ -298,8 +298,8 @@ class WristGeometry(Record):
         if self.base_axis is not None and self.platform_axis is not None:
             return None
         normal = -np.cross(self.base_points, self.platform_points @ self.neutral.as_matrix().T)
-        length = np.linalg.norm(normal, axis=-1)
-        reach = np.linalg.norm(self.base_points, axis=-1) * np.linalg.norm(self.platform_points, axis=-1)
+        length = np.linalg.norm(normal, axis=1)
+        reach = np.linalg.norm(self.base_points, axis=1) * np.linalg.norm(self.platform_points, axis=1)
         folded = np.flatnonzero(length < _FOLDED_SINE * reach)
         if folded.size:
             raise InvalidInput(
@@ -323,7 +323,7 @@ def _joint_centres(name: str, value: ArrayLike) -> FloatArray:
     points = as_finite(name, value, (None, 3))
     if len(points) < 3:
         raise InvalidInput(f"expected at least 3 {name} (fewer limbs cannot hold an arm), got {len(points)}")
-    distance = np.linalg.norm(points, axis=-1)
+    distance = np.linalg.norm(points, axis=1)
     if distance.max() > _FARTHEST_JOINT:
         raise InvalidInput(f"expected {name} in m, got a joint {distance.max():g} m from O (millimetres?)")
     if distance.min() < 1e-9:
@@ -336,15 +336,15 @@ def _frames(points: FloatArray, axis: FloatArray | None, limb_axes: FloatArray |
 
     Source: thesis (4-15), Figure 4-4.
     """
-    y = -points / np.linalg.norm(points, axis=-1, keepdims=True)
+    y = -points / np.linalg.norm(points, axis=1, keepdims=True)
     if axis is None:
         assert limb_axes is not None
         # Of a limb that is nearly folded in the neutral pose the axis is perpendicular to few digits.
-        x = limb_axes - (limb_axes * y).sum(axis=-1, keepdims=True) * y
-        x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+        x = limb_axes - (limb_axes * y).sum(axis=1, keepdims=True) * y
+        x = x / np.linalg.norm(x, axis=1, keepdims=True)
     else:
         x = np.cross(y, axis)
-        length = np.linalg.norm(x, axis=-1, keepdims=True)
+        length = np.linalg.norm(x, axis=1, keepdims=True)
         if length.min() < _FOLDED_SINE:
             raise InvalidInput("a joint lies on the axis of its own circle, which gives it no frame")
         x = x / length

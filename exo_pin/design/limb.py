@@ -390,7 +390,7 @@ class Limb:
         >>> [round(1e6 * spin, 3) for spin in spins]  # kg mm²; m r²/2
         [10.0, 0.0]
         """
-        if self.kind != "SPS" or self.mass == 0.0:
+        if self.kind != "SPS":
             return self
         base, platform = (half and replace(half, axial_inertia=0.0) for half in (self.base_body, self.platform_body))
         return replace(self, base_body=base, platform_body=platform)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,6 @@ from ..core.validation import FloatArray, as_choice, as_finite, as_pair, broadca
 from ..design import Mechanism
 from ..device.chain_device import ChainDevice
 from ..device.protocol import Device
-from ..device.wrist_device import as_device
 from ..load_case import Case
 from ..load_case.pose_stacks import carried, require_massless
 from ..person import DeviceAction
@@ -56,7 +55,7 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
     blank = np.asarray(np.isnan(cuff).any(axis=-1))
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
-    device, violated = as_device(reaction.source.poses.mechanism), reaction.limits.violated
+    device, violated = cast(Device, reaction.source.poses.mechanism), reaction.limits.violated
     if not device.holds_alone:
         f[..., len(device.efforts) :] *= 0.0
         violated = blank | _beyond_own_limits(reaction, device)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,7 +24,6 @@ from ..design.shoulder import PRESSURE_LIMITS
 from ..device.accuracy.pose_accuracy import PoseAccuracy, pose_accuracy
 from ..device.device_singularity import device_singularity, with_doubts
 from ..device.protocol import Device
-from ..device.wrist_device import as_device
 from ..person.bare_arm import bare_arm_share
 from ..reaction import SPLITS, Reaction
 from ..reaction.constraints.actuator_limits import length_limits
@@ -110,7 +109,7 @@ class PoseReport(Result):
     @property
     def device(self) -> Device:
         """The device on its wearer."""
-        return as_device(self.answer.source.poses.mechanism)
+        return cast(Device, self.answer.source.poses.mechanism)
 
     @property
     def ranges(self) -> FloatArray:
@@ -293,7 +292,7 @@ class PoseReport(Result):
         if text := self.answer.cuff_text():
             known = self.answer.cuff_pressure is not None
             lines.append(filled(f"{text} Peaks are higher; {PRESSURE_LIMITS}." if known else text))
-        if (self.answer.certificate.undetermined > 0).any():
+        if self.answer.certificate.undetermined > 0:
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --table all forces.")
         return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,7 @@ from ..core.errors.base import echo
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.validation import FloatArray, ReadOnly
-from ..device.protocol import described
-from ..device.wrist_device import as_device
+from ..device.protocol import Device, described
 from ..load_case.case import Case
 from . import columns as shown
 from .columns import reaction_html, reaction_table
@@ -230,7 +229,7 @@ class Reaction(Result, ReadOnly):
     @property
     def provenance(self) -> dict[str, Any]:
         """Version, design with the hash of its file, case and assumptions: enough to compute the answer again."""
-        design = described(as_device(self.source.poses.mechanism))
+        design = described(cast(Device, self.source.poses.mechanism))
         return super().provenance | {"design": design, "case": self.case, "assumptions": self.assumptions}
 
     @property

@@ -179,8 +179,8 @@ def _accuracy(exo: ShoulderExo, poses: Rotation) -> dict[str, float]:
 
 def _masses(exo: ShoulderExo) -> dict[str, float]:
     """Mass of the device on the arm, and of its other moving links, kg; NaN where a design does not say it."""
-    parts = () if exo.arm is None else exo.arm.parts
-    own = sum(part.mass for part in parts if part.device)
+    assert exo.arm is not None
+    own = sum(part.mass for part in exo.arm.parts if part.device)
     links = np.nan if exo.device.limbs_are_massless else exo.chain_device.links_mass
     return {"mass_on_arm_kg": own if own > 0.0 else np.nan, "mass_of_links_kg": links}
 
@@ -215,7 +215,8 @@ def joint_words(poses: Rotation) -> str:
 def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, question: Question) -> dict[str, float]:
     """Contact force in the joint with the wearer's muscles over the held poses, and how much the device relieves it."""
     names = JOINT_FIGURES
-    wearer = None if exo.arm is None else exo.arm.wearer
+    assert exo.arm is not None
+    wearer = exo.arm.wearer
     if wearer is None or not answer.held.any():
         return dict.fromkeys(names, np.nan)
     person = Person(wearer.height, wearer.mass, wearer.sex, elbow_flexion=wearer.elbow_flexion, payload=wearer.payload)
@@ -232,7 +233,8 @@ def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, questio
 
 def left_to_wearer(exo: ShoulderExo, poses: Rotation, answer: Reaction) -> float:
     """Moments that the wearer of a passive device makes, over those of the weight of the arm alone: the median."""
-    alone = None if exo.arm is None else exo.arm.person
+    assert exo.arm is not None
+    alone = exo.arm.person
     if alone is None:
         return np.nan
     weight = np.cross(poses.as_matrix() @ alone.centre_of_mass, alone.mass * exo.device.gravity)

@@ -164,10 +164,10 @@ def non_dominated(
     columns += [-np.asarray(table[name], dtype=float) for name in smallest]
     if not columns:
         raise InvalidInput("expected at least one column to be large or small")
-    figures = np.stack(columns, axis=-1)
-    front = np.isfinite(figures).all(axis=-1)
+    figures = np.stack(columns, axis=1)
+    front = np.isfinite(figures).all(axis=1)
     rows = np.flatnonzero(front)
     for row in rows:
         others = figures[rows]
-        front[row] = not ((others >= figures[row]).all(axis=-1) & (others > figures[row]).any(axis=-1)).any()
+        front[row] = not ((others >= figures[row]).all(axis=1) & (others > figures[row]).any(axis=1)).any()
     return front

@@ -170,7 +170,7 @@ def total_uncertainty(
     ``joint`` gives the force in the joint of a device, an answer and a tone, %; None without a person.
     """
     count, rng = as_count("draws", draws, least=8), np.random.default_rng(as_count("seed", seed))
-    question = _Question(as_device(device), case, assumptions, stated, joint)
+    question = _Question(device, case, assumptions, stated, joint)
     asked = question.answer({}, 0.0)
     if not np.isfinite(asked[0]):
         raise SolverFailed("uncertainty", np.inf, "the pose has no answer")

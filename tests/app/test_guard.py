@@ -39,7 +39,8 @@ def test_who_has_the_address_may_look():
     ):
         got = answer(headers=headers)
         assert got["status"] == 200
-        assert (b"referrer-policy", b"no-referrer") in got["headers"]
+        assert got["headers"] == [(b"referrer-policy", b"no-referrer"), (b"x-content-type-options", b"nosniff")]
+    assert answer("", (), "lifespan") == {"type": "http.response.start", "status": 200, "headers": []}
 
 
 WRONG = ("/", f"/{TOKEN}", f"/{TOKEN}x/", "/wrong/", f"//{TOKEN}/", f"/{TOKEN.upper()}/", "/é/")

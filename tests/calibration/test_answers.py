@@ -160,6 +160,14 @@ def asked_of_contradictions():
     )
 
 
+def asked_of_large_errors():
+    """Joints so far from the design that another device is nearly as near, and poses of large errors."""
+    twins = ep.calibrate(*measured(count=14, joints=0.1), NOMINAL, unknowns="platform_points", length_noise=NOISE)
+    turned = {"length_noise": NOISE, "orientation_noise": 0.05}
+    rough = ep.calibrate(*measured(count=14, joints=0.02), NOMINAL, unknowns="base_points", **turned)
+    return judged(twins), [one.distance for one in twins.devices], rough.values, rough.standard_deviations
+
+
 def asked_of_few_poses():
     found = ep.calibrate(*measured(count=5), NOMINAL, unknowns=("base_points", "base_offset"), length_noise=NOISE)
     near = " ".join(f"{1e3 * value:.1f}" for value in found.values)
@@ -285,6 +293,14 @@ def asked_of_pose_choice():
             1e6 * pose_information(poses(20), WORN, unknowns="cuff_offset", length_noise=NOISE).spread(np.eye(3)[:2])
         ),
         rows=lambda: pose_information(poses(20), WORN, unknowns="cuff_offset", length_noise=NOISE).spread(np.eye(2)),
+        lost=lambda: [
+            str(pose_information(poses(*seen), exo, unknowns=asked, length_noise=NOISE)).splitlines()
+            for *seen, exo, asked in (
+                (2, WORN, ("base_offset", "cuff_offset", "length_offsets")),
+                (3, NOMINAL, ("base_offset", "torso_mounting", "length_scale", "length_offsets")),
+                (5, 0.01, NOMINAL, ("arm_mounting", "base_offset")),
+            )
+        ],
         no_nominal=lambda: pose_information(poses(3), 3, length_noise=NOISE),
     )
 
@@ -296,6 +312,7 @@ ASKED = {
     "searched": asked_of_searched_mountings,
     "tolerances": asked_of_tolerances,
     "contradictions": asked_of_contradictions,
+    "large_errors": asked_of_large_errors,
     "few_poses": asked_of_few_poses,
     "fewer_lengths": asked_of_fewer_lengths_than_unknowns,
     "mix_ups": asked_of_mix_ups,
@@ -303,7 +320,7 @@ ASKED = {
     "pose_choice": asked_of_pose_choice,
 }
 #: Those that take longer than 0.15 s.
-LONGER = set(ASKED) - {"pose_choice"}
+LONGER = set(ASKED) - {"pose_choice", "large_errors"}
 
 
 @each_of(ASKED, LONGER)

@@ -36,6 +36,8 @@ COMMANDS = {
         f"reaction prototype {POSE} --split minimal --side-force-limit 9 --out forces.csv",
         f"reaction four-cables {POSE} --to 90,0,0 --poses 3 --json",
         f"reaction four-cables {POSE} --limits 5,60 --require-hold --hand-force 0,0,-90",
+        f"reaction four-cables {POSE} --to -30,110,40 --poses 2 --require-hold",
+        f"reaction four-cables {POSE} --to 60,20,0 --poses 2 --require-hold",
         "reaction four-cables --trajectory examples/lift.csv --static --out path.csv",
         f"reaction urdf/nesm.urdf {POSE} --over-postures", f"reaction prototype {POSE} --split best",
         f"reaction prototype {POSE} --limits some", "reaction four-cables --to 90,0",
@@ -103,6 +105,9 @@ COMMANDS = {
         "muscle step --to-bar 3", "muscle loop --to-percent 15 --weight-N 12.74 --duration-s 2",
         "muscle loop --to-percent 9 --mass-kg 1 --length-mm 250 --out l.csv",
         "muscle loop --to-percent 99 --mass-kg 1", "muscle",
+        "muscle force --contraction-mm 20 --pressure-bar 2 --model none.toml",
+        "muscle step --mass-kg 1 --to-bar 3 --model none.toml",
+        "muscle loop --to-percent 9 --mass-kg 1 --model none.toml",
     ],
     "moved": [
         "record examples/lift.csv", "record examples/lift.csv --angles isb --out isb.csv",

@@ -117,7 +117,7 @@ def chains():
     robots = [held, flat, near, wrong(far=0.11), crank_rocker('range="-0.1 0.2"')]
     # Loops are closed to 1e-12, and within twenty tolerances, over lengths below 1 m; differences agree to 1.8336e-8.
     robots += [wrong(gap=gap, tolerance=1e-5) for gap in (2.84e-4, 2.87e-4)]
-    robots += [wrong(gap=gap, tolerance=1e-5, length=1.3) for gap in (1.95e-4, 2.05e-4)]
+    robots += [wrong(gap=gap, tolerance=1e-5, length=1.3) for gap in (1.95e-4, -2.05e-4)]
     robots += [wrong(gap=gap, tilt=tilt) for gap, tilt in ((0.95e-12, 1.832e-8), (1.1e-12, 1.8355e-8))]
     robots += [POSES["kite folded"].chain(digits) for digits in (None, 5)]
     robots += [heavy(fits, (1.0, 1.0, 1.0, most)) for most in (2.0 + 2.2e-9, 2.0 + 1.9e-9, -1.1e-9, -0.9e-9)]

@@ -147,7 +147,8 @@ def chains():
             ep.Plant(device(name), options, wearer=TISSUE, torso=torso)
         )
     beyond, below = ep.shoulder_rotation([175.0, -47.0], [60.0, -66.0], [85.0, -33.0], degrees=True)
-    ends = ep.Plant(device("serial-y-x-z"), control.PlantOptions(joint_motor=OF_JOINT), wearer=TISSUE)
+    rubbing = control.PlantOptions(joint_motor=OF_JOINT, shoulder_coulomb=0.2, shoulder_presliding=0.004)
+    ends = ep.Plant(device("serial-y-x-z"), rubbing, wearer=[TISSUE, control.Push(SHOVE, 0.001, 0.004)])
     lacking = control.PlantOptions(winch=control.Winch(no_load_speed=0.05))
     return in_turn(
         **found, ends=lambda: brief(ends, beyond), below=lambda: brief(ends, below),

@@ -190,6 +190,10 @@ def made_records():
     for k, faults in enumerate(torn):
         study = muscles.experiment.replace(faults=faults, duration=4.0, controller=lambda t, seen: [0.0] * 3)
         made[f"faults {k}"] = replace(made["still"], experiment=study)
+    unseen = muscles.experiment.replace(
+        imu=control.Imu(lost=((0.51, 0.73),), delay=0.05), controller=lambda t, seen: [0.0] * 3
+    )
+    made["unseen"] = replace(made["still"], experiment=unseen)
     numbers = recorded(muscles, tensions=np.linspace(10.0, 60.0, 303).reshape(101, 3),
                        tension_work=columns([0.0, 1.0, 2.0]), air_used=np.linspace(0.0, 2e-3, 101))  # fmt: skip
     more = 1.0 + times[:, None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -43,6 +43,7 @@ def asked_for(
     nothing: None = None,
     anything: Any = None,
     names: Sequence[str] = (),
+    many: Iterable[float] = (),
     shape: WristGeometry | None = None,  # noqa: F821 - found where it is loaded
     **others: int,
 ):
@@ -74,6 +75,7 @@ GIVEN = {
     "nothing": (None, 3),
     "anything": (None, 3),
     "names": (["a"], "ab"),
+    "many": (np.array([1.0]), np.array(["a"]), np.array(2.0), [1.0], 3),
     "shape": (None, ep.load("four-cables").geometry, 3),
     "more_size": (3, "a"),
 }

@@ -403,16 +403,15 @@ class Loses:
         return [function(block) for block in blocks][:-1]
 
 
-def drawn(*asked):
-    """What is gone through, and whether a bar is drawn."""
-    items, *shown = asked
+def drawn(question):
+    """What is gone through, and whether a bar with the number of all is drawn."""
     with contextlib.redirect_stderr(io.StringIO()) as bar:
-        return list(track(items, "numbers", *shown)), "numbers" in bar.getvalue()
+        return list(question()), [each in bar.getvalue() for each in ("numbers", "0/2")]
 
 
 def asked_of_progress():
-    def squares(count, executor=None, block=1):
-        return mapped(lambda x: x * x, list(range(count)), executor, "numbers", block=block)
+    def squares(count, executor=None, block=1, progress=False):
+        return mapped(lambda x: x * x, list(range(count)), executor, "numbers", progress, block)
 
     with ThreadPoolExecutor(2) as pool:
         return in_turn(
@@ -423,7 +422,18 @@ def asked_of_progress():
             alone=lambda: squares(4),
             loses=lambda: squares(4, Loses(), 2),
             no_executor=lambda: squares(2, 3),
-            tracked=lambda: (drawn([1, 2], False), drawn(iter([1, 2]), True, 2)),
+            tracked=lambda: [
+                *map(
+                    drawn,
+                    (
+                        lambda: track([1, 2], "numbers", False),
+                        lambda: track(iter([1, 2]), "numbers", True, 2),
+                        lambda: squares(2, progress=True),
+                        lambda: squares(2, pool, progress=True),
+                        lambda: squares(2, pool),
+                    ),
+                )
+            ],
         )
 
 

@@ -4,11 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 from answers import changes, each_of
-from asked_in_turn import folder, in_turn, printed, refused, words_and_numbers
+from asked_in_turn import folder, in_turn, printed, refused, tried, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.design import CircleDimensions, Limb, LimbBody, LimbGuide, Mechanism, Stroke, Tackle, WristGeometry
+from exo_pin.design.holding_frame import (
+    device_mass,
+    estimated_cuff,
+    frame_parts,
+    holding_bars,
+    mass_text,
+    sleeve_size,
+    with_cuff_by_geometry,
+)
+from exo_pin.design.obstacles import obstacle
 
 
 def seen(record):
@@ -72,8 +82,8 @@ def actuators():
         "closed tube": lambda: LimbGuide.tube(0.01, 0.01, 2e11, 8e10),
         "joints": lambda: LimbGuide(65.0, 50.0, 300.0, 200.0, 40.0, 30.0),
         "no joint": lambda: LimbGuide(65.0, 50.0, -np.inf),
-        "limb": lambda: seen(Limb("SPS", LimbBody.rod(0.2, 0.4, 0.01), LimbBody.rod(0.1, 0.3, 0.02)).without_spin()),
-        "spinning": lambda: seen(Limb("UPU", LimbBody.rod(0.2, 0.4, 0.01)).without_spin()),
+        "limb": lambda: seen(Limb("SPS", LimbBody.rod(0.2, 0.4, 0.1), LimbBody.rod(0.1, 0.3, 0.2)).without_spin()),
+        "spinning": lambda: seen(Limb("UPU", LimbBody.rod(0.2, 0.4, 0.1)).without_spin()),
         "turned": lambda: Limb(joint_straight=(1.0, 2.0, -2.0)).mirrored().joint_straight,
         "driven": lambda: seen(
             Limb(
@@ -162,6 +172,7 @@ def geometries():
     points = WristGeometry(POINTS, ENDS, neutral=Rotation.from_rotvec([0.1, -0.2, 0.3]))
     split = WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, [0.5, 1.0, 2.0], [0.4, 1.1, 2.2], "right")
     turned = points.replace(base_axis=[0.1, 1.0, 0.2], platform_axis=[0.0, 0.1, 1.0])
+    nearly = WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 6e-10]]])
 
     def of(geometry):
         names = ("base_points", "platform_points", "base_frames", "platform_frames", "base_axis", "platform_axis")
@@ -190,14 +201,60 @@ def geometries():
             "far": lambda: WristGeometry(POINTS * 30.0, ENDS),
             "at O": lambda: WristGeometry(POINTS * [[1], [1], [0], [1]], ENDS),
             "folded": lambda: WristGeometry(POINTS, np.r_[ENDS[:3], -POINTS[3:]]),
-            "nearly folded": lambda: of(WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 6e-10]]]))["more"],
+            "nearly folded": lambda: of(nearly)["more"],
+            "frames of it": lambda: [
+                np.abs(own.transpose(0, 2, 1) @ own - np.eye(3)).max() < 1e-12
+                for own in (nearly.base_frames, nearly.platform_frames)
+            ],
             "on its axis": lambda: WristGeometry(POINTS, ENDS, base_axis=POINTS[1], platform_axis=[0, 0, 1]),
             "no axis": lambda: WristGeometry(POINTS, ENDS, base_axis=[0, 0, 0]),
             "degrees": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [30.0, 60.0, 90.0], [30.0, 60.0, 90.0]),
             "angles": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6]),
+            "side": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6, 0.9], "up"),
             "radius": lambda: CircleDimensions(0.0, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6, 0.9]),
         }
     )
+
+
+def frames():
+    """Bars, sleeve and masses that could hold joints: about given axes, near the shoulder, far apart, on circles."""
+    points = WristGeometry(POINTS, ENDS)
+    turned = points.replace(base_axis=[0.3, -1.0, 0.2], platform_axis=[-0.6, 0.1, -0.5])
+    near, far = (WristGeometry(POINTS, ENDS * size) for size in ([1.0, 1.0, 0.2], [0.3, 0.25, 1.4]))
+    circles = WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, np.radians([30, 60, 120]))
+
+    def of(geometry):
+        cuff, ways = estimated_cuff(geometry), [line for lines in holding_bars(geometry) for line in lines]
+        ends = [(len(line), line[0], line[len(line) // 3], line[-1]) for line in ways]
+        return ends, frame_parts(geometry), sleeve_size(geometry.platform_points), weighs(cuff)
+
+    worn = ep.load("four-linear-actuators-worn").mechanism
+    heavy = worn.replace(limbs=[replace(limb, base_body=LimbBody.rod(0.2, 0.4, 0.01)) for limb in worn.limbs])
+    named = {
+        "points": points,
+        "turned": turned,
+        "near": near,
+        "far": far,
+        "circles": circles,
+        "right": turned.mirrored(),
+    }
+    return {name: of(each) for name, each in named.items()} | {
+        "right": of(turned.mirrored()),
+        "masses": [(device_mass(each), mass_text(each)) for each in (worn, heavy)],
+        "own cuff": weighs(with_cuff_by_geometry(worn).arm),
+    }
+
+
+def obstacles():
+    """Capsules of what stands about a woman in a coat, and what does not."""
+    wearer = ep.Wearer(1.62, 58.0, "female", clothing=0.01)
+
+    def of(name):
+        rows = obstacle(name, wearer)
+        return len(rows), rows[:2], rows[len(rows) // 2], rows[-3:]
+
+    names = ("chair", "wheelchair", "car", "bed", "door", "wall:120", "ceiling:35", "wall:9999.9")
+    return tried(of, *names, "tree", "wall:x", "door:-1", "bed:10000", "wall:nan", 3)
 
 
 def joints():
@@ -332,7 +389,7 @@ def parameters():
             "every joint": lambda: changed(points, **{"B.drop": 0.27, "B[2].drop": 0.25}),
             "muscle": lambda: changed(circles, **{"nominal_length[1]_mm": 160.0, "end_fitting[2]_mm": 140.0}),
             "cable": lambda: changed(
-                points, **{"nominal_length_mm": 600.0, "pull_limit[2]": 90.0, "least_tension": 2.0}
+                points, **{"nominal_length_mm": 600.0, "pull_limit[2]_N": 90.0, "least_tension": 2.0}
             )["limbs"],
             "rod": lambda: changed(pressed, **{"nominal_length[3]": 0.7, "travel_limit": 0.15, "push_limit": 50.0})[
                 "limbs"
@@ -403,12 +460,14 @@ def files():
             + ep.Arm(0.5, [0, 0, -0.2], device=True),
         )
     )
+    exo = ep.load("four-cables").worn_by(ep.Wearer(1.62, 58.0, "female"))
     with folder() as place:
         found = in_turn(
             {
                 "as it is": lambda: read([]),
                 "rich": lambda: written(rich),
                 "points": lambda: written(ep.load("four-cables")),
+                "changed arm": lambda: written(exo.replace(arm=replace(exo.arm.person, mass=3.3))),
                 "schema": lambda: read([("schema = 1", "schema = 3")]),
                 "unit": lambda: read([("mass_g", "mass_lb")]),
                 "kilograms": lambda: read([("mass_g", "mass_kg")]),
@@ -430,6 +489,8 @@ ASKED = {
     "arms": arms,
     "geometries": geometries,
     "joints": joints,
+    "frames": frames,
+    "obstacles": obstacles,
     "records": records,
     "parameters": parameters,
     "files": files,

@@ -41,6 +41,7 @@ def one_pose():
         "too far": ("3rps-passive-ball", 50),
         "singular": ("serial-y-x-z", 0, 90),
         "hardly turned": ("four-cables", 0.055, -0.049, 0.061),
+        "beside a twin": ("prototype", 30, 20),
         "nearly singular": ("serial-y-x-z", 0, 89.97),
         "nearly singular explained": ("serial-y-x-z", 0, 89.97, 0, "--explain"),
         "row": ("four-cables", 20, 10, 0, "--to", "70,40,10", "--poses", 3),

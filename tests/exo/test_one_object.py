@@ -1,11 +1,14 @@
 """The one object a user holds: its kinematics, files and contact, for a wrist and for another device."""
 
+import inspect
+
 import numpy as np
 import pytest
 from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.report.design_report import design_report
 
 MAN = ep.Person(1.75, 75, "male")
 SERIAL = URDF / "serial-y-x-z.urdf"
@@ -48,3 +51,8 @@ def test_long_work_says_how_far_it_is(worn, capsys):
         said = capsys.readouterr()
         assert (quiet.err, said.out) == ("", ""), name
         assert said.err, name
+
+
+def test_the_speed_of_a_report_is_that_of_its_record():
+    asked, own = (inspect.signature(each).parameters["arm_speed"] for each in (ep.ShoulderExo.report, design_report))
+    assert asked.default == own.default

@@ -89,20 +89,20 @@ def spread():
     few = {"offset_mm": 5.0, "tone_percent": 20.0}
 
     def spread_of(exo, person, **more):
-        found = exo.total_uncertainty(pose, person, draws=8, seed=2, **more)
+        found = exo.total_uncertainty(pose, person, draws=8, **more)
         return str(found).splitlines()[:4]
 
-    def run(exo, duration):
-        found = exo.joint_contact_of_run(exo.track("flexion", duration=duration), MAN, rate=8.0)
+    def run(exo, duration, **more):
+        found = exo.joint_contact_of_run(exo.track("flexion", duration=duration), MAN, **more)
         return found.status, found.magnitude, found.assumptions["device"]
 
     return in_turn(
         {
-            "stated": lambda: spread_of(cables, MAN, uncertainties=few, load=LOAD),
+            "stated": lambda: spread_of(cables, MAN, uncertainties=few, load=LOAD, seed=2),
             "nobody": lambda: spread_of(cables, None, uncertainties={"offset_mm": 5.0}),
             "no tone": lambda: spread_of(cables, MAN, uncertainties={"tone_percent": -1.0}),
             "no name": lambda: spread_of(cables, None, uncertainties={"weather": 1.0}),
-            "run": lambda: run(cables, 0.4),
+            "run": lambda: run(cables, 0.4, rate=8.0),
             "run of hinges": lambda: run(hinges, 0.05),
             "no rate": lambda: cables.joint_contact_of_run(None, MAN, rate=0.0),
         }

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case import ADL_BOX, CentreOffset, CentrePath, Load, Motion, RangeOfMotion
+from exo_pin.load_case.ranges_of_motion import DAILY_RANGES
 
 
 def other_sides():
@@ -92,6 +93,8 @@ def doubted():
             "two gaps": lambda: said(*(own[np.r_[:20, 32:60, 75:120]] for own in (t, poses))),
             "gap of a slow record": lambda: without(20, 24, *samples(30, last=3.0), smoothing=None),
             "longer gap of a slow record": lambda: without(20, 27, *samples(30, last=3.0), smoothing=None),
+            "gap of 5.5": lambda: said(t + 4.5 * t[1] * (t > 1.0), poses, smoothing=None),
+            "gap of 4.9": lambda: said(t + 3.9 * t[1] * (t > 1.0), poses, smoothing=None),
             "gap of noise": lambda: without(40, 50, poses=noisy),
             "one still": lambda: said(t, held((50, 52)), smoothing=None),
             "four still": lambda: said(t, held((50, 55)), smoothing=None),
@@ -135,6 +138,32 @@ def doubted():
     )
 
 
+def standing():
+    """Which equal samples of a turn by given steps count as a sensor that stands still."""
+
+    def marked(*steps):
+        angles = np.cumsum([0.0, *np.ravel(steps)])
+        poses = Rotation.from_rotvec(np.outer(0.01 * angles, [0.0, -1.0, 0.0]))
+        cautions = ep.Movement.from_samples(0.1 * np.arange(len(angles)), poses, smoothing=None).cautions
+        return [text for text in cautions if "equal the one before" in text]
+
+    def run(near, beyond, count=3, many=57, smallest=1.0):
+        return marked([smallest, *[6.0] * (many - 4), beyond, near, *[0.0] * count, smallest, smallest])
+
+    def slow(share, middle):
+        moving = [1.0, 1.0, *[middle] * 23]
+        return marked([[step, 0.0] if k < share else [step, middle] for k, step in enumerate(moving[:17])])
+
+    return {
+        "of the smallest step": [run(near, 4.8) for near in (3.9, 4.1, 4.5, 8.0)],
+        "of the step before": [run(near, 20.0) for near in (13.5, 14.5, 16.0)],
+        "by chance": [run(6.0, 6.0, many=many) for many in (31, 32, 33, 34, 35)],
+        "of one": [run(6.0, 6.0, count, many=20) for count in (1, 2, 3, 4)],
+        "of a slow sensor": [slow(share, middle) for share in (8, 9, 10, 11) for middle in (2.4, 2.6)],
+        "equal": [run(6.0, 6.0, smallest=size) for size in (0.8e-9, 1.1e-9)],
+    }
+
+
 def cases():
     """Loads, motions, offsets, paths and ranges, at both sides of their limits."""
     exo = ep.load("four-linear-actuators")
@@ -163,7 +192,15 @@ def cases():
             "no load": lambda: ep.Case(poses, load=[1.0, 2.0, 3.0]),
             "does not fit": lambda: exo.reaction(poses, load=Load([[0, 0, 1.0]] * 5)),
             "answer": lambda: exo.reaction(poses, motion, load=load, centre_offset=path).shoulder_force,
-            "path": lambda: (path.at([0.1, 0.5, 1.4, 2.0]), path.at(2.0 + 9e-8), path.mirrored()),
+            "on the cuff": lambda: exo.reaction(poses, motion, load=load, centre_offset=path).cuff_wrench,
+            "path": lambda: (
+                path.elevation + 0.0,
+                path.displacement + 0.0,
+                path.fit + 0.0,
+                path.at([0.1, 0.5, 1.4, 2.0]),
+                path.at(2.0 + 9e-8),
+                path.mirrored(),
+            ),
             "offset": lambda: path.offset(poses),
             "above": lambda: path.at([0.5, 2.0 + 2e-7]),
             "below": lambda: path.at(0.1 - 2e-7),
@@ -186,7 +223,7 @@ def cases():
             "long": lambda: Load([0, 0, 1], at=[0, 0, -5.0]),
             "frame": lambda: Load([0, 0, 1], frame="hand"),
             "own range": lambda: (own, own.axes(7.0), own.poses(30, "right")),
-            "box": lambda: (ADL_BOX, ADL_BOX.axes(40), ADL_BOX.poses(60)),
+            "box": lambda: (DAILY_RANGES, ADL_BOX, ADL_BOX.axes(40), ADL_BOX.poses(60)),
             "no range": lambda: RangeOfMotion("own", (10, -10), (0, 1), (0, 1)),
             "wide": lambda: RangeOfMotion("own", (-360, 360), (0, 1), (0, 361)),
             "step": lambda: own.axes(0.0),
@@ -203,6 +240,8 @@ def suspicious():
             (np.linspace(0, 1.3, 4),), (np.linspace(0, 1.3, 3),), (np.linspace(0, 0.5, 9),), (np.linspace(0, 3.0, 9),),
             (np.linspace(0, 3.1, 9),), (-64.0,), (-66.0,), (0.0, -49.0), (0.0, -51.0), (19.0, -60.0), (21.5, -60.0),
             ([10.0, -70.0, -80.0], 10.0), (0, [-60.0, 20.0], 0), (4e-4,),
+            *((rounded,) for rounded in (0.52, 0.524, 0.79, 0.785, 1.047, 1.57, 1.571, 2.09, 2.094)),
+            *((0, 0, angle) for angle in (-94.9, -95.1, 134.9, 135.1)),
         ):  # fmt: skip
             exo.pose(*angles)
 
@@ -211,6 +250,7 @@ ASKED = {
     "other_sides": other_sides,
     "smoothed": smoothed,
     "doubted": doubted,
+    "standing": standing,
     "cases": cases,
     "suspicious": suspicious,
 }

@@ -231,18 +231,18 @@ def dot(folder, truth):
     return dot_file(folder / "arm.csv", parts["arm"], truth.t), {"sensors": chosen, "forward": "z"}
 
 
-def awinda_file(path, rotations):
+def awinda_file(path, rotations, rate=100.0):
     """Mat[row][column], columns first."""
     names = [f"Mat[{i}][{j}]" for j in "123" for i in "123"]
     rows = [[k % 65536, "", *map(float, matrix.T.ravel())] for k, matrix in enumerate(rotations.as_matrix(), 65_400)]
-    head = ["// Start Time: Unknown", "// Update Rate: 100.0Hz", "// Firmware Version: 4.0"]
+    head = ["// Start Time: Unknown", f"// Update Rate: {rate:.1f}Hz", "// Firmware Version: 4.0"]
     return lines(path, head, ("PacketCounter", "SampleTimeFine", *names), rows, "\t")
 
 
 def awinda(folder, truth):
-    parts = sensors(truth)
-    awinda_file(folder / "mt_trunk.txt", parts["trunk"])
-    return awinda_file(folder / "mt_arm.txt", parts["arm"]), {
+    parts, rate = sensors(truth), 1.0 / float(np.median(np.diff(truth.t)))
+    awinda_file(folder / "mt_trunk.txt", parts["trunk"], rate)
+    return awinda_file(folder / "mt_arm.txt", parts["arm"], rate), {
         "sensors": {"trunk": str(folder / "mt_trunk.txt")},
         "forward": "z",
     }

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import device_doors as doors
 import numpy as np
 from answers import changes, each_of
 from asked_in_turn import in_turn
@@ -11,6 +12,7 @@ from sockets import following
 from wrists import exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin.device import Drive, Route
 from exo_pin.reaction import Assumptions, movement_reaction, solve
 
 MAN = ep.Arm.from_anthropometry(1.8, 80.0, sex="male")
@@ -217,6 +219,10 @@ def corners():
             poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
         ).magnitude,
         endless=lambda: str(four.reaction(poses, split="minimal", limits="none").range()),
+        muscles=lambda: ep.load("prototype").reaction_map(
+            cables.pose([0.0, 0.0], -10.0, 30.0),
+            load=ep.Load([0.0, 0.0, 0.0], [[2.76, 2.86, 0.4], [3.07, 3.48, 0.62]]),
+        ),
         given=sides((-4.0, np.arange(6.0)[:, None] + 2.0)),
         keep=lambda: four.reaction_map(poses, keep=3), held=lambda: proof.explain(0), index=lambda: proof.explain(5),
         whole=lambda: proof.explain(), refuses=lambda: told(four.reaction(poses, limits=[Refuses()] * 4)),
@@ -227,10 +233,35 @@ def corners():
     )  # fmt: skip
 
 
-ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits, corners)}
+def devices():
+    """Limits of a device that moves by itself, of one with drives in N and N m, and of one that needs its wearer."""
+    idle, hinges = doors.generated("idle-2"), doors.shipped("serial-y-x-z")
+    way = Route.over(("universe", [0.0, 0.2, 0.3]), (hinges.chain.roles.arm, [0.0, 0.02, -0.25]))
+    mixed = hinges.replace(drives=[*hinges.device.drives, Drive("cable", route=way, upper=60.0)])
+    two, cone = hinges.replace(drives=hinges.device.drives[:2]), following(muscle_compression=120.0, faces=8)
+
+    def asked(exo, *angles, **own):
+        found = exo.reaction(exo.pose(*angles), **own)
+        proof = {} if found.infeasibility is None else vars(found.infeasibility)
+        parts = {"F": found.shoulder_force, "f": found.actuator_forces} | proof
+        # Of what is zero there is no rounding.
+        return [
+            found.status,
+            {name: np.round(1.0 * part, 6) + 0.0 for name, part in parts.items() if name != "drive_units"},
+        ]
+
+    return in_turn(
+        weak=lambda: asked(idle, 3, 4, 1, limits=7.0), nearly=lambda: asked(idle, 3, 4, 1, limits=24.0),
+        mixed=lambda: asked(mixed, 60, 20, cone=cone), free=lambda: asked(mixed, 60, 20),
+        wearer=lambda: asked(two, 50, 20, 30, limits="none", cone=cone),
+        none=lambda: asked(two, 50, 20, 30, limits=3.0),
+    )  # fmt: skip
+
+
+ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits, corners, devices)}
 
 #: Those that take longer than 0.15 s.
-LONGER = {"nearest", "fast", "ranges", "rough", "verdicts"}
+LONGER = {"nearest", "fast", "ranges", "rough", "verdicts", "devices"}
 
 
 @each_of(ASKED, LONGER)

@@ -159,7 +159,7 @@ def datagrams():
 
         async def say(sender, message):
             sender.sendto(message.encode())
-            found.append([await told.get(), made.open])
+            found.append([await asyncio.wait_for(told.get(), 30.0), made.open])
 
         async def pass_time(seconds):
             for _ in range(seconds):

@@ -23,9 +23,10 @@ def compared(*names, **options):
     return compare(*named(*names), **({"poses": adl_box(50.0), "person": MAN} | options))
 
 
-def few(exo, k=3):
+def few(exo, k=3, shape=-1):
     """Poses without a symmetry, the last farther than most devices go."""
-    return exo.pose([20.0, 75.0, 40.0, 105.0][-k:], [35.0, 10.0, 70.0, 93.0][-k:], [-10.0, 25.0, 5.0, -30.0][-k:])
+    angles = np.array([[20.0, 75.0, 40.0, 105.0], [35.0, 10.0, 70.0, 93.0], [-10.0, 25.0, 5.0, -30.0]])
+    return exo.pose(*(own[-k:].reshape(shape) for own in angles))
 
 
 def row(known, far, peak, common=None, name=None, **more):
@@ -217,7 +218,7 @@ FOUR = ("prototype", "four-cables", "serial-y-x-z", "spring-support")
 KINDS = ("spring-support", "3rps-passive-ball", "serial-y-x-z", "appendix-d", "prototype")
 
 ASKED = {
-    "four_kinds": lambda: compared(*FOUR, detailed=True, poses=few(ep.load("four-cables"))[:2]),
+    "four_kinds": lambda: compared(*FOUR, detailed=True, poses=few(ep.load("four-cables"), shape=(3, 1))[:2]),
     "ranks": ranked,
     "table_in_all_forms": written,
     "sweeps": sweeps,
@@ -227,7 +228,7 @@ ASKED = {
     "of_limits": of_limits,
     "overloaded": overloaded,
     "without_data": without_data,
-    "kinds": lambda: compared("four-cables", *KINDS, poses=few(ep.load("four-cables"), 4)),
+    "kinds": lambda: compared("four-cables", *KINDS, poses=few(ep.load("four-cables"), 4, (2, 2))),
 }
 
 

@@ -77,6 +77,7 @@ def limited():
         {**costs},
         {**limb_table(soft.mechanism, few_criteria)},
         limb_loss(soft.mechanism, few_criteria),
+        few_criteria.gaps[0, 0],
     ]
 
 
@@ -87,6 +88,12 @@ def of_kinds():
         exo = load(name)
         at = workspace(exo.device, few(exo), LIMITED.replace(obstacles=(), least_twin_angle=None))
         found[name] = at.margins, at.not_checked, at.magnitude, str(at)
+    own = ep.load("prototype").mechanism
+    ways = ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.6, 0.0, -0.8))
+    limbs_ = [replace(limb, joint_straight=way) for limb, way in zip(own.limbs, ways, strict=True)]
+    for turned in (limbs_, limbs_[1:2] * 3):
+        bent = workspace(own.replace(limbs=turned), few(ep.load("prototype")), ["joint_angles"])
+        found[str(len(found))] = bent.margins, bent.gaps[0], bent.tensions[0]
     return found
 
 
@@ -99,6 +106,15 @@ def chosen():
     return [
         {name: criterion.missing(design, free, False) for name, criterion in CRITERIA.items()} for design in sure
     ] + [ep.Criteria().chosen(design, True) for design in sure]
+
+
+def criteria():
+    """What each criterion is called, drawn in and weighed by."""
+    return {
+        name: (own.unit, own.words, own.colour, own.scale(LIMITED) if callable(own.scale) else own.scale, own.aim,
+               own.most, own.limit, own.is_vital)
+        for name, own in CRITERIA.items()
+    }  # fmt: skip
 
 
 def refusals():
@@ -192,6 +208,12 @@ def tasks():
     ]
     tables = [
         task_reach(linear.replace(limbs=limbs_).device, {"lift": lift}, ranges, step=25.0),
+        task_reach(
+            linear.replace(limbs=[replace(limb, actuator=fast) for limb in linear.limbs]).device,
+            {"lift": lift},
+            [],
+            ["forces", "stroke"],
+        ),
         task_reach(cables.device, {"lift": lift}, [], ["forces", "stroke", "connected"]),
         task_reach(serial.device, {"lift": lift}, ranges[:1], ["forces", "stroke"], step=20.0),
         population([linear, cables], [MAN, WOMAN], few(linear), ep.Criteria(("forces", "stroke", "clearance"))),
@@ -331,6 +353,7 @@ ASKED = {
     "limited": limited,
     "of_kinds": of_kinds,
     "chosen": chosen,
+    "criteria": criteria,
     "refusals": refusals,
     "limbs": limbs,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),

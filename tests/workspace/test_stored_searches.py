@@ -19,7 +19,7 @@ import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.workspace import CRITERIA
 
-pytest.importorskip("optuna")
+optuna = pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
 
 pytestmark = pytest.mark.usefixtures("plain")
@@ -163,6 +163,8 @@ def test_a_finished_search_comes_back_and_goes_on_where_it_stands(tmp_path, ende
     assert more.runs == searched(budget=RUN + GENERATION).runs
     assert more.runs[:1] == found.runs
     assert [run.evaluations for run in more.runs] == [RUN, GENERATION]
+    stored = optuna.load_study(study_name="study", storage=f"sqlite:///{path}")
+    assert [way.name for way in stored.directions] == ["MAXIMIZE"]
     # Another name is another study.
     assert [run.evaluations for run in searched(path, name="other", budget=1).runs] == [GENERATION]
 

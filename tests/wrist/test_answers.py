@@ -184,6 +184,11 @@ def forces():
         (three.replace(limbs=[ep.Limb("UPU")] * 3), others, {"split": "standalone", "load": load}),
         (four.replace(interfaces=soft), poses, {"split": "elastic", "load": load, "limits": (-25.0, 25.0)}),
         (
+            three.replace(limbs=[ep.Limb("UPU", guide=ep.LimbGuide(0.1, 0.08))] * 3),
+            others,
+            {"split": "elastic", "centre_offset": off},
+        ),
+        (
             bending,
             others,
             {"split": "elastic", "centre_offset": ep.CentreOffset([0.03, 0.0, -0.03], [0.0, 0.03, 0.03])},

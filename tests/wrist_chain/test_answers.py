@@ -18,7 +18,7 @@ from exo_pin.wrist_chain import PARTS, AssumedMasses, mechanism_urdf, wrist_of
 POINTS = np.array([[0.1, 0.2, 0.05], [-0.12, 0.18, 0.1], [0.03, 0.21, -0.1], [0.2, 0.1, 0.12]])
 ENDS = np.array([[0.08, 0.02, -0.2], [-0.05, 0.07, -0.22], [0.01, -0.09, -0.19], [0.06, 0.05, -0.25]])
 #: On either side of where angles about z begin anew.
-AROUND = np.array([[0.1, 0.0, -0.2], [-0.118, 0.02, -0.21], [-0.077, -0.021, -0.19]])
+AROUND = np.array([[0.1, 0.0, -0.2], [-0.118, 0.02, -0.21], [-0.077, -0.001, -0.19]])
 ARM = ep.Arm(3.7, [0.01, 0.02, -0.3], np.diag([0.12, 0.13, 0.02]))
 HALVES = {"base_body": ep.LimbBody.rod(0.3, 0.2, 0.02), "platform_body": ep.LimbBody(0.2, 0.07, 9e-4, 2e-4)}
 

@@ -126,14 +126,12 @@ def inverse_kinematics(
         return ChainState(state.model, replace(state.description, closures=(*state.closures, goal)))
 
     start = reference_configuration(state) if near is None else state.configuration(near)
-    whole, first = reaching(target), placement(state, start, frame)
-    held = state.velocity_indices(hold)
+    first, held = placement(state, start, frame), state.velocity_indices(hold)
     way, limits = pin.log6(first.actInv(target)), limits_of(state.model)
     reach = max(float(np.linalg.norm(way.linear)) / state.topology.length, float(np.linalg.norm(way.angular)))
 
     def correct(fraction: float, q: FloatArray) -> FloatArray:
-        there = whole if fraction == 1.0 else reaching(first * pin.exp6(fraction * way))
-        return nearest_closed(there, q, held, CLOSED_TO, STEPS)[0]
+        return nearest_closed(reaching(first * pin.exp6(fraction * way)), q, held, CLOSED_TO, STEPS)[0]
 
     try:
         if state.is_closed(state.buffers.residual(start), state.scaled_gap()):
@@ -143,6 +141,6 @@ def inverse_kinematics(
     except LoopNotClosed:
         pass
     try:
-        return close(whole, start, hold, respect_limits=respect_limits)
+        return close(reaching(target), start, hold, respect_limits=respect_limits)
     except LoopNotClosed as error:
         raise LoopNotClosed(error.q, error.residual, error.iterations, frame) from None

@@ -45,7 +45,7 @@ def plant_tables(
     options: PlantOptions,
     load: Load | None,
     supply: Supply | None,
-    soft_cuff: bool = False,
+    soft_cuff: bool,
 ) -> Tables:
     """The tables of a plant; with a soft cuff the arm is that of the person alone.
 

@@ -195,7 +195,7 @@ def preset_file(name: str) -> str:
     ['base_radius_mm = 136.30']
     """
     folder = _PUBLISHED if as_choice("preset", name, presets()) in published() else _FOUND
-    return files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
+    return files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_bytes().decode()
 
 
 @cache

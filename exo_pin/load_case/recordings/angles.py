@@ -20,7 +20,7 @@ from ...core.validation import FloatArray
 from .sources import Source, as_quaternions
 
 #: From {O_A} to OpenSim's axes, with x forward, y up, z right.
-Y_UP = Rotation.from_matrix([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+Y_UP = Rotation.from_euler("x", -90.0, degrees=True)
 #: Axes of arm26 [Holzbaur] and of MoBL-ARMS, OpenSim's axes.
 _ARM26 = np.array([-0.058898, 0.0023, 0.998261])
 _PLANE, _RAISED = np.array([0.0048, 0.99909, 0.0424]), np.array([-0.99826, 0.0023, 0.0589])

@@ -55,13 +55,14 @@ class Bodies(Record):
         return replace(self, arm=np.roll(self.arm, 1, axis=1), trunk=np.roll(self.trunk, 1, axis=1), forearm=forearm)
 
     def there(self) -> np.ndarray:
-        """Rows in which arm and trunk are known, shape (N,)."""
-        return np.asarray(np.isfinite(self.arm).all(axis=1) & np.isfinite(self.trunk).all(axis=1))
+        """Rows in which all bodies are known, shape (N,)."""
+        parts = [each for each in (self.arm, self.trunk, self.forearm) if each is not None]
+        return np.asarray(np.isfinite(np.hstack(parts)).all(axis=1))
 
     def poses(self, times: FloatArray, rows: np.ndarray, side: str, forward: str | None, still: float) -> Reading:
         """The arm, and what trunk and forearm show, in some rows."""
         if not rows.any():
-            raise FileFormatError("no row has the orientations of arm and trunk, and a time", self.path)
+            raise FileFormatError("no row has the orientations of all bodies, and a time", self.path)
         parts = [self._rotations(each, rows) for each in (self.trunk, self.arm)]
         forearm = None if self.forearm is None else self._rotations(self.forearm, rows)
         if self.segments:

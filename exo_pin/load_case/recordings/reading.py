@@ -124,6 +124,8 @@ class _Record:
         if options.columns is not None:
             self.source = self.source.renamed(_column_map(options.columns))
         self.angles: Angles | None = angles_of(self.source, side)
+        # Sensors are set to zero while the arm hangs, for some time.
+        timed = timed or (self.angles is None and bool(self.source.bodies()))
         self.times = self.source.times(options.rate, options.duration) if timed else None
         for name in options.names if timed else ():
             if name in _CLOCKS:
@@ -131,10 +133,9 @@ class _Record:
                 if not known:
                     raise FileFormatError("has no column of times whose unit may be another", path)
                 self.times = np.asarray(self.source.numbers(known[:1])[:, 0] * _CLOCKS[name])
-        clock = np.zeros(0) if self.times is None else self.times
         self.bodies: Bodies | None = None
-        if self.angles is None:
-            self.bodies = bodies_of(self.source, clock, side, options.sensors)
+        if self.angles is None and self.times is not None:
+            self.bodies = bodies_of(self.source, self.times, side, options.sensors)
         if self.angles is not None:
             self.convention = self.angles.convention.name
             there = np.asarray(np.isfinite(self.angles.values).all(axis=1))
@@ -283,7 +284,7 @@ def read_poses(
         As :func:`read_movement`; of poses that are no movement only what stands against their orientations.
     """
     wanted = options if isinstance(options, RecordingOptions) else RecordingOptions("" if options is None else options)
-    record = _Record(path, as_side(side), wanted, movement or bool(wanted.sensors))
+    record = _Record(path, as_side(side), wanted, movement)
     with naming_file(path):
         read = record.stated()
         poses, times = read.poses, read.times

@@ -83,7 +83,7 @@ class Source(Record):
     def numbers(self, names: Sequence[str]) -> FloatArray:
         """Columns, shape (N, len(names)); NaN where a cell is blank."""
         if all(name in self.arrays for name in names):
-            return np.stack([self.arrays[name] for name in names], axis=-1)
+            return np.stack([self.arrays[name] for name in names], axis=1)
         assert self.table is not None
         return self.table.numbers(names, gaps=True)
 

@@ -67,8 +67,6 @@ def header_of(column: str, unit: str) -> str:
     """Header that says the unit of a column, for example ``pressure_kPa``."""
     if unit == "strain":
         return "strain"
-    if unit in ("kg", "kgf"):
-        return f"{'mass' if unit == 'kg' else 'force'}_{unit}"
     if unit.startswith("length in "):
         return f"length_{unit.removeprefix('length in ')}"
     return f"{column}_{unit.replace(' absolute', '_abs')}"
@@ -204,9 +202,8 @@ def _doubts(reading: _Reading) -> tuple[list[str], float, str]:
     impossible = _impossible(x, p, f, reading.length)
     if impossible is not None:
         return [], inf, impossible[0]
-    if len(x) > 400:
-        few = np.linspace(0, len(x) - 1, 400).astype(int)
-        x, p, f = x[few], p[few], f[few]
+    few = np.linspace(0, len(x) - 1, min(len(x), 400)).astype(int)
+    x, p, f = x[few], p[few], f[few]
     found, misfit = _numbers(x, p, f, reading.length, reading.diameter)
     if misfit > _PLANE and len(x) > len(SECOND_ORDER) + 3:
         _, order, size, _ = regimes(x, p, f, SECOND_ORDER, 0.01)

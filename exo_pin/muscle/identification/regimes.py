@@ -49,7 +49,8 @@ def resolution_of(values: FloatArray) -> float:
     size = float(np.abs(values).max(initial=0.0))
     if size == 0.0:
         return 0.0
-    for power in range(int(np.floor(np.log10(size))), int(np.floor(np.log10(size))) - 9, -1):
+    most = int(np.floor(np.log10(size)))
+    for power in range(most, most - 9, -1):
         steps = values / 10.0**power
         if np.allclose(steps, steps.round(), rtol=1e-12, atol=1e-9):
             return float(10.0**power)

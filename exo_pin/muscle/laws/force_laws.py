@@ -168,7 +168,7 @@ class PolynomialModel(StaticModel):
         return {(i, j): c * BAR**j for (i, j), c in self.coefficients.items()}
 
     def _force(self, x: Any, pressure: Any) -> Any:
-        return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
+        return sum(c * x**i * pressure**j for i, j, c in self._terms)
 
     def _powers(self, pressure: float) -> FloatArray:
         powers = np.zeros(1 + max(i for i, _, _ in self._terms))

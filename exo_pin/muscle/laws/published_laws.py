@@ -146,7 +146,7 @@ class FestoLaw(StaticModel):
     def _force(self, x: Any, pressure: Any) -> Any:
         strain, p = np.broadcast_arrays(np.asarray(x) / self.reference_length, np.asarray(pressure, dtype=float))
         # Within these strains the tangent is on its branch; beyond, the law has no more to say than at the edge.
-        inside = np.clip(strain, -self.largest_strain, self.largest_strain * (_SHIFT + _MOST / _RISE) * (1 - 1e-9))
+        inside = np.clip(strain, -self.largest_strain, self.largest_strain * (_SHIFT + _MOST / _RISE))
         least, slope, bend = self._parts(inside, 0.0)
         low = np.zeros(inside.shape)
         room = np.where(inside > 0.0, inside / (_SHIFT + _MOST / _RISE), 0.05 * self.largest_strain)

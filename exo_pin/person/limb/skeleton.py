@@ -169,7 +169,7 @@ def _coarser(vertices: FloatArray, faces: NDArray[np.int64]) -> tuple[FloatArray
     """Merge the vertices of each cell of a grid into their mean, and drop the triangles that this leaves flat."""
     if len(faces) <= _FINE:
         return vertices, faces
-    steps = np.floor((vertices - vertices.min(axis=0)) / _CELL).astype(np.int64)
+    steps = ((vertices - vertices.min(axis=0)) / _CELL).astype(np.int64)
     wide, high = steps.max(axis=0)[1:] + 1
     _, cell = np.unique((steps[:, 0] * wide + steps[:, 1]) * high + steps[:, 2], return_inverse=True)
     total = np.zeros((int(cell.max()) + 1, 3))

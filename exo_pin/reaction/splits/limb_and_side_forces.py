@@ -167,11 +167,7 @@ class Choice(NamedTuple):
 
 def force_scale(pose: Pose) -> float:
     """Scale of the forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
-    effect, target = pose.moment_effect, pose.state.moment / pose.radius
-    if pose.alone:
-        effect = np.vstack([effect, -pose.shoulder_effect])
-        target = np.concatenate([target, pose.state.shoulder])
-    f = np.linalg.lstsq(effect, target, rcond=None)[0]
+    f = np.linalg.lstsq(pose.moment_effect, pose.state.moment / pose.radius, rcond=None)[0]
     # Distance of an interval from zero: the far ends of wide limits are no measure of the forces.
     nearest = np.maximum(pose.low, -pose.high)
     socket = () if pose.socket is None else pose.socket.h

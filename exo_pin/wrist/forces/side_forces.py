@@ -323,21 +323,19 @@ def limb_loads(
         a = y_base + base[good]
         p = seat + (R @ cuff[good][..., None])[..., 0]
         line = _Line(a, p, omega, eta)
-        # Of either sign: X turns with Y.
-        axes = (y_base, seat)
         turning = (np.zeros_like(omega), np.zeros_like(eta)), (omega, eta)
         along = np.zeros((len(good), 1))
         for body, at, y, (rate, change), is_base in zip(
-            (limb.base_body, limb.platform_body), (a, p), axes, turning, (True, False), strict=True
+            (limb.base_body, limb.platform_body), (a, p), (y_base, seat), turning, (True, False), strict=True
         ):
             if body is None:
                 continue
-            spin = line.spin(unit(y), rate, change) if limb.kind == "UPU" else None
+            spin = line.spin(y, rate, change) if limb.kind == "UPU" else None
             wrench = line.needed(body, at, is_base, spin, mechanism.gravity)
             share[good, i] += wrench
             if not is_base:
                 along = _dot(wrench[:, :3], line.s)
-        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, unit(axes[0]), limb.kind == "UPU")
+        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, y_base, limb.kind == "UPU")
     return closure, share
 
 
@@ -358,7 +356,7 @@ class _Line:
     def spin(self, y: FloatArray, omega: FloatArray, eta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """σ and its rate, shape (N, 1), for which X = y × s/|y × s| stays perpendicular to y, which turns with ω.
 
-        (Ω - ω) · (x × y) = 0, and its derivative.
+        (Ω - ω) · (x × y) = 0, and its derivative; y may have any length and either sign.
         """
         x = unit(np.cross(y, self.s))
         normal = np.cross(x, y)

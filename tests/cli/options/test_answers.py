@@ -1,4 +1,4 @@
-"""What options of commands state of criteria and scenes, as stored."""
+"""What options of commands are and state, as stored."""
 
 import contextlib
 import io
@@ -9,11 +9,15 @@ from unittest import mock
 import pytest
 from answers import changes, each_of
 from asked_in_turn import in_a_folder, in_turn
+from command_line import options_of
+from cyclopts.validators import Number
 from places import URDF
 
 import exo_pin as ep
-from exo_pin.cli import main
+from exo_pin.cli import COMMANDS, main
+from exo_pin.cli.options import Worn
 from exo_pin.cli.options.criteria_options import Judged
+from exo_pin.cli.search_commands import Start
 from exo_pin.core.errors import MissingExtra
 
 ALL = Judged(
@@ -103,7 +107,48 @@ def view():
     return found, said(LINES[6])
 
 
-ASKED = {each.__name__: each for each in (criteria, socket, view)}
+def defaults():
+    """Names of all options of all commands, with what they are if left out and within which numbers they lie."""
+
+    def told(option):
+        own = option.field_info.default
+        bounds = [f"{each.gte} to {each.lte}" for each in option.parameter.validator if isinstance(each, Number)]
+        left_out = [] if own is option.field_info.empty or option.required else [str(own)]
+        return " ".join([*option.names, str(option.parameter.metavar), *bounds, *left_out])
+
+    return {name: [told(option) for option in options_of(name)] for name in COMMANDS}
+
+
+def start():
+    """Designs that a search starts from: one with other limits, new ones, and what has no meaning."""
+    someone, nobody = Worn(person="1.75,75,male"), Worn()
+
+    def told(begun, design, side=None, worn=someone):
+        device = begun.load(design, side, worn, "mine").device
+        return (
+            device.name,
+            device.side,
+            device.arm.centre_of_mass,
+            device.dimensions(),
+            [each.actuator for each in device.limbs[:1]],
+        )
+
+    return in_turn(
+        limits=lambda: told(Start(pull=90.0, travel=150.0), "four-cables", "right", nobody),
+        preset=lambda: told(Start(), None, None, nobody)[:2],
+        family=lambda: told(Start(family="linear", pull=90.0, push=40.0, travel=110.0), None, "right"),
+        muscles=lambda: told(Start(family="pneumatic muscle", supply=3.5, force_law="chou-hannaford"), None)[4:],
+        no_law=lambda: told(Start(family="pneumatic muscle", supply=3.5), None)[4:],
+        limbs=lambda: told(Start(limbs=3), None)[3:],
+        other=lambda: told(Start(device="four-cables"), None, "right")[:2],
+        alone=lambda: told(Start(limbs=3), None, worn=nobody),
+        supply=lambda: told(Start(supply=3.0), "four-cables"),
+        law=lambda: told(Start(force_law="none"), None),
+        both=lambda: told(Start(limbs=3, force_law="none", device="prototype"), "four-cables"),
+    )
+
+
+ASKED = {each.__name__: each for each in (criteria, socket, view, defaults, start)}
 
 
 @each_of(ASKED, {"socket"})

@@ -55,6 +55,7 @@ def designs():
             found.body_mass,
             str(found.wearer),
             len(found.parts),
+            [part.body_mass for part in found.parts],
         ]
 
     def geometry(text):
@@ -124,6 +125,9 @@ def designs():
                 "parts of a device": lambda: arm(
                     "body_mass_kg = 58\n[[arm.parts]]\nmass_kg = 0.5\ndevice = true\ncentre_of_mass_m = [0, 0, -0.2]\n"
                 ),
+                "more of an arm": lambda: arm("mass_kg = 1\ncentre_of_mass_m = [0, 0, -0.2]\ncolour = 3\n"),
+                "more of a wearer": lambda: arm(f"{size}\ncolour = 3\n"),
+                "more of parts": lambda: arm(f"colour = 3\n[[arm.parts]]\n{size}\n"),
                 "no mass": lambda: arm("centre_of_mass_m = [0, 0, -0.2]\n"),
                 "shoulder": lambda: of("shoulder", more="[shoulder]\nabduction_centre_deg = 80\n"),
                 "stiff shoulder": lambda: of(
@@ -136,6 +140,8 @@ def designs():
                     more=CUFF + 'at_mm = [0, 0, -200]\nsource = "S"\ncoupling_N = [[0, 9, 0], [0, 0, 0], [0, 0, 0]]\n',
                 ),
                 "harness": lambda: of("interfaces", more=CUFF.replace("cuff", "harness")),
+                "more of interfaces": lambda: of(more="[interfaces]\ncolour = 3\n"),
+                "more of a cuff": lambda: of(more=CUFF + "colour = 3\n"),
                 "wide cuff": lambda: of("interfaces", more="[interfaces]\ncuff_area_m2 = 0.2\n"),
                 "stroke": lambda: stroke("nominal_mm = 300, shortest_ratio = 0.7, longest_ratio = 1.1"),
                 "lengths": lambda: stroke("shortest_mm = 300, longest_m = 0.4"),
@@ -175,6 +181,7 @@ def designs():
                 "twice": lambda: of(
                     "sources", head=PARTS["head"] + 'source = "S"\n', more='[sources]\nmechanism = "a book"\n'
                 ),
+                "no side": lambda: of(head=PARTS["head"] + 'side = "up"\n'),
                 "no geometry": lambda: of(geometry=""),
                 "more": lambda: of(more="[more]\n"),
             }

@@ -13,6 +13,7 @@ from asked_in_turn import folder, in_turn, words_and_numbers
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.load_case.recordings.reading import read_poses
 
 HEAD = ",".join(foreign.CLINICAL)
 #: Flexion, abduction and internal rotation of a dozen rows, degrees.
@@ -49,6 +50,8 @@ def formats(*sides):
             def some(path=path, options=options, side=side):
                 own = read(path, side, **options)
                 own |= {key: own[key][::17] for key in ("times", "angles")}
+                raw = read_poses(path, side, ep.RecordingOptions(**options))
+                own |= {"what": [raw.format, raw.convention, len(raw.rows), raw.source.names[:9]]}
                 return own | {"elbow": None if own["elbow"] is None else own["elbow"][::17]}
 
             found |= in_turn({name: some})
@@ -97,6 +100,7 @@ def clocks():
         "rate and no counter": ("other", k, {"rate": 20.0}),
         "no times": ("other", k, {}),
         "fine": ("SampleTimeFine", (2**32 - 200_000 + 50_000 * k) % 2**32, {}),
+        "beyond all dates": ("timestamp", 15_000_000_000 + 50 * k, {}),
         "no fine": ("SampleTimeFine", [""] * 12, {}),
         "percent": ("time_percent", 100 * k / 11, {"duration": 2.5}),
         "percent without": ("percent", 100 * k / 11, {}),
@@ -132,11 +136,28 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, **options):
+    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), blind=(), **options):
         parts = foreign.sensors(truth)
-        foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
+        trunk = foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
+        text = trunk.read_text().splitlines()
+        for row in lost:
+            text[row] = ",".join([*text[row].split(",")[:2], *["nan"] * 4, "0,0,0,0"])
+        trunk.write_text("\n".join([*text, ""]))
+        foreign.opensense(place, truth)
         arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
+        for path, row in ((path, row) for path in (trunk, arm) for row in blind):
+            text = [line.split(",") for line in path.read_text().splitlines()]
+            text[row][1] = ""
+            path.write_text("\n".join([*map(",".join, text), ""]))
         return read(arm, sensors=sensors, forward="z", **options)
+
+    def apdm(*lost):
+        path, options = foreign.apdm(place, truth)
+        rows = [line.split(",") for line in path.read_text().splitlines()]
+        for row, column in lost:
+            rows[-row][column] = "nan"
+        path.write_text("\n".join(map(",".join, rows)) + "\n")
+        return read(path, **options)["cautions"]
 
     def mvnx(change):
         path, _ = foreign.mvnx(place, truth)
@@ -174,10 +195,15 @@ def sensors_said():
                 "long": lambda: asked(more=lambda text: text.replace("0.7", "0.8")),
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
                 "dot after its clock": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000),
+                "dot without all times": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000, blind=(50, 61)),
                 "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
+                "dot of two rows": lambda: dot({"trunk": "trunk.csv"}, slice(20, 22)),
+                "dot with gaps": lambda: dot({"trunk": "trunk.csv"}, lost=(20, 21, 37)),
+                "dot of several": lambda: dot({"trunk": "orientations.sto"}),
                 "dot without": lambda: dot({}),
                 "dot of none": lambda: dot({"trunk": "nowhere.csv"}),
                 "dot in a reading": lambda: dot({"trunk": "trunk.csv"}, reading="w-last, inverse"),
+                "apdm with gaps": lambda: apdm((20, 1), (25, 4), (31, 5), (36, 8), (40, 11)),
                 "mvnx": lambda: mvnx(lambda text: text),
                 "no normal frame": lambda: mvnx(lambda text: text.replace('"normal"', '"other"')),
                 "fewer numbers": lambda: mvnx(lambda text: text.replace("<orientation>1 0 0 0 ", "<orientation>")),
@@ -186,6 +212,22 @@ def sensors_said():
                 "entities": lambda: mvnx(lambda text: "<!DOCTYPE a>" + text),
                 "no place": lambda: mvnx(lambda text: text.replace("http://www.xsens.com/mvn/mvnx", "else")),
             }
+        )
+
+
+def poses_said():
+    """Poses that are no movement, of sensors, segments and angles."""
+    truth = foreign.movement(5, "left", noise=0.0, rate=25)
+
+    def asked(writer):
+        path, options = writer(place, truth)
+        found = read_poses(path, "left", ep.RecordingOptions(**options), movement=False)
+        return found.times is None, found.poses[::20].as_rotvec(), found.convention, found.cautions
+
+    with folder() as place:
+        texts(a__csv="time_s,b\n0,1\n1,2\n")
+        return in_turn({name: lambda name=name: asked(foreign.WRITERS[name]) for name in ("mvnx", "apdm", "isb")}) | (
+            in_turn(columns=lambda: read_poses("a.csv", "left", movement=False))
         )
 
 
@@ -221,6 +263,12 @@ def columns_said():
         return in_turn(
             {
                 "rad": lambda: table(HEAD.replace("deg", "rad"), np.radians(DOZEN)),
+                "parts by numbers": lambda: table(
+                    ",".join(f"{body}_quat_q{k}" for body in ("left_arm", "chest") for k in range(4)),
+                    np.c_[quaternions[:, [3, 0, 1, 2]], np.tile([0.6, 0.0, 0.0, 0.8], (12, 1))],
+                    forward="x",
+                    still=0.01,
+                ),
                 "elbow": lambda: table(HEAD + ",elbow_flexion_rad", np.c_[DOZEN, 0.1 * DOZEN[:, 0]]),
                 "elbow without unit": lambda: table(HEAD + ",elbow_flexion", np.c_[DOZEN, DOZEN[:, 0]])["elbow"],
                 "holes": lambda: table(HEAD, holes),
@@ -427,6 +475,7 @@ ASKED = {
     "clocks": clocks,
     "sensors": sensors_said,
     "columns": columns_said,
+    "poses": poses_said,
     "broken": broken,
     "mistakes": lambda: mistakes(0, 1, 2, 3),
     "more_mistakes": lambda: mistakes(1, 2, 4, 5, 0),

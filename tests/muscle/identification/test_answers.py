@@ -85,6 +85,7 @@ def asked_of_fits():
         squares=lambda: [each.effects for each in states(powers=((0, 2), (1, 1), (0, 0))).known],
         no_level=lambda: states().intervals(0.0),
         few=lambda: states(among=STATES.select(np.arange(25) < 6)),
+        seven=lambda: states(among=STATES.select(np.arange(25) < 7)).suspects,
         few_of_region=lambda: told(states(among=STATES.select(np.arange(25) < 8), select="region")),
         twice=lambda: states(powers=((1, 1), (0, 1), (1, 1))),
         no_powers=lambda: states(powers=()),
@@ -134,8 +135,8 @@ def plane(top=4.0, end=0.28, area=6.0, tube=0.4, length=0.3, off=0.0, rows=5, sl
     return length * strain, 1e5 * bar, pull + noise
 
 
-def doubts(diameter=0.02, length=0.3, written=("mm", "bar", "N"), **changed):
-    x, p, f = plane(length=length, **changed)
+def doubts(diameter=0.02, length=0.3, written=("mm", "bar", "N"), among=slice(None), **changed):
+    x, p, f = (each[among] for each in plane(length=length, **changed))
     return identify_static(x, p, f, length, powers=((1, 1), (0, 1), (0, 0)), diameter=diameter, written=written).doubts
 
 
@@ -157,6 +158,7 @@ def asked_of_doubts():
         "both": tried(lambda v: doubts(area=v, top=0.9), 40.0),
         "many": tried(lambda v: doubts(area=6.0, end=v, rows=22), 0.148, 0.3),
         "few": tried(lambda v: doubts(area=v, rows=2), 60.0),
+        "five": tried(lambda v: doubts(area=v, among=[0, 3, 9, 16, 24]), 60.0),
     }
 
 

@@ -4,15 +4,9 @@ import functools
 
 import pytest
 from answers import changes, each_of
-from asked_commands import answered_in_turn
+from asked_commands import MAN, POSE, QUICK, WOMAN, answered_in_turn
 
-POSE = "--flexion 50 --abduction 30 --internal-rotation -10"
-MAN, WOMAN = "--person 1.82,83,male --elbow-flexion 35 --payload 1.2", "--person 1.6,55,female"
 TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n100,20,30\n"
-#: Half a second of a movement.
-QUICK = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + "".join(
-    f"{0.02 * k:.2f},{20.0 + 0.5 * k:.1f},{30.0 + 0.01 * k * k:.2f},{0.2 * k:.1f}\n" for k in range(26)
-)
 SEARCH = "four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60"
 QUESTIONS = """{"ask": "reaction", "design": "four-cables", "flexion": 60}
 {"ask": "nothing"}

@@ -9,9 +9,17 @@ from pathlib import Path
 from unittest import mock
 
 from asked_in_turn import in_digits
+from described_scenes import page_description
 from places import REPOSITORY
 
 from exo_pin.cli import main
+
+POSE = "--flexion 50 --abduction 30 --internal-rotation -10"
+MAN, WOMAN = "--person 1.82,83,male --elbow-flexion 35 --payload 1.2", "--person 1.6,55,female"
+#: Half a second of a movement.
+QUICK = "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + "".join(
+    f"{0.02 * k:.2f},{20.0 + 0.5 * k:.1f},{30.0 + 0.01 * k * k:.2f},{0.2 * k:.1f}\n" for k in range(26)
+)
 
 #: Of a document, and of the comments of a table, what says where it comes from.
 _ABOUT = {"provenance", "notes", "sha256"}
@@ -34,7 +42,7 @@ def _written(path):
     if path.suffix not in {".csv", ".json", ".toml", ".sto", ".mot", ".urdf", ".html"}:
         return path.stat().st_size > 0
     if path.suffix == ".html":
-        return len(path.read_text(encoding="utf-8")) > 0
+        return page_description(path.read_text(encoding="utf-8")) or path.stat().st_size > 0
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".json":
         return _said(text)

@@ -35,10 +35,18 @@ def scene_description(scene):
 
 def film_description(film):
     """What the page of a recording shows at first, and how it moves."""
-    scene, frames = (
-        gzip.decompress(base64.b64decode(part)) for part in re.findall(r'inflate\("([^"]+)"\)', film.html())
-    )
-    frames = json.loads(frames)
+    return page_description(film.html())
+
+
+def page_description(text):
+    """The same of a page's text, or of a page that does not move what it shows; None of any other page."""
+    parts = [gzip.decompress(base64.b64decode(part)) for part in re.findall(r'inflate\("([^"]+)"\)', text)]
+    if not parts:
+        return None
+    return _film(parts[0], json.loads(parts[1])) if len(parts) > 1 else _described(list(read(parts[0])))
+
+
+def _film(scene, frames):
     count = len(frames["times"])
     moves, colours = (
         np.frombuffer(base64.b64decode(frames[name]), "<f4").reshape(count, -1, size)

@@ -59,7 +59,8 @@ def write_columns(
     ending = "" if is_stream(path) else os.path.splitext(path)[1].lower()
     if ending == ".npz":
         buffer = io.BytesIO()
-        np.savez_compressed(buffer, **{name: _plain(array) for name, array in arrays.items()})
+        plain: dict[str, Any] = {name: _plain(array) for name, array in arrays.items()}
+        np.savez_compressed(buffer, **plain)
         write_bytes(path, buffer.getvalue())
     elif ending == ".xlsx":
         write_bytes(path, _workbook(arrays, notes or {}))

@@ -271,3 +271,12 @@ def test_a_call_that_is_wrong_is_found():
 
     call = Call("spoils", spoils, {"values": np.zeros(2), "flag": 1.0})
     assert ask(call, "flag", 3) == "has changed an argument"
+
+
+@pytest.mark.parametrize("name", ["prototype", "urdf/nesm.urdf", "urdf/spring-support.urdf"])
+def test_a_stack_without_poses_has_answers(name):
+    exo, none = ep.load(name), Rotation.from_quat(np.zeros((0, 4)))
+    answer = exo.reaction(none)
+    assert answer.shoulder_force.shape == (0, 3)
+    assert "of 0 poses" in str(answer)
+    assert str(exo.accuracy(none)) == "How well the drives place the arm is not known here."

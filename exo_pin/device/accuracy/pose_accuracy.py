@@ -154,11 +154,13 @@ class PoseAccuracy(Result, ReadOnly):
         return f"{text}, and a pose {away:.1f}° away has the same positions to {off:.2f}{unit}"
 
     def __str__(self) -> str:
-        if self.rate.ndim:
-            low, high = np.nanmin(self.mm_per_degree), np.nanmax(self.mm_per_degree)
-            return f"weakest rate {low:.2g} to {high:.2g} {self.unit}; twins of {self.has_twin.mean():.0%} of the poses"
-        if not np.isfinite(self.rate):
+        rates = np.asarray(self.mm_per_degree)
+        known = rates[np.isfinite(rates)]
+        if not known.size:
             return "How well the drives place the arm is not known here."
+        if self.rate.ndim:
+            twins = f"twins of {self.has_twin.mean():.0%} of the poses"
+            return f"weakest rate {known.min():.2g} to {known.max():.2g} {self.unit}; {twins}"
         text = f"The weakest rate of the drives is {float(self.mm_per_degree):.2g} {self.unit}: {self.sensitivity()}."
         if np.isfinite(self.free_turn):
             text += f" Play and resolution leave the arm {np.degrees(self.free_turn):.2g}° to either side."

@@ -272,7 +272,7 @@ class SoftEquations:
         here, share, self.lacking = x[0], float(parameter[0]), ()
         r = self.residual(here, share)
         kept = self._kept
-        if kept is None or kept[1] != share or np.abs(kept[0] - here).max() > _KEPT:
+        if kept is None or kept[1] != share or np.abs(kept[0] - here).max(initial=0.0) > _KEPT:
             slopes = self._first if share == 0.0 else None
             if slopes is None:
                 own = [(self.residual(here + step, share) - r) / _STEP for step in _STEP * np.eye(self.size)]

@@ -234,7 +234,7 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
     if sharing is not None and sharing.wearer is not None and source.poses.limits.asked:
         left = np.linalg.norm(source.poses.limits.upper[:, sharing.wearer], axis=1)
         # Less is rounding of a device that leaves nothing.
-        if left.max() > 1e-9:
+        if left.max(initial=0.0) > 1e-9:
             most = device.require_arm("moments").weight_moment(device.gravity)
             yield (
                 f"Counted as held: up to {left.max():.2g} N m are left to the wearer, at most {100.0 * UNFELT:g} % of "

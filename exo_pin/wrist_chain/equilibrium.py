@@ -16,6 +16,7 @@ two of the angles are those between them. The other two are turns of X_i about b
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -187,11 +188,12 @@ class EquilibriumModel:
         model.gravity.linear = mechanism.gravity
         self._massless = mechanism.limbs_are_massless
         self.radius = mechanism.geometry.platform_radius
+        self._local = threading.local()
         self._find_limbs(mechanism)
 
     def _find_limbs(self, mechanism: Mechanism) -> None:
-        """Find the joints of the n limbs in the model."""
-        model, geometry = self.model, mechanism.geometry
+        """Find the joints and ends of the n limbs in the model."""
+        model, geometry, closures = self.model, mechanism.geometry, self._closures.closures
         #: Indices of the UPU and of the other limbs.
         self._upu, self._sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)
         ids = [
@@ -206,6 +208,15 @@ class EquilibriumModel:
         #: Columns in v of the joints of the UPU limbs, shape (u, 5), and of all slides, shape (n,).
         self._upu_columns = np.array([columns[i] for i in self._upu], dtype=int).reshape(-1, 5)
         self._slides = np.array([own[2] for own in columns])
+        #: Frames of the limbs' ends on the torso; where they belong, shape (n, 4, 4); what the closures hold of it.
+        self._ends = [model.getFrameId(closure.frame_a) for closure in closures]
+        places = [closure.placement_b for closure in closures]
+        self._targets = np.array(
+            [pin.SE3(pin.Quaternion(np.array(p.quaternion)), np.array(p.translation)).homogeneous for p in places]
+        )
+        held = np.ones_like(self._targets, dtype=bool)
+        held[self._sps, :, :3] = False
+        self._held = held.nonzero()
         #: A_i, shape (n, 3), which can be written, as the kernels are compiled for, and |B_i|, shape (n,), m.
         self._base_points = np.array(geometry.base_points)
         self._radii = np.linalg.norm(geometry.platform_points, axis=1)
@@ -237,7 +248,7 @@ class EquilibriumModel:
             If the loops do not close to 1e-12.
         """
         q = self._configurations(R[None], quaternion[None], classify(self.mechanism, R[None]))
-        return self._linearised(q[0])
+        return self._linearised(q[0], self._data)
 
     def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
         """Joint vectors of N poses, shape (N, nq)."""
@@ -249,18 +260,27 @@ class EquilibriumModel:
         q[:, self._q_index] = (flat - self._neutral)[:, self._angles]
         return q
 
-    def _linearised(self, q: FloatArray) -> FloatArray:
-        """Fill placements and Jacobian of this thread's memory; returns q, with closed loops.
+    @property
+    def _data(self) -> pin.Data:
+        """This thread's memory."""
+        data = getattr(self._local, "data", None)
+        if data is None:
+            data = self._local.data = self.model.createData()
+        return data
+
+    def _linearised(self, q: FloatArray, data: pin.Data) -> FloatArray:
+        """Fill placements and Jacobian; returns q, with closed loops.
 
         Raises
         ------
         LoopNotClosed
             If the loops do not close to 1e-12.
         """
-        work = self.chain._state.buffers
-        if not work.linearise(q) <= _CLOSED:
+        pin.computeJointJacobians(self.model, data, q)
+        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._ends])
+        if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
             q = self.chain.close(q)
-            work.linearise(q)
+            pin.computeJointJacobians(self.model, data, q)
         return q
 
     def states(self, query: Query, limbs: Limbs, rows: NDArray[np.intp], progress: bool = False) -> AffineState:
@@ -284,14 +304,14 @@ class EquilibriumModel:
 
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
-        model, data, count = self.model, self.chain._state.buffers.data, len(query.matrices)
+        model, data, count = self.model, self._data, len(query.matrices)
         q = self._configurations(query.matrices, query.quaternions, limbs)
         closure, of_f, of_g, share = np.zeros((4, *limbs.length.shape, 6))
         wrench, tau, J = np.zeros((count, 6)), np.zeros((count, model.nv)), np.zeros((count, 6, model.nv))
         v = a = np.zeros(model.nv)
         moves = query.velocity.any() or query.acceleration.any()
-        for k in track(rows.tolist(), "reaction", progress):
-            q_k = self._linearised(q[k])
+        for k in track(rows.tolist(), "reaction", True) if progress else rows.tolist():
+            q_k = self._linearised(q[k], data)
             J[k] = data.J
             if moves:
                 v, a = self._motion(query.matrices[k].T, q_k, query.velocity[k], query.acceleration[k])

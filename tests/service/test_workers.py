@@ -15,10 +15,10 @@ import pytest
 from exo_pin.service import workers
 from exo_pin.service.workers import Busy, Workers
 
-MEMORY = 40
+MEMORY = 100
 WRONG, LONG = b'{"design": "nothing"}', b"what takes a minute"
-#: More numbers than the memory of a process holds, and less text.
-LARGE = b"[" + b"1.5," * 1_500_000 + b"1]"
+#: Far more numbers than the memory of a process holds, some of which may be free already, and less text.
+LARGE = b"[" + b"1.5," * 10_000_000 + b"1]"
 
 
 @pytest.mark.full
@@ -85,7 +85,7 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
         large, late, ended, wrong, unready = asyncio.run(ask())
     finally:
         made.close()
-    assert large == (422, "MemoryLimit", "the answer needs more than 40 MB: ask fewer poses")
+    assert large == (422, "MemoryLimit", "the answer needs more than 100 MB: ask fewer poses")
     assert late == (422, "TimeLimit", "the answer needs more than 0.2 s: ask fewer poses")
     assert ended == unready == (500, "InternalFault", "a fault of exo_pin, which its log describes")
     assert wrong[1] == "UnknownName"

@@ -118,6 +118,9 @@ def drives():
         for name, drive in found.items()
         if isinstance(drive, Drive)
     }
+    chain = ep.load("four-cables").device.as_chain()
+    pushing = chain.replace(drives=[Drive(own.name, own.joint) for own in chain.drives])
+    found |= {"limbs": [device.drive_units for device in (chain, pushing)]}
     return found | {"lack": [(drive.missing_limits(True), drive.missing_limits(False)) for drive in own]}
 
 

@@ -42,15 +42,14 @@ def pages():
 
 @in_a_folder
 def laid_out():
-    """The title, and where on the pages all texts and pictures begin, in what size, and how wide and high they are."""
+    """Where on the pages every text and picture begins, in what size, and how wide and high it is."""
     found = []
 
     def noted(name):
         method = getattr(fpdf.FPDF, name)
 
         def call(self, *places, **more):
-            kinds = (str,) if name == "set_title" else (int, float)
-            sizes = [each for each in (*places, *more.values()) if type(each) in kinds]
+            sizes = [each for each in (*places, *more.values()) if type(each) in (int, float)]
             here = [name, [self.page, self.get_x(), self.get_y(), self.font_size_pt, *sizes]]
             found.extend([here] * (here not in found))
             return method(self, *places, **more)
@@ -58,7 +57,7 @@ def laid_out():
         return call
 
     exo = load("four-linear-actuators-worn").worn_by(MAN)
-    names = ("add_page", "cell", "image", "multi_cell", "set_title")
+    names = ("add_page", "cell", "image", "multi_cell")
     with mock.patch.multiple(fpdf.FPDF, **{name: noted(name) for name in names}):
         report = exo.report(ep.Wearer(1.6, 55, "female"), 45.0)
         report.save("report.pdf")

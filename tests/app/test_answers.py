@@ -96,18 +96,3 @@ def test_two_designs_are_answered_in_one_pose_and_drawn_to_one_scale():
     following.close(wait=True)
     assert scenes[0] is not first
     assert scenes[1] is not second
-
-
-def test_a_picture_is_drawn_anew_for_another_body_alone():
-    drawn, found, done = [], [], threading.Event()
-    following = Following(lambda _, shown: shown.moving or done.set(), lambda _, scene: drawn.append(scene))
-    first = replace(CASES["worn"], design="four-cables")
-    lower = replace(first, changes=(("cuff_height_mm", 205.0),))
-    for each in (first, replace(first, flexion=50.0), lower, replace(lower, mass=60.0)):
-        done.clear()
-        following.ask(each)
-        assert done.wait(60.0)
-        found.append((len(drawn), drawn[-1].exo.device.dimensions()["cuff_height_mm"]))
-    following.close(wait=True)
-    own = first.exo.device.dimensions()["cuff_height_mm"]
-    assert found == [(1, own), (1, own), (1, pytest.approx(205.0)), (2, pytest.approx(205.0))]

@@ -139,11 +139,7 @@ class Information(Record):
         sizes = np.linalg.svd(scaled, compute_uv=False)
         #: Of the Jacobian, shape (p,), largest first: standard deviations of the lengths per m of a joint.
         self.singular_values = frozen(np.concatenate([sizes, np.zeros(model.size - len(sizes))]))
-        self._scaled = scaled
-        # Measurements without any error determine exactly what they determine.
-        self._known = scaled
-        if variance > 0.0:
-            self._known = np.concatenate([scaled / np.sqrt(variance), np.diag(model.scales / prior)])
+        self._scaled, self._noise = scaled, np.sqrt(self.variance)
 
     @property
     def rank(self) -> int:
@@ -153,12 +149,16 @@ class Information(Record):
     @functools.cached_property
     def _spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Standard deviation along each of p orthonormal directions of the scaled unknowns, tolerances included."""
-        _, sizes, directions = np.linalg.svd(_triangle(self._known))
-        sizes = np.concatenate([sizes, np.zeros(self.model.size - len(sizes))])
-        zero = sizes <= _RANK * sizes[0]
-        deviations = np.full(len(sizes), np.inf)
-        deviations[~zero] = 0.0 if self.variance == 0.0 else 1.0 / sizes[~zero]
-        return deviations, directions.T
+        # Measurements without any error determine exactly what they determine, and tolerances add nothing to them.
+        known = np.concatenate([self._scaled, np.diag(self._noise * self.model.scales / self.prior)])
+        _, sizes, directions = np.linalg.svd(_triangle(known))
+        return self._deviations(sizes), directions.T
+
+    def _deviations(self, sizes: FloatArray) -> FloatArray:
+        """Standard deviation along directions of these singular values, infinite where it is zero."""
+        deviations, seen = np.full(len(sizes), np.inf), sizes > _RANK * sizes[0]
+        deviations[seen] = self._noise / sizes[seen]
+        return deviations
 
     def spread(self, rows: FloatArray) -> FloatArray:
         """Covariance of linear functions of the unknowns.
@@ -213,8 +213,7 @@ class Information(Record):
         asked = self.model.asked
         _, found, directions = np.linalg.svd(self._scaled[:, asked])
         sizes = np.concatenate([found, np.zeros(len(directions) - len(found))])
-        deviations, seen = np.full(len(sizes), np.inf), sizes > _RANK * sizes[0]
-        deviations[seen] = np.sqrt(self.variance) / sizes[seen]
+        deviations = self._deviations(sizes)
         lost = deviations > _TOO_UNCERTAIN * self.model.reach
         space = np.zeros((self.model.size, int(lost.sum())))
         space[asked] = directions.T[:, lost]

@@ -132,9 +132,8 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
     q, v = model.idx_qs[index], model.idx_vs[index]
     low, high = float(model.lowerEffortLimit[v]), float(model.upperEffortLimit[v])
     lower, upper = (0.0 - high, 0.0 - low) if pulls else (low, high)  # no -0.0, which a file would print
-    ends = float(model.lowerPositionLimit[q]), float(model.upperPositionLimit[q])
-    if model.nqs[index] != 1:
-        ends = -np.inf, np.inf
+    # A joint without ends has two numbers for its angle.
+    has_ends = model.nqs[index] == 1
     speed = float(model.upperVelocityLimit[v])
 
     def known(value: float, is_told: bool = True) -> float | None:
@@ -148,8 +147,8 @@ def _drive_of(model: pin.Model, joint: str, pulls: bool) -> Drive:
         pulls=pulls,
         lower=known(lower, low < high),
         upper=known(upper, low < high),
-        least=known(ends[0]),
-        greatest=known(ends[1]),
+        least=known(float(model.lowerPositionLimit[q]), has_ends),
+        greatest=known(float(model.upperPositionLimit[q]), has_ends),
         speed_limit=known(speed, speed > 0.0),
     )
 

@@ -80,7 +80,7 @@ def _beyond_own_limits(reaction: Reaction, device: Device) -> NDArray[np.bool_]:
     limits, evidence = reaction.limits, reaction.infeasibility
     f = reaction.actuator_forces
     moments = device.moment_of_wearer(f.reshape(-1, f.shape[-1]))
-    left = np.linalg.norm(moments, axis=-1).reshape(f.shape[:-1])
+    left = np.linalg.norm(moments, axis=1).reshape(f.shape[:-1])
     # With the closest efforts the wearer has to add no more than equilibrium without limits leaves.
     lacking = left if evidence is None else np.linalg.norm(evidence.missing_wrench[..., 3:], axis=-1)
     apart = (np.nan_to_num(limits.length_error) != 0.0) | (np.nan_to_num(limits.excess_speed) != 0.0)

@@ -123,15 +123,14 @@ class _Lines:
 
     def _labelled(self, label: str, text: str, most: int = 1) -> list[str]:
         """A text behind a label, in at most so many lines."""
-        room, most = self.width - _LABEL, min(most, self.most)
-        lines = textwrap.wrap(text, room, max_lines=most, placeholder=" …")
+        lines = textwrap.wrap(text, self.width - _LABEL, max_lines=most, placeholder=" …")
         return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * most], lines, strict=False)]
 
     def _verdict(self) -> list[str]:
         word, reason = self.judged()
         head = "   ".join([word, *(text for text in (self.report.pose_in_words, self._who()) if text)])
         lines = textwrap.wrap(head, self.width, max_lines=1, placeholder=" …")
-        lines += self._labelled("", reason, 2) if reason else []
+        lines += self._labelled("", reason, self.most) if reason else []
         return [*lines, *self.remedy()]
 
     def remedy(self) -> list[str]:
@@ -218,7 +217,7 @@ class _Lines:
         lacking = [("with it", contact), ("without the device", bare)]
         texts = [f"{name} {why(each)}" for name, each in lacking if not each.has_result]
         # A pose with relief has both forces.
-        return self._labelled("In the joint", "; ".join([*([text] if text else []), *texts]), 2)
+        return self._labelled("In the joint", "; ".join([*([text] if text else []), *texts]), self.most)
 
     def relief(self) -> list[str]:
         """How much the joint is relieved, at most and by those who keep tension."""
@@ -304,7 +303,7 @@ class _Lines:
     def placed(self) -> list[str]:
         """What an error of the drives does, where they alone do not place the arm."""
         seen = self.report.accuracy
-        return self._labelled("Placed", f"{seen.sensitivity()}.", 2) if seen.is_doubtful else []
+        return self._labelled("Placed", f"{seen.sensitivity()}.", self.most) if seen.is_doubtful else []
 
     def worn(self) -> list[str]:
         """How the device sits on the wearer."""

@@ -91,7 +91,7 @@ def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high:
     unique = np.ones(len(c), dtype=np.bool_)
     if open_to_change.any():
         values, ways = np.linalg.eigh(A[np.ix_(open_to_change, open_to_change)])
-        idle = ways[:, values <= _RANK * max(float(values[-1]), 1.0)]
+        idle = ways[:, values <= _RANK * values[-1]]
         unique[open_to_change] = np.abs(idle).max(axis=1, initial=0.0) <= 1e-6
     return Complementarity(f / unit, np.where(inner, 0.0, w * unit), unique, residual, bounded)
 
@@ -136,7 +136,7 @@ def _size(A: FloatArray, c: FloatArray, f: FloatArray) -> float:
 def _descent(A: FloatArray, w: FloatArray, size: float) -> tuple[FloatArray, bool]:
     """Step to the minimum over all variables (True), or a direction without curvature that descends (False)."""
     values, ways = np.linalg.eigh(A)
-    curved = values > _RANK * max(float(values[-1]), 1.0)
+    curved = values > _RANK * values[-1]
     parts = ways.T @ w
     idle = ways[:, ~curved] @ parts[~curved]
     if np.abs(idle).max(initial=0.0) > 10.0 * _ROUNDING * size:

@@ -288,7 +288,7 @@ def _proxqp(program: LeastSquares) -> tuple[FloatArray, FloatArray, FloatArray, 
     solver.settings.eps_rel = 0.0
     solver.settings.max_iter = 300
     # With its default of 1e-4 ProxQP declares nearly infeasible programs infeasible and stops.
-    solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = 1e-12
+    solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = 0.0
     rows = (np.hstack([np.zeros((k, p)), program.C]), np.full(k, -_INFINITE), program.c) if k else (None, None, None)
     solver.init(H, np.zeros(p + m), A, np.concatenate([-program.d, program.b]), *rows, low, high)
     solver.solve()

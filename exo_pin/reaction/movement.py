@@ -108,7 +108,7 @@ def end_effects_caution(
     advice = "Record a second before and after the movement, or state that the arm rests at both ends (ends)."
     if not sure.any():
         return f"The ends of the record or a gap govern the accelerations of all held samples. {advice}"
-    peak, worst = float(magnitude[sure].max()), int(np.where(doubtful, magnitude, -1.0).argmax())
+    peak, worst = float(magnitude[sure].max()), int(np.where(doubtful, magnitude, -np.inf).argmax())
     if magnitude[worst] <= peak * (1.0 + _SAME_PEAK):
         return ""
     return (

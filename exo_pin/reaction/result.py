@@ -382,7 +382,7 @@ class Reaction(Result, ReadOnly):
         text = f"The cuff pulls along the arm with {most}{abs(pull):.0f} N"
         text += "" if abs(pull) < 0.5 else f", towards the {'shoulder' if pull < 0.0 else 'hand'}"
         if (slip := self.cuff_slip) is not None:
-            moved, turned = (np.linalg.norm(part[chosen], axis=-1).max() for part in np.split(slip, 2, axis=-1))
+            moved, turned = (np.linalg.norm(part[chosen], axis=1).max() for part in np.split(slip, 2, axis=-1))
             text += f"; by its stiffness it slips {most}{1e3 * moved:.1f} mm and turns {most}{np.degrees(turned):.1f}°"
         if (pressure := self.cuff_pressure) is not None:
             area = 1e4 * (self.source.poses.mechanism.interfaces.cuff_area or np.nan)

@@ -197,8 +197,7 @@ def _span(effect: Effect) -> str:
 
 
 def _offset_words(worst: WorstOffset, rigid: bool) -> str:
-    lost = int(np.isnan(worst.magnitudes).sum())
-    if lost == len(worst.magnitudes):
+    if np.isnan(worst.magnitudes).all():
         why = ': rigid, it cannot follow (split="elastic" takes the stiffness of cuff and harness)' if rigid else ""
         return f"The device has no answer {1e3 * worst.radius:g} mm off in any direction{why}."
     place = f"({', '.join(f'{1e3 * v:.1f}' for v in worst.offset)}) mm"

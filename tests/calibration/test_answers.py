@@ -6,7 +6,7 @@ from asked_in_turn import in_turn, tried
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.calibration import pose_information, suggest_poses
+from exo_pin.calibration import Information, pose_information, suggest_poses
 
 NOMINAL = ep.load("prototype")
 WORN = ep.load("four-linear-actuators-worn")
@@ -259,6 +259,30 @@ def asked_of_lengths():
     )
 
 
+OFFSETS = {"unknowns": ("base_offset", "length_offsets")}
+
+
+def partly_known():
+    """Spread of what one pose determines, together with more and more of what it does not."""
+    told = pose_information(poses(1), WORN, unknowns="base_points", length_noise=NOISE)
+    apart = poses(1).as_matrix()[0] @ WORN.geometry.platform_points.T - WORN.geometry.base_points.T
+    along = apart[:, 1] / np.linalg.norm(apart[:, 1])
+    across = np.cross(along, [0.6, 0.0, 0.8])
+    rows = np.zeros((6, 4, 3))
+    rows[:, 1] = along + np.outer([0.0, 0.9e-6, 1.1e-6, 1.0, 0.0, 0.0], across)
+    rows[4, 0], rows[5, 2] = along, apart[:, 2]
+    return 1e6 * told.spread(rows.reshape(6, -1))
+
+
+def exactly_known(count, variance):
+    """What lengths say whose errors have a variance, beside tolerances of another size."""
+    options = {"unknowns": ("base_offset", "cuff_offset"), "tolerances": {"length_offsets": 0.003}}
+    told = pose_information(poses(count), NOMINAL, length_noise=1.0, **options)
+    jacobian = told.model.evaluate(told.values, told.measured).by_unknowns.reshape(-1, told.model.size)
+    found = Information(told.model, told.values, told.measured, jacobian, variance, told.prior)
+    return found.standard_deviations, found.rank, str(found).splitlines()
+
+
 def asked_of_pose_choice():
     def chosen(count, exo=NOMINAL, **options):
         return suggest_poses(exo, count, poses(30), **{"length_noise": NOISE} | options)
@@ -299,8 +323,16 @@ def asked_of_pose_choice():
                 (2, WORN, ("base_offset", "cuff_offset", "length_offsets")),
                 (3, NOMINAL, ("base_offset", "torso_mounting", "length_scale", "length_offsets")),
                 (5, 0.01, NOMINAL, ("arm_mounting", "base_offset")),
+                (2, 0.3, NOMINAL, ("arm_mounting", "cuff_offset")),
+                (1, 0.01, WORN, ("base_offset", "arm_mounting")),
             )
         ],
+        certain=lambda: [
+            len(pose_information(poses(5, 0.01), WORN, length_noise=NOISE * 1.15**k, **OFFSETS).undetermined)
+            for k in range(-12, 8)
+        ],
+        partly=partly_known,
+        exact=lambda: [exactly_known(*each) for each in ((2, 0.0), (4, 0.0), (2, 1e-4))],
         no_nominal=lambda: pose_information(poses(3), 3, length_noise=NOISE),
     )
 

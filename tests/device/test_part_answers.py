@@ -118,6 +118,9 @@ def drives():
         for name, drive in found.items()
         if isinstance(drive, Drive)
     }
+    chain = ep.load("four-cables").device.as_chain()
+    pushing = chain.replace(drives=[Drive(own.name, own.joint) for own in chain.drives])
+    found |= {"limbs": [device.drive_units for device in (chain, pushing)]}
     return found | {"lack": [(drive.missing_limits(True), drive.missing_limits(False)) for drive in own]}
 
 
@@ -327,6 +330,11 @@ def beside():
             "old": lambda: springs(law + '"constant"\nforce_N = 2.5\n'),
             "old moments": lambda: springs(law + '"table"\ncoordinates_deg = [-90, 90]\nmoments_N_m = [-1, 2]\n'),
             "no law": lambda: springs(law + '"cubic"\n'),
+            "no efforts": lambda: springs(law + '"table"\ncoordinates_deg = [-90, 90]\n'),
+            "no coordinates": lambda: springs(law + '"table"\nefforts_N_m = [-1, 2]\n'),
+            "no force": lambda: springs(cable.replace("drives", "springs").replace("upper_N = 90", 'law = "constant"')),
+            "no gas": lambda: springs(law + '"gas"\nextended_length_mm = 300\ngas_height_mm = 90\n'),
+            "no height": lambda: springs(law + '"gas"\nextended_force_N = 2\nextended_length_mm = 300\n'),
             "two units": lambda: springs(law + '"linear"\nstiffness_N_m_rad = 2.5\nslack_deg = 30\nslack_m = 0.1\n'),
             "no stiffness": lambda: springs(law + '"linear"\n'),
             "along": lambda: springs(cable.replace("drives", "springs").replace("upper", 'law = "constant"\nforce')),

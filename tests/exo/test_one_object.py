@@ -1,6 +1,7 @@
 """The one object a user holds: its kinematics, files and contact, for a wrist and for another device."""
 
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -56,3 +57,17 @@ def test_long_work_says_how_far_it_is(worn, capsys):
 def test_the_speed_of_a_report_is_that_of_its_record():
     asked, own = (inspect.signature(each).parameters["arm_speed"] for each in (ep.ShoulderExo.report, design_report))
     assert asked.default == own.default
+
+
+def test_a_law_that_is_none_is_refused_with_its_design(tmp_path):
+    """Also of a muscle that pulls by a tackle, when the file is read and not at the first question."""
+    exo = ep.load("prototype")
+    tackle = ep.design.Tackle(ratio=2.0, muscle_length=0.3, force_law="tang-optimised", supply_pressure=4e5)
+    for actuator in (exo.limbs[0].actuator, ep.Actuator("cable", tackle=tackle)):
+        limbs = [replace(limb, actuator=actuator) for limb in exo.limbs]
+        exo.replace(limbs=limbs).save(tmp_path / "own.toml")
+        text = (tmp_path / "own.toml").read_text(encoding="utf-8")
+        (tmp_path / "wrong.toml").write_text(text.replace("tang-optimised", "tang-best"), encoding="utf-8")
+        assert ep.load(tmp_path / "own.toml").limbs[0].actuator == actuator
+        with pytest.raises(ep.UnknownName, match="unknown muscle model 'tang-best'"):
+            ep.load(tmp_path / "wrong.toml")

@@ -43,10 +43,11 @@ def test_complex_steps_give_the_angular_velocity(angle):
 
 def test_systems_without_a_solution_are_nan_and_leave_the_others():
     rng = np.random.default_rng(19)
-    A, b = rng.normal(size=(4, 3, 3)), rng.normal(size=(4, 3))
+    A, b = rng.normal(size=(5, 3, 3)), rng.normal(size=(5, 3))
+    A[4, 0, 0] = np.inf
     A[1, :, 2] = A[1, 2] = [0.0, 0.0, np.nan]  # beside two equations that have one
     A[2] = np.diag([1.0, 2.0, 0.0])
     found = solved(A, b)
-    np.testing.assert_array_equal(np.isnan(found).all(axis=1), [False, True, True, False])
+    np.testing.assert_array_equal(np.isnan(found).all(axis=1), [False, True, True, False, True])
     for k in (0, 3):
         np.testing.assert_allclose(A[k] @ found[k], b[k], atol=1e-13)

@@ -5,6 +5,9 @@ from answers import changes, each_of
 from asked_chains import all_tried
 
 from exo_pin.numerics import LeastSquares, judged, least_force, least_forces, solve
+from exo_pin.numerics.complementarity import bounded_complementarity
+from exo_pin.numerics.cones import fork_tilt, smallest_cone
+from exo_pin.numerics.continuation import follow
 from exo_pin.numerics.smoothing.smoothing_splines import fit_samples
 
 NONE = np.zeros(0)
@@ -171,7 +174,103 @@ def fits():
     }
 
 
-ASKED = {"programs": programs, "forces": forces, "fits": fits}
+def followed(residual, slope, rate, scale=(1.0,), count=1, **start):
+    """Ends of paths, and how often and at which λ the equations were asked on the way."""
+    tried = []
+
+    def equations(rows, x, at):
+        tried.extend(at)
+        return residual(rows, x, at[:, None]), slope(x)[:, :, None] * np.eye(len(scale)), rate(rows, x, at[:, None])
+
+    return [
+        *follow(equations, np.arange(count), np.array(scale), **start),
+        len(tried),
+        np.unique(tried)[-6:],
+        sum(tried),
+    ]
+
+
+def paths():
+    """Corrections that are each q times the one before, just below and above each limit; folds; what is linear."""
+
+    def curved(most, q, start=0.0, **more):
+        # The first correction is ``most``, the Jacobian too large by 1/(1 - q).
+        c = most / (1.0 - q)
+        return followed(
+            lambda rows, x, at: x - c * (at - start) ** 2,
+            lambda x: 0.0 * x + 1.0 / (1.0 - q),
+            lambda rows, x, at: 0.0 * x - 2.0 * c * (at - start),
+            start=start,
+            **more,
+        )
+
+    c, slopes = np.array([[0.2], [0.3], [0.249], [np.nan]]), np.array([1.0, 2.0])
+    limits = [(0.0295, 0.0), (0.0305, 0.0), (3e-7, 0.34), (3e-7, 0.36), (0.02, 0.06), (0.0235, 0.06), (0.02, 0.0625)]
+    return {
+        **{f"{most} by {q}": curved(most, q) for most, q in limits},
+        **{f"last {share}": curved(share * 1e-2, 1e-2) for share in (0.95, 1.1)},
+        "later": curved(0.07, 0.01, start=0.25),
+        "wide": curved(0.07, 0.01, scale=(2.5,)),
+        "folds": followed(
+            lambda rows, x, at: x - x**2 - at * c[rows], lambda x: 1.0 - 2.0 * x, lambda rows, x, at: 0.0 * x - c[rows],
+            count=4,
+        ),
+        "linear": followed(
+            lambda rows, x, at: slopes * x - [0.02, 5.0] * at**2,
+            lambda x: 0.0 * x + slopes,
+            lambda rows, x, at: 0.0 * x - [0.04, 10.0] * at,
+            scale=(1.0, np.inf),
+        ),
+    }  # fmt: skip
+
+
+def bounded():
+    """Forces within bounds of which some depend on each other, some cannot move and some are held."""
+    found = {}
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        n, k = int(rng.integers(2, 8)), int(rng.integers(1, 6))
+        B = 10.0 ** rng.uniform(-3, 3, (n, 1)) * rng.normal(size=(n, k))
+        if seed % 4 == 1:
+            B[0] = 0.0
+        c = B @ rng.normal(size=k) + (seed % 3 == 0) * 0.3 * rng.normal(size=n) * np.abs(B).max(axis=1)
+        size = 1.0 / np.maximum(np.abs(B).max(axis=1), 1e-3)
+        low, high = -rng.uniform(0, 1, n) * size, rng.uniform(0, 1, n) * size
+        low[rng.random(n) < 0.2], high[rng.random(n) < 0.3] = 0.0, np.inf
+        if seed % 5 == 2:
+            high[-1] = low[-1]
+        found[f"{seed}"] = lambda B=B, c=c, low=low, high=high: of_bounded(B @ B.T, c, low, high)
+    return all_tried(**found, skew=lambda: of_bounded(np.triu(np.ones((2, 2))), -np.ones(2), -np.ones(2), np.ones(2)))
+
+
+def of_bounded(*given):
+    one = bounded_complementarity(*given)
+    if not one.bounded:
+        return [False]
+    return [
+        np.where(one.unique, one.force, 0.0),
+        np.where(np.abs(one.rate) > 1e-9, one.rate, 0.0),
+        one.unique,
+        bool(one.residual < 1e-11),
+    ]
+
+
+def held_directions():
+    """Cones and forks that hold directions on a part of a ball, of all its sides, and one alone."""
+    rng = np.random.default_rng(4)
+    ways = rng.normal(size=(2300, 3)) * [0.2, 0.5, 0.1] + [0.3, 0.0, 0.9]
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    return [[*cone(some)] for cone in (smallest_cone, fork_tilt) for some in (ways, ways[:40], ways[:1])]
+
+
+ASKED = {
+    "paths": paths,
+    "bounded": bounded,
+    "held_directions": held_directions,
+    "programs": programs,
+    "forces": forces,
+    "fits": fits,
+}
 
 
 @each_of(ASKED)

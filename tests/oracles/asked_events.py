@@ -185,6 +185,14 @@ def crossings():
     return all_tried(
         weak=lambda: [tried(lambda one=one: weak(*one)) for one in angles],
         windows=lambda: of_run(windows.chain, windows.q, windows.v, windows.times),
+        # A push that begins behind the place, before the loops are as far from it again: no motion goes on as it came.
+        windows_pushed=lambda: tried(
+            lambda: (
+                windows.chain.simulate(
+                    windows.q, windows.v, [0.0, 0.8], lambda t, q, v: [0.6 * (t > 0.709947), 0.0, 0.0]
+                ).q
+            )
+        )[0],
         flat=lambda: [tried(lambda angle=angle: beside(angle)) for angle in (1e-1, 1e-3)],
         flat_moving=lambda: [tried(lambda angle=angle: pressed(angle)) for angle in (0.3, 0.05)],
         through=lambda: of_run(flat, *_swing(flat, 0.6, -1.5), [0.0, 0.2, 0.6, 0.8]),

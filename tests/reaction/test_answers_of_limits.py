@@ -238,6 +238,7 @@ def devices():
     idle, hinges = doors.generated("idle-2"), doors.shipped("serial-y-x-z")
     way = Route.over(("universe", [0.0, 0.2, 0.3]), (hinges.chain.roles.arm, [0.0, 0.02, -0.25]))
     mixed = hinges.replace(drives=[*hinges.device.drives, Drive("cable", route=way, upper=60.0)])
+    muscle = ep.Actuator("pneumatic muscle", force_law="best", supply_pressure=4e5)
     two, cone = hinges.replace(drives=hinges.device.drives[:2]), following(muscle_compression=120.0, faces=8)
 
     def asked(exo, *angles, **own):
@@ -250,7 +251,20 @@ def devices():
             {name: np.round(1.0 * part, 6) + 0.0 for name, part in parts.items() if name != "drive_units"},
         ]
 
+    def shared(hinge, **cable):
+        """Of drives in N and N m, of which one hinge has only these limits."""
+        first, *others = hinges.device.drives
+        own = hinges.replace(
+            drives=[Drive(first.name, first.joint, **hinge), *others, Drive("cable", route=way, **cable)]
+        )
+        found = own.reaction(own.pose(60, 20), limits="none")
+        return found.actuator_forces, found.cautions
+
     return in_turn(
+        small=lambda: shared({"upper": 0.4}, upper=60.0), unknown=lambda: shared({}, upper=60.0),
+        still=lambda: shared({"lower": 0.0, "upper": 0.0}, upper=60.0), loose=lambda: shared({"upper": 0.4}),
+        muscle=lambda: shared({"upper": 0.4}, actuator=muscle, stroke=ep.Stroke(0.25, 0.7, 1.1, 0.15)),
+        bare=lambda: shared({}, actuator=muscle, stroke=ep.Stroke(0.25, 0.7, 1.1, 0.15)),
         weak=lambda: asked(idle, 3, 4, 1, limits=7.0), nearly=lambda: asked(idle, 3, 4, 1, limits=24.0),
         mixed=lambda: asked(mixed, 60, 20, cone=cone), free=lambda: asked(mixed, 60, 20),
         wearer=lambda: asked(two, 50, 20, 30, limits="none", cone=cone),
@@ -258,7 +272,30 @@ def devices():
     )  # fmt: skip
 
 
-ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits, corners, devices)}
+def notes():
+    """What is said of stiffness that a split does not use or lacks, and a wrist that is flat, off its centre."""
+    soft = ep.load("prototype").replace(
+        limbs=[ep.Limb("UPU", guide=GUIDE), ep.Limb("UPU"), ep.Limb("UPU", guide=GUIDE)],
+        shoulder=ep.Shoulder(stiffness=2e4 * np.eye(3)),
+        interfaces=ep.Interfaces(harness=ep.Interface.of(2e4, 300.0, at=(-0.1, 0.0, 0.1))),
+    )
+    stiff, bare = soft.replace(interfaces=ep.Interfaces()), soft.replace(shoulder=ep.Shoulder())
+    ring = np.array([[0.1, 0.02, 0.0], [-0.06, 0.09, 0.0], [-0.03, -0.11, 0.0]])
+    geometry = ep.WristGeometry(ring, 0.7 * ring, neutral=ep.shoulder_rotation(0.0, 0.0, 0.3))
+    flat = ep.ShoulderExo.from_mechanism(ep.Mechanism(geometry, arm=MAN))
+
+    def off(height):
+        answer = flat.reaction(flat.pose(0, 0, 25), limits="none", centre_offset=[0.012, -0.007, height])
+        return answer.status, np.round(answer.determinant, 9) + 0.0
+
+    return [
+        own.reaction(own.pose(25.0, 35.0), split=split, limits="none").cautions
+        for own in (soft, stiff, bare)
+        for split in ("spherical", "minimal", "elastic")
+    ], [off(height) for height in (0.0, 1e-5, 0.05)]
+
+
+ASKED = {each.__name__: each for each in (nearest, fast, verdicts, ranges, rough, own_splits, corners, devices, notes)}
 
 #: Those that take longer than 0.15 s.
 LONGER = {"nearest", "fast", "ranges", "rough", "verdicts", "devices"}

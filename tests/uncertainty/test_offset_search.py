@@ -59,3 +59,18 @@ def test_a_search_may_run_into_offsets_without_an_answer_and_loses_its_hold_anyw
     worst, _ = searched(grows, held=lambda x: x @ SKEW > -0.99)
     assert worst.magnitude == pytest.approx(40.0 * np.e)
     assert not worst.holds
+
+
+def test_the_nearest_offset_of_unbounded_forces_lies_on_a_curved_surface():
+    """Near the centre, where it is steep, or about a pocket that no direction hits; else forces stay bounded."""
+    steep = lambda x: 1.0 - (40.0 * x @ SKEW) ** 3  # noqa: E731
+    pocket = lambda x: 2.0 * (((x - 0.9 * SKEW) ** 2).sum(axis=1) - 0.05**2)  # noqa: E731
+    for determinant, distance in ((steep, 0.025), (pocket, 0.85)):
+        worst, _ = searched(lambda x, determinant=determinant: 1.0 / np.abs(determinant(x)), determinant)
+        np.testing.assert_allclose(worst.offset, RADIUS * distance * SKEW, atol=1e-5 * RADIUS)
+        assert worst.magnitude == np.inf
+        assert np.isnan(worst.shoulder_force).all()
+        assert not worst.holds
+        worst, _ = searched(lambda x: 40.0 + x @ SKEW, determinant)
+        assert worst.magnitude == pytest.approx(41.0)
+        assert worst.holds

@@ -148,6 +148,10 @@ def recognised():
     def first(**other):
         return lambda own: replace(own, closures=(replace(own.closures[0], **other), *own.closures[1:]))
 
+    def turned(found):
+        return found[1] + " ".join(f"{-float(number)!r}" for number in found[2].split())
+
+    level = wrist("USU").replace(geometry=ep.WristGeometry(POINTS[:3], [[0.1, 0.02, -0.2], *ENDS[1:3]]))
     joint = r'(<joint name="limb_1_platform_x"[\s\S]*?<origin xyz=")'
     rub = r'(<joint name="limb_2_slide"[\s\S]*?)</joint>'
     return in_turn(
@@ -166,6 +170,13 @@ def recognised():
             ),
             "elsewhere": lambda: edited((joint + r"\S+", r"\g<1>0.3")),
             "other axis": lambda: edited((r'(limb_1_slide[\s\S]*?axis xyz=")\S+', r"\g<1>0.9")),
+            # The first limb's slide goes across x; it may not go the other way.
+            "backwards": lambda: edited((r'(limb_1_slide" type[\s\S]*?axis xyz=")([^"]*)', turned), mechanism=level),
+            "light crosses": lambda: [
+                of(ep.ClosedChain.from_urdf(*mechanism_urdf(wrist("UUU", arm=arm), "wrist", masses)))[-1]
+                for arm, mass in ((ARM, 3.7e-9), (None, 1e-9))
+                for masses in (AssumedMasses(cross_mass=share * mass, platform_mass=0.0) for share in (0.95, 1.1))
+            ],
             "damped": lambda: edited((rub, r'\1<dynamics damping="0.3" friction="0.1"/></joint>')),
             "heavier": lambda: edited((r'(<link name="limb_2_platform_body"[\s\S]*?mass value=")[^"]*"', r'\g<1>0.4"')),
             "at the joints": lambda: of(chain(wrist("USU", halves={"base_body": ep.LimbBody(0.3, 0.0, 4e-4, 4e-4)}))),

@@ -244,8 +244,8 @@ def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> Fl
         u, sizes, v = np.linalg.svd(found[1:10].reshape(3, 3))
         total = found[0] + offsets[i] ** 2
         # |u|² and |v|² have this sum and this product.
-        half, product = 0.5 * max(total, 2.0 * sizes[0]), sizes[0]
-        long = np.sqrt(half + np.sqrt(max(half**2 - product**2, 0.0)))
+        half, product = max(0.5 * total, sizes[0]), sizes[0]
+        long = np.sqrt(half + np.sqrt(half**2 - product**2))
         sides = np.array([long, -long, product / long, -product / long])
         us.append(sides[:, None] * u[:, 0])
         vs.append((product / sides)[:, None] * v[0])

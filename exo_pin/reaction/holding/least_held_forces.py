@@ -149,4 +149,4 @@ def missing_moments(moments: FloatArray, arms: FloatArray, lower: FloatArray, up
 
     ``moments`` has the shape (N, 3), ``arms`` (N, 3, n), the limits (N, n).
     """
-    return np.asarray(np.linalg.norm(least_forces(-moments, arms, lower, upper).forces, axis=-1))
+    return np.asarray(np.linalg.norm(least_forces(-moments, arms, lower, upper).forces, axis=1))

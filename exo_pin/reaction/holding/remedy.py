@@ -224,13 +224,13 @@ def _shortest(held: Callable[[FloatArray], NDArray[np.bool_]], turns: FloatArray
     # Long and short steps in one stack: for an elastic device, a large stack takes little longer than a small one.
     steps = _STEP * 4.0 ** -np.arange(_SCALES)
     before = np.inf
-    while np.linalg.norm(turns, axis=-1).min() < before - steps[-1]:
-        before = float(np.linalg.norm(turns, axis=-1).min())
+    while np.linalg.norm(turns, axis=1).min() < before - steps[-1]:
+        before = float(np.linalg.norm(turns, axis=1).min())
         tries = np.stack([np.concatenate([turn[None], *(_shorter(turn, step) for step in steps)]) for turn in turns])
         length = np.linalg.norm(tries, axis=-1)
         length[:, 1:][~held(tries[:, 1:].reshape(-1, 3)).reshape(len(turns), -1)] = np.inf
         turns = tries[np.arange(len(turns)), length.argmin(axis=1)]
-    return np.asarray(turns[np.linalg.norm(turns, axis=-1).argmin()])
+    return np.asarray(turns[np.linalg.norm(turns, axis=1).argmin()])
 
 
 def _shorter(turn: FloatArray, step: float) -> FloatArray:
@@ -244,7 +244,7 @@ def _shorter(turn: FloatArray, step: float) -> FloatArray:
     tries = [max(size - step, 0.5 * size) * unit[None]]
     for aside, less in ((1.0, 0.5), (2.0, 0.1)):
         sides = unit + min(1.0, aside * step / size) * around
-        tries.append(max(size - less * step, 0.5 * size) * sides / np.linalg.norm(sides, axis=-1, keepdims=True))
+        tries.append(max(size - less * step, 0.5 * size) * sides / np.linalg.norm(sides, axis=1, keepdims=True))
     return np.concatenate(tries)
 
 

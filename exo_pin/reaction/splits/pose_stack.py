@@ -80,7 +80,7 @@ def sharing_of(device: Any) -> EffortSharing:
     if len({device.unit_of(drive) for drive in device.drives}) > 1:
         ends = [drive.effort_range for drive in device.drives]
         known = stroke_limits(device) if depend_on_length(device) else np.array(ends).T
-        size = np.nan_to_num(np.abs(known), nan=0.0, posinf=0.0).max(axis=0)[:drives]
+        size = np.nan_to_num(np.abs(known), posinf=0.0).max(axis=0)[:drives]
         lacking = (size == 0.0) & ~(np.array(ends) == 0.0).all(axis=1)
         unknown = tuple(drive.name for drive, lacks in zip(device.drives, lacking, strict=True) if lacks)
         if not unknown and size.max() > 0.0:

@@ -102,7 +102,7 @@ class Displaced:
             -np.concatenate([side.directions, side.moment_arms], axis=-1),
             -np.concatenate([side.forces, np.where(np.abs(side.moments) < _NO_ARM, 0.0, side.moments)], axis=-1),
             share,
-            share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
+            share.sum(axis=1) - np.concatenate([force, moment], axis=1),
         )
         self.tensions = BalancedTensions.of(self.state)
         self.margin: FloatArray = margin_of_values(self.tensions.singular_values)
@@ -122,7 +122,7 @@ class Displaced:
     def parts(self) -> EquilibriumParts:
         """State, tensions, stiffness and misfit along the side wrenches, status, margin and determinant."""
         side = self.side
-        return self.state, self.tensions, side.stiffness, side.misfit, self.status, self.margin, self.determinant
+        return self.state, self.tensions, side.stiffness, side.deflection, self.status, self.margin, self.determinant
 
 
 class PartDisplacements(NamedTuple):

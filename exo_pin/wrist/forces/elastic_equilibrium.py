@@ -204,7 +204,7 @@ class ElasticEquations(Record):
         steps = 1j * _STEP * np.eye(m + 1)
         points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps
         loads = self._varied_loads(rows, x)
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        with np.errstate(all="ignore"):
             out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), m + 1, loads).reshape(k, m + 1, m)
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]

@@ -54,8 +54,6 @@ class SideWrenches(NamedTuple):
     forces, moments : ndarray
         The side wrench of unit size: the limb pulls the arm with -g_i (force, moment); shape (N, n, 3), unit vectors
         and moments in m. g_i is the whole force across the limb, positive towards X_i.
-    misfit : ndarray
-        Distance of the two centres along the side wrench at δ = 0, shape (N, n), m.
     stiffness : ndarray
         k_i, shape (N, n), N/m; zero for SPS limbs and bare muscles.
     folded : ndarray of bool
@@ -65,7 +63,7 @@ class SideWrenches(NamedTuple):
         two universal joints give a straight guide; exact at any displacement.
     deflection : ndarray
         φ_i times the moment of the unit side wrench along the limb, shape (N, n), m: displacement on which g_i = k_i
-        times it does work. ``misfit`` is its limit for a small gap between the centres.
+        times it does work; for a small gap between the centres the distance of these along the side wrench.
     bending, torque : ndarray
         Largest bending moment in the guide and its torque under the side wrench of unit size, shape (N, n), m.
     """
@@ -74,7 +72,6 @@ class SideWrenches(NamedTuple):
     moment_arms: FloatArray
     forces: FloatArray
     moments: FloatArray
-    misfit: FloatArray
     stiffness: FloatArray
     folded: np.ndarray
     twist: FloatArray
@@ -146,8 +143,6 @@ class StraightGuides(NamedTuple):
         B_i about O, shape (N, n, 3), m.
     y_base, y_arm, x_base, x_arm : ndarray
         Axes of the universal joints: Y fixed to base and arm, X = Y × s / |Y × s| of the guide; shape (N, n, 3).
-    gap : ndarray
-        From the centre of the base ring to that of the platform, shape (N, 3), m.
     folded : ndarray of bool
         Shape (N, n): limbs along an axis that is fixed to base or arm.
     """
@@ -159,7 +154,6 @@ class StraightGuides(NamedTuple):
     y_arm: FloatArray
     x_base: FloatArray
     x_arm: FloatArray
-    gap: FloatArray
     folded: NDArray[np.bool_]
 
 
@@ -192,9 +186,7 @@ def straight_guides(
     y_arm = -unit(arm)
     across_base, across_arm = np.cross(y_base, s), np.cross(y_arm, s)
     folded = np.minimum(length_of(across_base).real, length_of(across_arm).real)[..., 0] < FOLDED_SINE
-    return StraightGuides(
-        s, length_of(span)[..., 0], p, y_base, y_arm, unit(across_base), unit(across_arm), carried - base_offset, folded
-    )
+    return StraightGuides(s, length_of(span)[..., 0], p, y_base, y_arm, unit(across_base), unit(across_arm), folded)
 
 
 def unit_wrenches(
@@ -215,7 +207,6 @@ def unit_wrenches(
         moment_arms=np.cross(guides.ends, s),
         forces=force,
         moments=couple_arm + np.cross(guides.ends, force),
-        misfit=np.einsum("kni,ki->kn", force, guides.gap),
         stiffness=np.where(blank | ~resists, 0.0, stiffness),
         folded=np.asarray((guides.folded & is_upu).any(axis=1)),
         twist=twist,

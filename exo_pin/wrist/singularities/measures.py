@@ -134,7 +134,7 @@ def singularity(geometry: WristGeometry, poses: Rotation, is_upu: ArrayLike | No
     -0.598
     """
     state = inverse_kinematics(geometry, poses)
-    radius = np.linalg.norm(geometry.platform_points, axis=-1)
+    radius = np.linalg.norm(geometry.platform_points, axis=1)
     rows = np.cross(state.platform_points, state.directions)
     _, values, directions = np.linalg.svd(rows)
     smallest = values[..., 2]

@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.device import Brake
 from exo_pin.muscle import ConstantFriction, Damping, LoadDependentFriction, Supply, Valve, ValveUnit, muscle_model
 
 
@@ -190,6 +191,16 @@ def brief(plant, pose=POSE):
 FAR = ((0.0, (-44, 68, 85)), ([195e3, 64e3, 375e3], (43, 154, -60)), (0.0, (120, 30, -80)), (1e5, (-30, 140, 60)))
 
 
+def braked():
+    """Drives of a chain that has a brake, and of which two have other limits to one side than to the other."""
+    own = device("serial-y-x-z").device
+    uneven = (replace(own.drives[0], lower=-30.0, upper=20.0), replace(own.drives[1], lower=4.0, upper=20.0))
+    exo = ep.ShoulderExo.from_device(replace(own, drives=uneven, brakes=(Brake("lock", "flexion", 30.0),)))
+    plant = ep.Plant(exo)
+    efforts = [[drive.demand(share) for share in (-0.5, 0.0, 0.7)] for drive in plant.drives]
+    return plant.drives, efforts, plant.force_limits([0.1, 0.2, 0.3])
+
+
 def at_rest():
     """States of rest, limits and positions of drives, what moments are missing, and drives that creep."""
     muscles, cables = ep.Plant(ep.load("prototype")), ep.Plant(ep.load("four-cables"), ep.PlantOptions(play=0.001))
@@ -320,7 +331,21 @@ def lacking():
 
 ASKED = {
     each.__name__: each
-    for each in (muscles, tackles, winches, actuators, worn, geared, direct, padded, chains, at_rest, refused, lacking)
+    for each in (
+        muscles,
+        tackles,
+        winches,
+        actuators,
+        worn,
+        geared,
+        direct,
+        padded,
+        braked,
+        chains,
+        at_rest,
+        refused,
+        lacking,
+    )
 }
 
 #: Those that take longer than 0.15 s.

@@ -209,6 +209,11 @@ def geometries():
             "on its axis": lambda: WristGeometry(POINTS, ENDS, base_axis=POINTS[1], platform_axis=[0, 0, 1]),
             "no axis": lambda: WristGeometry(POINTS, ENDS, base_axis=[0, 0, 0]),
             "degrees": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [30.0, 60.0, 90.0], [30.0, 60.0, 90.0]),
+            "full turn": lambda: tried(
+                lambda more: CircleDimensions(0.1, 0.1, 0.1, 0.2, [1.0, 2 * np.pi + more], [1.0, 2.0]).alpha_A,
+                0.9e-9,
+                1.1e-9,
+            ),
             "angles": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6]),
             "side": lambda: CircleDimensions(0.1, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6, 0.9], "up"),
             "radius": lambda: CircleDimensions(0.0, 0.1, 0.1, 0.2, [0.3, 0.6, 0.9], [0.3, 0.6, 0.9]),

@@ -136,12 +136,15 @@ def sensors_said():
         found = read(path, side, **{**own, **options})
         return {"middle": found["angles"][50], "elbow": found["elbow"][50], "cautions": found["cautions"]}
 
-    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), blind=(), **options):
+    def dot(sensors, rows=slice(10, 80), start=4_294_000_000, lost=(), blind=(), early=0, **options):
         parts = foreign.sensors(truth)
         trunk = foreign.dot_file(place / "trunk.csv", parts["trunk"][rows], truth.t[rows], start)
         text = trunk.read_text().splitlines()
         for row in lost:
             text[row] = ",".join([*text[row].split(",")[:2], *["nan"] * 4, "0,0,0,0"])
+        if early:
+            at = next(k for k, line in enumerate(text) if line[:1] == "1")
+            text.insert(at, text[at].replace(str(start), str(start - early)))
         trunk.write_text("\n".join([*text, ""]))
         foreign.opensense(place, truth)
         arm = foreign.dot_file(place / "arm.csv", parts["arm"], truth.t, start)
@@ -196,6 +199,7 @@ def sensors_said():
                 "dot": lambda: dot({"trunk": "trunk.csv"}),
                 "dot after its clock": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000),
                 "dot without all times": lambda: dot({"trunk": "trunk.csv"}, start=2**32 - 300_000, blind=(50, 61)),
+                "dot with a row long before": lambda: dot({"trunk": "trunk.csv"}, slice(80), early=2_200_000_000),
                 "dot of one row": lambda: dot({"trunk": "trunk.csv"}, slice(20, 21)),
                 "dot of two rows": lambda: dot({"trunk": "trunk.csv"}, slice(20, 22)),
                 "dot with gaps": lambda: dot({"trunk": "trunk.csv"}, lost=(20, 21, 37)),

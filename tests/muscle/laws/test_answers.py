@@ -82,7 +82,8 @@ REFUSED_LAWS = {
     "higher": lambda: replace(SHEET, validity=replace(WIDE, pressure=(0.2e5, 7.1e5))),
     "choice": lambda: SHEET.force(0.0, 2e5, "leave"),
     "constant": lambda: [
-        getattr(polynomial({(0, 0): 3.0}), name)([0.01, 0.02], 2e5) for name in ("force", "stiffness", "pressure_gain")
+        getattr(polynomial({(0, 0): 3.0}), name)([0.01, 0.02], [2e5, 0.0], "mark").data
+        for name in ("force", "stiffness", "pressure_gain")
     ],
     "nearly_empty": lambda: polynomial().pressure_for([0.4e-4, 0.0, -0.1e-4], 0.01, "mark").data,
     "contracted": lambda: (
@@ -162,6 +163,8 @@ def asked_of_friction():
             f"{m} kg, {p} Pa": 1e3 * np.array(SLIDING.rest_band(m, p)) for m, p in ((1.4, 2.2e5), (0.9, 3e5))
         },
         stopped=lambda: [1e3 * np.array(CONSTANT.rest_band(m, p)) for m, p in ((5.5, 2.5e5), (2.5, 2.5e5), (0.9, 2e5))],
+        # Where it stays from a stretch of the first part of the stroke on, or up to one of the last.
+        nearly=lambda: [1e3 * np.array(CONSTANT.rest_band(0.9, p)) for p in (94555.0, 312630.0)],
         falls=lambda: SLIDING.rest_band(40.0, 2e5),
         no_mass=lambda: SLIDING.rest_band(0.0, 2e5),
         no_pressure=lambda: SLIDING.rest_band(1.0, 0.0),

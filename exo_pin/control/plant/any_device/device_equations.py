@@ -150,9 +150,9 @@ class DeviceEquations:
         self._loaded = bool(self.wearer or tables.force.any() or tables.shoulder[[0, 1, 3]].any())
         self.size = self.nq + self.nv + len(self.rubbing) + 3
 
-    def still(self, damping: float) -> DeviceEquations:
-        """The same without friction, with drives that stand still and a viscous moment in the shoulder, N m s/rad."""
-        own = still_tables(self.tables, damping)
+    def still(self) -> DeviceEquations:
+        """The same without friction, with drives that stand still."""
+        own = still_tables(self.tables, 0.0)
         return DeviceEquations(self.device, self.drives, own, self.wearer, self.payloads, self.torso, self.padding)
 
     def moved(self, q: FloatArray, step: FloatArray) -> FloatArray:

@@ -56,7 +56,7 @@ def rest_of(plant: Plant, start: PlantState) -> PlantState:
 
 def _device_rest(given: DeviceEquations, plant: Plant, start: PlantState) -> tuple[FloatArray, FloatArray]:
     """Quaternion of the arm, and the chain's part of the state."""
-    own, y, flows = given.still(0.0), equations_state(start, plant.motors), still_flows(plant.count)
+    own, y, flows = given.still(), equations_state(start, plant.motors), still_flows(plant.count)
     own.carry(own.held(start.time, before=True))
     none, still = np.zeros(own.nv), np.zeros(len(own.rubbing))
 

@@ -53,7 +53,9 @@ def spoiled():
     springs = [Spring("top", TableLaw((0.1, 0.35), (1.0, 2.0)), route=ways[0]),
                Spring("cord", LinearSpring(40.0), route=ways[1]),
                Spring("far", TableLaw((2.0, 3.0), (1.0, 2.0)), route=ways[1])]  # fmt: skip
+    pairs = [np.array(each)[[0, 0, 2]] for each in (muscles.geometry.base_points, muscles.geometry.platform_points)]
     designs = [
+        muscles.replace(geometry=ep.WristGeometry(*pairs, neutral=muscles.geometry.neutral)),
         *(muscles.replace(geometry=each) for each in neutral.values()),
         muscles.replace(arm=None),
         muscles.replace(arm=ep.Arm(2.0, [0.0, 0.0, -0.2])),

@@ -26,13 +26,14 @@ _NEW = multiprocessing.get_context("spawn")
 LIVE = "live"
 #: Longest preparation of a process, s: kernels of a fresh installation take a minute or two.
 _PREPARATION = 900.0
+_POSE = {"poses": {"flexion": 40.0}}
 #: Questions whose kernels are compiled in a new process, of one design with cables and one with muscles.
 _PREPARED: dict[str, dict[str, Any]] = {
     "reaction": {"poses": {"flexion": [20.0, 40.0, 60.0]}},
-    "uncertainty": {"poses": {"flexion": 40.0}},
-    "inverse_kinematics": {"poses": {"flexion": 40.0}},
-    "singularity": {"poses": {"flexion": 40.0}},
-    "accuracy": {"poses": {"flexion": 40.0}},
+    "uncertainty": _POSE,
+    "inverse_kinematics": _POSE,
+    "singularity": _POSE,
+    "accuracy": _POSE,
     "workspace": {"poses": 60.0},
 }
 

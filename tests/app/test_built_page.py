@@ -9,6 +9,7 @@ from unittest import mock
 
 import pytest
 from answers import changes, each_of
+from told_widgets import said
 
 pytest.importorskip("nicegui", reason="needs the extra app")
 from exo_pin.app.asked import Asked
@@ -17,15 +18,6 @@ from exo_pin.app.page import answer_view, live_input, playing, visit, widgets
 from exo_pin.app.searching import Found
 
 BEGINS = Asked("four-cables", flexion=20.0, payload=0.5)
-
-
-def said(value):
-    """An argument of a widget; what is called back or drawn in has no words."""
-    if isinstance(value, dict):
-        return {str(name): said(own) for name, own in value.items()}
-    if isinstance(value, list | tuple):
-        return [*map(said, value)]
-    return value if isinstance(value, str | int | float | None) else "…"
 
 
 class Page:
@@ -112,6 +104,7 @@ def events(page):
     yield "number", lambda: page.fill("Mass, kg", 61)
     yield "turned", lambda: page.slide("Abduction, °", 12)
     yield "resized", lambda: page.slide("Cuff below shoulder, mm", 190)
+    yield "picked", lambda: page.ui.echart.call_args.kwargs["on_point_click"](SimpleNamespace(value=[3, 7, 12.5]))
 
 
 async def _built():

@@ -272,6 +272,8 @@ def asked_of_lines():
             t.three_digits(x) for x in (0.0, 4.9e-7, 5.1e-7, 0.0123456, -0.99999, 1.2345, 99.996, 123.456, 98765.4)
         ],
         "newtons": [t.newtons(x) for x in (0.0, 1.0, -0.04, 0.06, 9.94, 9.96, -10.6, 1234.5)],
+        # Numbers that are equal may be written otherwise.
+        "zeros": [len(text) for text in (t.newtons(0.0), t.newtons(-0.04), t.three_digits(4e-7), t.three_digits(2.0))],
         "efforts": [t.effort_column(name, unit) for name, unit in (("limb 1", "N"), ("my joint", "N m"))],
         "positions": [
             t.position_column(*each)

@@ -24,6 +24,12 @@ class Own:
     mass: Any = None
 
 
+class Numbers:
+    """What newer versions of NumPy have for arrays: a name of the union."""
+
+    __value__ = ArrayLike
+
+
 @checked
 def asked_for(
     size: float,
@@ -40,6 +46,7 @@ def asked_for(
     call: Callable[[float], float] | None = None,
     part: Own | None = None,
     maybe: ArrayLike | str | None = None,
+    alias: Numbers | str | None = None,
     nothing: None = None,
     anything: Any = None,
     names: Sequence[str] = (),
@@ -72,6 +79,7 @@ GIVEN = {
     "call": (abs, 3, None),
     "part": (Own(), None, "own"),
     "maybe": ("a", [1.0], {1}, ["a"]),
+    "alias": ("a", [1.0], {1}, ["a"]),
     "nothing": (None, 3),
     "anything": (None, 3),
     "names": (["a"], "ab"),

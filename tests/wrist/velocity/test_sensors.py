@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin import shoulder_rotation
+from exo_pin import InvalidInput, shoulder_rotation
 from exo_pin.wrist import OrientationChain
 
 DEGREES = {"degrees": True}
@@ -49,3 +49,15 @@ def test_calibration_in_a_known_pose():
     exact = OrientationChain.calibrated(torso[0] * arm_mount.inv(), torso[0])
     assert (exact.arm_mount * arm_mount.inv()).magnitude() < 1e-14
     assert exact.spread < 1e-14
+
+
+def test_mounts_are_single_and_a_calibration_has_readings():
+    flat, none = Rotation.identity(), Rotation.from_quat(np.zeros((0, 4)))
+    assert OrientationChain(flat, flat).spread == 0.0
+    for mounts in ((Rotation.identity(2), flat), (flat, none)):
+        with pytest.raises(InvalidInput, match="_mount to be a single rotation, got shape"):
+            OrientationChain(*mounts)
+    with pytest.raises(InvalidInput, match="at least one reading"):
+        OrientationChain.calibrated(none, flat)
+    with pytest.raises(InvalidInput, match="arm_reading"):
+        OrientationChain.calibrated("flat", flat)

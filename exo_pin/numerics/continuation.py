@@ -76,7 +76,8 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray, star
     count, m = len(rows), len(scale)
     x, at, step = np.zeros((count, m)), np.full(count, start), np.full(count, _FIRST)
     tangent, sign = _state(equations, rows, x, at)
-    left = np.arange(count)
+    # Where a path cannot begin the equations are not asked again: they remember what was lacking.
+    left = np.flatnonzero(sign != 0.0)
     while left.size:
         goal = np.minimum(at[left] + step[left], 1.0)
         trial = x[left] + tangent[left] * (goal - at[left])[:, None]
@@ -95,13 +96,15 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray, star
 def _state(
     equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Tangent dx/dλ and sign of det J, both NaN where J is singular or not finite."""
+    """Tangent dx/dλ and sign of det J; NaN and zero where J is singular or not finite."""
     if not len(rows):
         return x, at
     _, jacobian, rate = equations(rows, x, at)
     tangent = solved(jacobian, -rate)
-    with np.errstate(invalid="ignore"):
-        return tangent, np.where(np.isfinite(tangent).all(axis=1), np.linalg.slogdet(jacobian)[0], np.nan)
+    finite = np.asarray(np.isfinite(tangent).all(axis=1))
+    return tangent, np.where(
+        finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
+    )
 
 
 def _corrected(

@@ -1,15 +1,11 @@
 """The help texts: every command and option says what it takes, and they fit the terminal."""
 
-import contextlib
-import io
-import re
-from unittest import mock
-
 import pytest
 from answers import changes, each_of
 from command_line import options_of, run
 
-from exo_pin.cli import COMMANDS, main
+from exo_pin.cli import COMMANDS
+from exo_pin.cli.command import command, examples, notes
 
 #: What stands in the help or the metavar of an option that takes numbers.
 UNITS = (
@@ -43,16 +39,13 @@ def test_help_fits_the_terminal(capsys, monkeypatch, columns):
 
 
 def helps():
-    """Paragraphs and options of all commands' helps, each with the commands that show it."""
+    """What commands and options say of themselves, with the commands that do; how it is laid out is no part of it."""
     found = {}
     for name in COMMANDS:
-        out = io.StringIO()
-        with mock.patch.dict("os.environ", {"COLUMNS": "100"}), contextlib.redirect_stdout(out):
-            main([*name.split(), "--help"])
-        # An option begins a line, and its description goes on in lines that are further in.
-        for part in re.split(r"\n(?=\n| {0,3}\S| *--)", out.getvalue()):
+        options = [option.parameter.help or "" for option in options_of(name)]
+        for part in (*command(name).help.split("\n\n"), *options, *examples(name), *notes(name).splitlines()):
             found.setdefault(" ".join(part.split()), []).append(name)
-    return {part: ", ".join(names) for part, names in found.items() if part}
+    return {part: ", ".join(dict.fromkeys(names)) for part, names in found.items() if part}
 
 
 ASKED = {"helps": helps}

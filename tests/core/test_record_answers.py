@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy
-import io
 import pickle
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, NamedTuple
@@ -21,7 +18,6 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core import schema, validation
-from exo_pin.core.progress import mapped, track
 from exo_pin.core.records import OneProcess, Record, keeps_read_only
 from exo_pin.core.results import Known, Result, frame_of, plain, taken_as_known
 
@@ -396,53 +392,11 @@ def asked_of_records():
     }
 
 
-class Loses:
-    """An executor that loses a task."""
-
-    def map(self, function, blocks):
-        return [function(block) for block in blocks][:-1]
-
-
-def drawn(question):
-    """What is gone through, and whether a bar with the number of all is drawn."""
-    with contextlib.redirect_stderr(io.StringIO()) as bar:
-        return list(question()), [each in bar.getvalue() for each in ("numbers", "0/2")]
-
-
-def asked_of_progress():
-    def squares(count, executor=None, block=1, progress=False):
-        return mapped(lambda x: x * x, list(range(count)), executor, "numbers", progress, block)
-
-    with ThreadPoolExecutor(2) as pool:
-        return in_turn(
-            {
-                f"{count} by {block}": lambda count=count, block=block: squares(count, pool, block)
-                for count, block in ((0, 1), (5, 1), (5, 2))
-            },
-            alone=lambda: squares(4),
-            loses=lambda: squares(4, Loses(), 2),
-            no_executor=lambda: squares(2, 3),
-            tracked=lambda: [
-                *map(
-                    drawn,
-                    (
-                        lambda: track([1, 2], "numbers", False),
-                        lambda: track(iter([1, 2]), "numbers", True, 2),
-                        lambda: squares(2, progress=True),
-                        lambda: squares(2, pool, progress=True),
-                        lambda: squares(2, pool),
-                    ),
-                )
-            ],
-        )
-
-
 ASKED = {
     "results": asked_of_results,
     "frames": asked_of_frames,
     "schemas": asked_of_schemas,
     "records": asked_of_records,
-    "progress": asked_of_progress,
 }
 #: Those that take longer than 0.15 s.
 LONGER = {"schemas"}

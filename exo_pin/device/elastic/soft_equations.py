@@ -43,8 +43,8 @@ _SCALE, _STEP, _KEPT = 0.5, 1e-7, 3e-3
 _BEYOND = 1e-3
 #: Corrections after the path, against rounding.
 _POLISH = 3
-#: More and less of the efforts, N and N m, for what they change.
-_MORE = 0.02
+#: More and less of the efforts for what they change, of the largest of them, and of 1 N or N m.
+_MORE = 1e-4
 
 
 class OutOfReach(SolverFailed):
@@ -355,13 +355,14 @@ class SoftEquations:
     def response(self, pose: SoftPose, x: FloatArray, stress: FloatArray) -> list[tuple[SoftPose, SoftPose, float]]:
         """The device with a little more and less of each set of efforts that balance the arm, columns of (p, m)."""
         slope, kept, out = self(np.zeros(1, dtype=np.intp), x[None], np.ones(1))[1][0], self.preferred, []
+        more = _MORE * max(1.0, float(np.abs(pose.f).max()))
         for column in stress.T:
             move = np.linalg.solve(slope, pose.drive_effect @ column)
             ends = []
             for sign in (1.0, -1.0):
-                self.preferred = pose.f + sign * _MORE * column
-                ends.append(self.at(x + sign * _MORE * move, 1.0))
-            out.append((ends[0], ends[1], 2.0 * _MORE))
+                self.preferred = pose.f + sign * more * column
+                ends.append(self.at(x + sign * more * move, 1.0))
+            out.append((ends[0], ends[1], 2.0 * more))
         self.preferred = kept
         return out
 

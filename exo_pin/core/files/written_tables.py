@@ -60,7 +60,7 @@ def write_columns(
     if ending == ".npz":
         buffer = io.BytesIO()
         plain: dict[str, Any] = {name: _plain(array) for name, array in arrays.items()}
-        np.savez_compressed(buffer, **plain)
+        np.savez_compressed(buffer, allow_pickle=False, **plain)
         write_bytes(path, buffer.getvalue())
     elif ending == ".xlsx":
         write_bytes(path, _workbook(arrays, notes or {}))

@@ -41,6 +41,8 @@ from .plant.run import Run as Run
 from .plant.state import Controller as Controller
 from .plant.state import Measurement as Measurement
 from .plant.state import PlantState as PlantState
+from .remote import ControllerServer as ControllerServer
+from .remote import RemoteController as RemoteController
 from .sensors import SensorError as SensorError
 from .sensors import Sensors as Sensors
 from .trajectories.paths import DAILY_TASKS as DAILY_TASKS

@@ -261,6 +261,9 @@ def _moved(folder):
     ep.Plant(soft, geared, cuff=padding).state(raised)
     three = ep.Plant(ep.load("three-linear-actuators"))
     control.gravity_compensation(three)
+    with control.ControllerServer(_commands) as server, control.RemoteController(server.address) as remote:
+        server.answer(b"no sample")
+        remote.reset()
     if importlib.util.find_spec("gymnasium") is not None:
         ShoulderEnv(serial, still)
 

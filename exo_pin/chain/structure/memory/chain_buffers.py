@@ -22,6 +22,7 @@ from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
 from ...kinematics.kernels import closure_kernels as kernels
 from ..topology import IntArray, Topology
+from .new_data import new_data
 
 #: How many arrays are packed of each kind.
 _INTEGERS = 10
@@ -115,7 +116,7 @@ class ChainBuffers(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology) -> None:
         self._model, self._topology = model, topology
-        self.data = pin.Data(model)
+        self.data = new_data(model)
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -225,7 +226,7 @@ class Forest(OneProcess):
                 parent, place = model.parents[joint], model.jointPlacements[joint]
                 name = f"{model.names[joint]}/{k}"
                 self._model.addJoint(first + parent if parent else 0, model.joints[joint], place, name)
-        self._data = pin.Data(self._model)
+        self._data = new_data(self._model)
         shape = self._count, model.njoints - 1
         self._poses = pose_window(self._data.oMi, self._model.njoints)[1:].reshape(*shape, 4, 3)
         self._forces = force_window(self._data.f, self._model.njoints)[1:].reshape(*shape, 6)

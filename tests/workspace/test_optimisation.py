@@ -11,6 +11,9 @@ from exo_pin import InvalidInput, UnknownName
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses, starting_design
 from exo_pin.wrist import BodyShape
 
+pytest.importorskip("optuna")
+pytest.importorskip("cmaes")
+
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 
 
@@ -26,8 +29,6 @@ def start(actuator=CABLE, limb_count=4, side="left"):
 
 @pytest.mark.full
 def test_optimise_reports_what_pinocchio_confirms(tmp_path):
-    pytest.importorskip("optuna")
-    pytest.importorskip("cmaes")
     exo = ep.ShoulderExo.from_mechanism(start())
     options = {
         "constraints": LIMITS, "poses": lifting_poses(counts=(3, 3, 2)), "seed": 3, "run_length": 96,
@@ -52,8 +53,6 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
 
 @pytest.mark.full
 def test_study_of_other_data_is_refused(tmp_path):
-    pytest.importorskip("optuna")
-    pytest.importorskip("cmaes")
     exo = ep.ShoulderExo.from_mechanism(start())
     query = {
         "exo": exo, "variables": free_joints(4), "poses": lifting_poses(counts=(3, 3, 2)), "constraints": LIMITS,
@@ -115,12 +114,7 @@ def test_front_is_drawn_among_its_runs():
     assert "merit" in alone.plot().axes[0].get_ylabel()
 
 
-pytest.importorskip("optuna")
-pytest.importorskip("cmaes")
-
-pytestmark = pytest.mark.usefixtures("plain")
-
-
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("budget", "length", "runs"), [(1, 24, [24]), (24, 10, [24]), (24, 48, [24]), (100, 48, [48, 48]), (71, 48, [48])]
 )
@@ -128,6 +122,7 @@ def test_a_budget_is_used_by_whole_generations(budget, length, runs):
     assert [run.evaluations for run in searched(budget=budget, run_length=length).runs] == runs
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("designs", "runs"), [(26, [(0, 24)]), (50, [(0, 48)]), (76, [(0, 48), (1, 24)])])
 def test_a_search_that_is_stopped_keeps_what_it_has(monkeypatch, designs, runs):
     """Ctrl-C in the generation that follows; a run that has ended evaluates its best once more."""
@@ -157,8 +152,6 @@ def cables():
 
 @pytest.mark.full
 def test_result_of_a_search_is_checked_with_every_offset(tmp_path):
-    pytest.importorskip("optuna")
-    pytest.importorskip("cmaes")
     options = {
         "constraints": LIMITS, "poses": lifting_poses(counts=(3, 3, 2)), "seed": 3, "budget": 96, "run_length": 96,
         "finer_step": 20.0, "storage": tmp_path / "study.db",

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Placement
 from exo_pin.cli import main
 
@@ -83,3 +84,17 @@ def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     assert f"{angle if angle <= 180 else angle - 360:.2f} °" in said
     assert main(["mobility", str(path), "--set", f"crank={angle}deg"]) == 0
     assert "left out             contact: " in capsys.readouterr().out
+
+
+def test_a_path_says_where_its_branch_ends():
+    """A rod of 1 m on a slide reaches a point 0.6 m above it as far as 0.8 m to the side."""
+    rod = '<body><joint name="hinge" axis="0 1 0"/><geom size="0.1"/><site name="end" pos="0 0 1"/></body>'
+    slide = f'<body><joint name="slide" type="slide" axis="1 0 0"/><geom size="0.1"/>{rod}</body>'
+    wall, pin = '<site name="wall" pos="0 0 0.6"/>', '<connect site1="wall" site2="end"/>'
+    mjcf = f"<mujoco><worldbody>{slide}{wall}</worldbody><equality>{pin}</equality></mujoco>"
+    chain = ClosedChain.from_mjcf(mjcf)
+    near = chain.close([0.3, -0.5], hold=["slide"])
+    with pytest.raises(LoopNotClosed, match=r"the branch ends after 29\.4 % of the way") as caught:
+        chain.forward_kinematics([2.0], near, ["slide"])
+    assert caught.value.q[0] == pytest.approx(0.8, abs=1e-3)
+    assert abs(chain.residual(caught.value.q)).max() < 1e-9

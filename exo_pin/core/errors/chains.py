@@ -50,9 +50,8 @@ class LoopNotClosed(ExoPinError, RuntimeError):
         self.q, self.residual, self.iterations = q, float(residual), int(iterations)
         if reached is not None:
             text = (
-                f"the branch ends {'at the start' if reached < 5e-4 else f'after {100.0 * reached:.3g} %'} of the way: a "
-                "link is stretched or folded there, or the configuration is singular: give positions before it, or "
-                "start on another branch"
+                f"the branch ends after {100.0 * reached:.3g} % of the way: a link is stretched or folded there, or the "
+                "configuration is singular: give positions before it, or start on another branch"
             )
         elif target:
             text = (

@@ -50,7 +50,7 @@ class LoopNotClosed(ExoPinError, RuntimeError):
         self.q, self.residual, self.iterations = q, float(residual), int(iterations)
         if reached is not None:
             text = (
-                f"the branch ends after {100.0 * reached:.3g} % of the way: a link is stretched or folded there, or the "
+                f"the branch ends after {100.0 * reached:.3g} % of the way: a link is stretched or folded, or the "
                 "configuration is singular: give positions before it, or start on another branch"
             )
         elif target:

@@ -1,5 +1,6 @@
-"""The running service: many at once, memory over many answers, kills under load, a stream at 100 Hz.
+"""The running service: a fuzzer, many at once, memory over many answers, kills under load, a stream at 100 Hz.
 
+python benchmarks/service.py fuzz      # needs: pip install schemathesis
 python benchmarks/service.py load growth restart live
 """
 
@@ -7,13 +8,16 @@ import itertools
 import json
 import os
 import random
+import shutil
 import socket
+import subprocess
 import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "oracles"))
 
@@ -21,6 +25,8 @@ from service_client import Service, resident
 
 import exo_pin as ep
 from exo_pin.design import preset_file
+
+CHECKS = "not_a_server_error,status_code_conformance,content_type_conformance,response_schema_conformance"
 
 
 def questions(seed):
@@ -35,6 +41,17 @@ def questions(seed):
         asked = {"design": mine if number % 50 == 0 else rng.choice(designs)}
         asked["poses"] = {key: rng.uniform(0.0, 60.0) for key in ("flexion", "abduction", "internal_rotation")}
         yield name, asked
+
+
+def fuzz(count=150):
+    """Let schemathesis ask what the description allows, and what it does not."""
+    program = shutil.which("schemathesis")
+    assert program, "pip install schemathesis"
+    # It keeps what it finds where it runs.
+    with Service("--seconds", "20", "--live", "0") as service, TemporaryDirectory() as folder:
+        words = [program, "run", f"{service.url}/openapi.json", "--checks", CHECKS, "--max-examples", str(count)]
+        words += ["--continue-on-failure", "--seed", "1", "--request-timeout", "120", "--suppress-health-check", "all"]
+        return subprocess.run(words, check=False, cwd=folder).returncode
 
 
 def load(count=2000, at_once=200):
@@ -162,5 +179,5 @@ def live(seconds=180.0):
 
 
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (load, growth, restart, live)}
+    commands = {each.__name__: each for each in (fuzz, load, growth, restart, live)}
     sys.exit(max([commands[name]() or 0 for name in sys.argv[1:]], default=0))

@@ -155,7 +155,7 @@ def reaction(
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
         wearer = _wearer(worn, muscles, files.json or table or compare is not None, strength)
-        report = report_on_pose(exo, answers[0], wearer, muscles is True, pose.angles, offset)
+        report = report_on_pose(exo, answers[0], wearer, pose.angles, offset)
         parts = [] if compare is None and not table and not explain else [_head(exo, pose, offset)]
         if compare is None and not table:
             parts.append(report.explained() if explain else str(report))

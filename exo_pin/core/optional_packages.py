@@ -19,7 +19,7 @@ _MODULES = {
     "recordings": ("ezc3d",),
     "report": ("fpdf", "matplotlib"),
     "app": ("nicegui",),
-    "service": ("starlette", "uvicorn", "websockets"),
+    "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
     "optimal_control": ("crocoddyl",),
     "gym": ("gymnasium",),
     "test": ("pytest",),

@@ -229,6 +229,29 @@ def _array_schemas() -> dict[str, Any]:
     return definitions
 
 
+def input_schemas(*kinds: type) -> dict[str, Any]:
+    """JSON schemas of records as questions state them, by their names, without members that would be records."""
+    import msgspec
+
+    structs = [_struct(kind, kind.__name__) for kind in kinds]
+    _, definitions = msgspec.json.schema_components(structs, schema_hook=_hook, ref_template="#/$defs/{name}")
+    for kind in kinds:
+        members_of = definitions[kind.__name__]["properties"]
+        for each in dataclasses.fields(kind):
+            if _records(_hints(kind)[each.name]):
+                del members_of[each.name]
+            elif each.default is not dataclasses.MISSING:
+                _state_default(members_of[each.name], each.default)
+    return dict(definitions) | _array_schemas()
+
+
+def _state_default(member: dict[str, Any], default: Any) -> None:
+    """Say the default of a record, which has null only where that is it."""
+    if default is not None and "anyOf" in member:
+        member["anyOf"] = [each for each in member["anyOf"] if each != {"type": "null"}]
+    member["default"] = list(default) if isinstance(default, tuple) else default
+
+
 def _struct(kind: type, title: str, is_root: bool = False) -> Any:
     import msgspec
 

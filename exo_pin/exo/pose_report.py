@@ -313,7 +313,6 @@ def report_on_pose(
     exo: ShoulderExo,
     answer: Reaction,
     person: Person | None = None,
-    must_have_muscles: bool = False,
     angles: Sequence[float] | None = None,
     offset: Sequence[float] | None = None,
 ) -> PoseReport:
@@ -327,8 +326,6 @@ def report_on_pose(
         Of a single pose; in motion without what muscles keep and the nearest pose, which are questions of rest.
     person : Person, optional
         Whose muscles are counted.
-    must_have_muscles : bool
-        Whether they are also reported of a pose outside the range of motion.
     angles : sequence of float, optional
         Flexion, abduction and internal rotation as they were asked for, degrees (default: those of the pose).
     offset : sequence of float, optional
@@ -344,8 +341,6 @@ def report_on_pose(
     contact, kept = None, {}
     if person is not None:
         contact = exo.joint_contact(pose, person, answer, motion, outside="mark", **loaded(answer, person))
-        if not must_have_muscles and str(contact.status) == "outside":
-            contact = None
     is_relieved = contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0
     if person is not None and rests and is_relieved and exo.device.driven_moments == 3 and exo.device.holds_alone:
         kept = {share: with_kept(exo, answer, person, share) for share in KEPT}

@@ -1,12 +1,15 @@
-"""The application: addresses, who may ask, limits of a request, and health."""
+"""The application: addresses, who may ask, limits of a request, health and metrics."""
 
 from __future__ import annotations
 
 import asyncio
 import secrets
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, ProcessCollector
+from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4, generate_latest
 from starlette.applications import Starlette
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
@@ -18,6 +21,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from .. import __version__
 from ..exo.questions import QUESTIONS
 from .live import Live
+from .openapi import openapi
 from .options import LOOPBACK, ServiceOptions
 from .problems import JSON, LOG, MEDIA, PAGES, encoded, problem
 from .workers import Busy, Workers
@@ -30,20 +34,29 @@ _OPEN = "/health"
 
 def application(workers: Workers, options: ServiceOptions, live: Live | None = None) -> ASGIApp:
     """The service as an ASGI application."""
+    metrics = Metrics(workers, live)
+    described = encoded(openapi())
 
     async def ask(request: Request) -> Response:
-        name = request.url.path[1:]
+        name, start = request.url.path[1:], time.perf_counter()
         media = _wanted(request) if name == "report" else JSON
         asked = f"{name}.{PAGES[media]}" if media in PAGES else name
         status, body = await _answered(workers, options, asked, request)
+        metrics.count(name, status, time.perf_counter() - start)
         headers = {"Retry-After": "1"} if status == 503 else {}
         return Response(body, status, headers, media if status == 200 else MEDIA)
 
     async def health(_: Request) -> Response:
         return Response(encoded({"status": "ok", "version": __version__}), media_type="application/json")
 
+    async def schema(_: Request) -> Response:
+        return Response(described, media_type="application/json")
+
+    async def measured(_: Request) -> Response:
+        return Response(metrics.text(), headers={"Content-Type": CONTENT_TYPE_PLAIN_0_0_4})
+
     routes: list[BaseRoute] = [Route(f"/{name}", ask, methods=["POST"]) for name in QUESTIONS]
-    routes.append(Route(_OPEN, health))
+    routes += [Route(_OPEN, health), Route("/openapi.json", schema), Route("/metrics", measured)]
     if live is not None:
         routes.append(live.route)
 
@@ -100,6 +113,34 @@ async def _refused(_: Request, error: Exception) -> Response:
 async def _failed(_: Request, error: Exception) -> Response:
     LOG.error("a request had no answer", exc_info=error)
     return Response(problem(500, "InternalFault", "a fault of exo_pin, which its log describes"), 500, media_type=MEDIA)
+
+
+class Metrics:
+    """What is counted, for Prometheus."""
+
+    def __init__(self, workers: Workers, live: Live | None) -> None:
+        own = self._registry = CollectorRegistry()
+        ProcessCollector("exo_pin", registry=own)
+        self._requests = Counter("exo_pin_requests", "Answered requests.", ["question", "status"], registry=own)
+        self._seconds = Histogram(
+            "exo_pin_seconds", "Time from a request to its answer, s.", ["question"], registry=own
+        )  # fmt: skip
+        for name, help_, read in (
+            ("busy", "Processes that work on an answer.", lambda: workers.busy),
+            ("waiting", "Questions that wait for a process.", lambda: workers.waiting),
+            ("streams", "Live streams.", lambda: 0 if live is None else live.open),
+            ("restarts", "Processes that were ended and started again.", lambda: workers.restarts),
+        ):
+            Gauge(f"exo_pin_{name}", help_, registry=own).set_function(read)
+
+    def count(self, question: str, status: int, seconds: float) -> None:
+        """Count a request."""
+        self._requests.labels(question, status).inc()
+        self._seconds.labels(question).observe(seconds)
+
+    def text(self) -> bytes:
+        """All of it."""
+        return generate_latest(self._registry)
 
 
 class Guard:

@@ -77,7 +77,7 @@ def serve(options: ServiceOptions | None = None, announce: Callable[[str], Any] 
         )
         listener.listen(_CONNECTIONS)
         if announce is not None:
-            announce(f"exo_pin answers at {options.url}")
+            announce(f"exo_pin answers at {options.url}, described at {options.url}/openapi.json")
         uvicorn.Server(config).run(sockets=[listener])
 
 

@@ -59,13 +59,18 @@ class Workers:
 
     def __init__(self, count: int, seconds: float, waiting: int, memory: int) -> None:
         self.seconds, self.most, self.memory = seconds, waiting, memory
-        self.waiting = 0
+        self.waiting = self.restarts = 0
         self._free: asyncio.Queue[int] = asyncio.Queue()
         self._threads = ThreadPoolExecutor(count, "exo_pin answers")
         self._all = [_Worker(memory) for _ in range(count)]
         for place, each in enumerate(self._all):
             each.prepare()
             self._free.put_nowait(place)
+
+    @property
+    def busy(self) -> int:
+        """Processes that work on an answer."""
+        return len(self._all) - self._free.qsize()
 
     async def answer(self, name: str, body: bytes) -> tuple[int, bytes]:
         """Status and JSON of an answer.
@@ -101,6 +106,7 @@ class Workers:
             status, kind, detail = 500, "InternalFault", "a fault of exo_pin, which its log describes"
         self._all[place].end()
         self._all[place] = _Worker(self.memory)
+        self.restarts += 1
         return status, problem(status, kind, detail)
 
     def close(self) -> None:

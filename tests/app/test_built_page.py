@@ -15,6 +15,7 @@ pytest.importorskip("nicegui", reason="needs the extra app")
 from exo_pin.app.asked import Asked
 from exo_pin.app.following import answered
 from exo_pin.app.page import answer_view, live_input, playing, visit, widgets
+from exo_pin.app.searching import Found
 
 BEGINS = Asked("four-cables", flexion=20.0, payload=0.5)
 
@@ -23,21 +24,22 @@ class Page:
     """A page with widgets that tell what they are given, and questions that nobody answers."""
 
     def __init__(self, stack):
-        self.ui, self.following, self.feed = (mock.MagicMock() for _ in range(3))
+        self.ui, self.following, self.search, self.feed = (mock.MagicMock() for _ in range(4))
         self.slider, self.called = self.ui.slider, 0
         for module in (answer_view, live_input, playing, visit, widgets):
             stack.enter_context(mock.patch.object(module, "ui", self.ui))
         for module, name, other in (
-            (visit, "Following", self.following), (visit, "Slider", self.slider),
+            (visit, "Following", self.following), (visit, "Search", self.search), (visit, "Slider", self.slider),
             (playing, "Slider", self.slider), (answer_view, "PoseMap", mock.MagicMock()),
             (answer_view, "SceneFeed", self.feed), (answer_view.secrets, "token_urlsafe", "key {}".format),
         ):  # fmt: skip
             stack.enter_context(mock.patch.object(module, name, other))
         classed = self.ui.label.return_value.classes.return_value
         classed.props.return_value.is_deleted = self.ui.element.return_value.classes.return_value.is_deleted = False
+        self.search.return_value.works = False
         self.visit = visit.Visit(BEGINS)
         self.show, _ = self.following.call_args.args
-        (self.drag,) = self.feed.call_args.args
+        (self.find,), (self.drag,) = self.search.call_args.args, self.feed.call_args.args
 
     def new(self):
         """What widgets were given since the last time, and the last questions."""
@@ -82,8 +84,12 @@ def events(page):
     yield "back", lambda: page.choose("select", "Design", "four-cables")
     yield "sex", lambda: page.choose("select", "Sex", "female")
     yield "joints", lambda: page.choose("checkbox", "Drag joint centres in the picture", True)
-    yield "raised", lambda: page.slide("Cuff below shoulder, mm", 202)
     yield "dimension", lambda: page.choose("select", "Change another dimension", "A[1].radius_mm")
+    yield "search", lambda: page.click("Search within sliders")
+    yield "worse", lambda: page.find(Found(48, 0.2, 0.3, {"cuff_height_mm": 201.0}))
+    yield "better", lambda: page.find(Found(96, 0.4, 0.3, {"cuff_height_mm": 202.0}))
+    yield "best", lambda: page.click("Take the best")
+    yield "ended", lambda: page.find(None)
     yield "designed", lambda: page.click("As designed")
     for place in ([0.3, 0.2, 0.1], [0.0, 0.0, 0.0], [9.0, 9.0, 0.0], [1.0, 2.0]):
         yield f"hand {place}", lambda place=place: page.drag(json.dumps({"drag": "hand", "to": place}))
@@ -109,9 +115,10 @@ async def _built():
             event()
             await asyncio.sleep(0.0)
             told[name] = page.new()
+        started = said([each.args[1] for each in page.search.return_value.start.call_args_list])
         page.visit.close()
-        ends = [page.following.return_value.close.called, [*page.visit.feeds]]
-        return told, ends
+        ends = [page.following.return_value.close.called, page.search.return_value.stop.call_count, [*page.visit.feeds]]
+        return told, started, ends
 
 
 def built():

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import re
+import socket
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -108,6 +109,27 @@ def test_the_cuff_is_raised_and_the_design_saved_and_given_again(window, tmp_pat
         assert answered(raised).parts.drives[0][1] in window.text(".drives")
 
 
+def test_a_better_design_is_found_by_a_search_that_is_stopped(window, tmp_path):
+    pytest.importorskip("optuna")
+    low = ep.load("four-cables").device.with_dimensions(cuff_height_mm=250.0)
+    ep.ShoulderExo.from_device(low).save(tmp_path / "low.toml")
+    asked = Asked(str(tmp_path / "low.toml"), flexion=60.0)
+    with served(asked.design, "--flexion", "60") as url:
+        window.open(url)
+        window.click(".device .row-of-buttons button")
+        window.wait_for("document.querySelector('.found').innerText.includes('designs tried')")
+        keep(window, "search")
+        assert window.text(".device .row-of-buttons button").lower() == "stop the search"
+        window.wait_for("document.querySelector('.device .row-of-buttons button:last-child').offsetParent")
+        window.click(".device .row-of-buttons button:last-child")
+        window.settled("document.querySelector('.call').innerText.includes('cuff_height_mm')")
+        height = re.search(r'"cuff_height_mm": ([\d.]+)', window.text(".call"))[1]
+        found = answered(asked.changed("cuff_height_mm", float(height)))
+        window.wait_for(f"document.querySelector('.drives').innerText.includes('{found.parts.drives[0][1]}')")
+        assert window.text(".device .row-of-buttons button").lower() == "search within sliders"
+        keep(window, "better_design")
+
+
 def test_a_clinician_sets_up_a_light_person_with_a_flaccid_arm_and_gets_the_report(window, tmp_path):
     asked = Asked(flexion=60.0, mass=45.0, height=1.55, sex="female", strength=0.0)
     with served("--flexion", "60") as url:
@@ -182,7 +204,7 @@ def test_sensors_move_the_arm_and_lost_samples_are_said(window):
         window.click(".sensors")
         window.wait_for("document.querySelector('.where pre')")
         lines = [line.split(None, 1) for line in window.text(".where").splitlines()]
-        (_, address), (_, opening), _ = lines
+        (_, address), (_, udp), (_, opening), _ = lines
         with connect(address) as stream:
             stream.send(opening)
             assert json.loads(stream.recv())["opened"] == "pose"
@@ -192,6 +214,13 @@ def test_sensors_move_the_arm_and_lost_samples_are_said(window):
         words = window.evaluate("document.querySelector('.live .words').innerText")
         assert "2 lost" in words or "No sample for" in words
         keep(window, "sensors")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+            link.connect(("127.0.0.1", int(udp.split()[-1])))
+            link.settimeout(30.0)
+            link.send(opening.encode())
+            assert json.loads(link.recv(65536))["opened"] == "pose"
+            link.send(b'{"t": 0.0, "flexion": 35.0}')
+            window.settled("document.querySelector('.call').innerText.includes('exo.pose(35, 0, 0)')")
         window.click(".live button")
         window.wait_for("!document.querySelector('.live').offsetParent")
         # The page may have closed it before anything is sent.

@@ -19,6 +19,7 @@ from exo_pin.app.following import answered
 from exo_pin.app.force_history import history
 from exo_pin.app.live_samples import LiveSamples
 from exo_pin.app.pose_map import ABDUCTIONS, FLEXIONS, chart_of, column_of_map, rings_at, top_of
+from exo_pin.app.searching import Found
 from exo_pin.app.words import answer_html, figures
 
 SUPPORT = str(URDF / "spring-support.urdf")
@@ -76,6 +77,7 @@ def maps():
     asked = replace(CHANGED, flexion=20.0, abduction=35.0)
     columns = {flexion: column_of_map(exo, flexion, 10.0) for exo in (asked.exo,) for flexion in FLEXIONS[::7]}
     free = column_of_map(CASES["support"].exo, 50.0, 0.0)
+    said = Found(96, 0.4321, 0.21, {"scale": 0.9}).words, Found().words, Found(refusal="No.").words
     return (
         columns,
         free,
@@ -85,6 +87,7 @@ def maps():
         rings_at(asked),
         FLEXIONS,
         ABDUCTIONS,
+        said,
     )
 
 

@@ -324,6 +324,7 @@ def asked_of_schemas():
         "asked": {name: [member.text, member.unit, member.required] for name, member in s.members(Asked).items()},
         "schema": s.schema_of(Answer),
         "named": s.schema_of(Part, "own")["$id"],
+        "inputs": s.input_schemas(Asked),
         "checked": in_turn(
             {str(k): lambda d=d: s.checked_identifier(d, ["answer", "part"]) for k, d in enumerate(documents)}
         ),

@@ -9,6 +9,8 @@ from exo_pin.service.workers import Busy
 class TellingWorkers:
     """Answers with the name of the question and the length of its body, or is busy."""
 
+    busy, waiting, restarts = 1, 2, 3
+
     async def answer(self, name, body):
         if body == b"wait":
             raise Busy("too many questions wait")

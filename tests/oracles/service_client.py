@@ -48,6 +48,11 @@ class Service:
         status, _, body = self.send("POST", f"/{name}", text, {"Content-Type": "application/json"} | headers)
         return status, json.loads(body)
 
+    def metric(self, name):
+        """A number of the metrics."""
+        text = self.send("GET", "/metrics")[2].decode()
+        return float(re.search(rf"^{name} (\S+)$", text, re.MULTILINE)[1])
+
     def processes(self):
         """Numbers of the process and of those that it has started."""
         return [self.process.pid, *children(self.process.pid)]

@@ -1,4 +1,4 @@
-"""Answers of the service as they are stored: replies, streams of samples."""
+"""Answers of the service as they are stored: replies, streams of samples, messages of ROS, its description."""
 
 import json
 import re
@@ -14,6 +14,7 @@ from exo_pin.design import preset_file
 from exo_pin.service import ServiceOptions
 from exo_pin.service.live_answers import LiveSession, Request, respond
 from exo_pin.service.problems import reply
+from exo_pin.service.ros_messages import sample_of_imus, sample_of_quaternion, wrench_of_answer
 from exo_pin.service.sample_poses import SamplePoses, opening_of
 from exo_pin.service.samples import Opening, Sample, Sensors, Stream
 
@@ -168,6 +169,28 @@ def sessions():
     return found, first, opening_of(b'{"open": {}, "rate": 50, "token": "a"}', "a").rate, LiveSession(opening).name
 
 
+def messages():
+    """Messages of ROS to samples, and answers to them."""
+
+    def stamped(sec, nanosec, name="orientation", **more):
+        turn = {name: {"x": 0.1, "y": 0.2, "z": 0.3, "w": 0.927}, "orientation_covariance": [0.0]}
+        return {"header": {"stamp": {"sec": sec, "nanosec": nanosec}}} | turn | more
+
+    def wrench(t=1.5, **answer):
+        return lambda: wrench_of_answer({"t": t, **answer}, "torso")
+
+    early, late, force = stamped(3, 250000000), stamped(3, 265000000), [1.0, 2.0, 3.0]
+    refused = in_turn(
+        apart=lambda: sample_of_imus(early, stamped(3, 280000000)), header=lambda: sample_of_quaternion({}),
+        blind=lambda: sample_of_imus(early, late | {"orientation_covariance": [-1.0]}),
+        field=lambda: sample_of_quaternion(early), force=wrench(3.2500000004, shoulder_force=force),
+        joint=wrench(joint_force=[1.0, 2.0, 4.0], shoulder_force=force), none=wrench(verdict="No."),
+        lost=wrench(shoulder_force=[None, 1.0, 2.0], detail="Lost."),
+    )  # fmt: skip
+    numbered = sample_of_quaternion(stamped(3, 5000000, "quaternion"), 4)
+    return numbered, sample_of_imus(early, late), sample_of_imus(late, early, 0), refused
+
+
 def options():
     """Addresses of the service, and options that are refused."""
     own, token = ServiceOptions, "0123456789abcdef"
@@ -179,6 +202,37 @@ def options():
         memory=lambda: own(memory=0.5), waiting=lambda: own(waiting=0), near=lambda: own(host="127.0.0.9").url,
     )  # fmt: skip
     return told[0].url, told[0].host, told[1], own().url, refused
+
+
+def bare(schema):
+    """A part of the description without words and without the names of presets."""
+    if isinstance(schema, list):
+        return [*map(bare, schema)]
+    left_out = ("description", "summary", "enum")
+    return {k: bare(v) for k, v in schema.items() if k not in left_out} if isinstance(schema, dict) else schema
+
+
+def description():
+    """Questions of the description with all that they take, and the names of its schemas."""
+    whole = pytest.importorskip("exo_pin.service.openapi", reason="needs the extra service").openapi()
+    paths = {}
+    for address, methods in whole["paths"].items():
+        for method, about in methods.items():
+            body = about.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
+            paths[f"{method} {address}"] = {
+                "says": about.get("summary"), "takes": sorted(body.get("properties", {})),
+                "needs": body.get("required"),
+                "codes": {c: [*e.get("content", ())] for c, e in about["responses"].items()},
+            }  # fmt: skip
+    post = whole["paths"]["/reaction"]["post"]["requestBody"]["content"]["application/json"]["schema"]
+    reaction = {key: value for key, value in post["properties"].items() if key != "design"}
+    schemas = {name: sorted(each.get("properties", {})) for name, each in whole["components"]["schemas"].items()}
+    rest = {key: value for key, value in whole.items() if key not in ("paths", "components", "info")}
+    wholly = {name: whole["components"]["schemas"][name] for name in ("Wearer", "Load", "Criteria", "ProblemDocument")}
+    asked = whole["paths"]["/workspace"]["post"]["requestBody"]
+    wholly |= {"report": bare(whole["paths"]["/report"]["post"]), "workspace": bare(asked)}
+    about = whole["info"]["license"], whole["components"].get("securitySchemes"), wholly
+    return paths, reaction, schemas, rest, *about
 
 
 def application():
@@ -207,16 +261,24 @@ def application():
     for name, more in (("none", {}), ("bad", {"Authorization": "Bearer 0123456789abcdeg"})):
         told[name] = asked(app, **more)
     told["freely"], told["health alone"] = asked(open_app), asked(app, "GET", "/health")[0]
+    counts = [line for line in asked(app, "GET", "/metrics", **key)[2].splitlines() if line.startswith("exo_pin_")]
+    told["counts"] = [
+        line for line in counts if "requests_total" in line or "exo_pin_busy" in line or "waiting" in line
+    ]
+    told["schema"] = len(json.loads(asked(app, "GET", "/openapi.json", **key)[2])["paths"])
     told["health"] = json.loads(told["health"][2])["status"]
     return {
         name: [*each[:2], TITLE.sub("", each[2])] if isinstance(each, tuple) else each for name, each in told.items()
     }
 
 
-ASKED = {each.__name__: each for each in (replies, streams, poses, calibrated, sessions, options, application)}
+ASKED = {
+    each.__name__: each
+    for each in (replies, streams, poses, calibrated, sessions, messages, options, description, application)
+}
 
 #: Those that take longer than 0.15 s.
-LONGER = {"replies", "application"}
+LONGER = {"description", "replies", "application"}
 
 
 @each_of(ASKED, LONGER)

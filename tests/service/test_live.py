@@ -161,6 +161,7 @@ def test_over_websocket_each_sample_has_its_answer(service):
         assert found["late"] == [3]
         stream.send("{")
         assert json.loads(stream.recv())["status"] == 422
+        assert service.metric("exo_pin_streams") == 1
 
 
 @pytest.mark.full

@@ -1,13 +1,18 @@
 """Samples of a live stream: what is lost and late, clocks, sensors, and messages of ROS."""
 
+import json
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
+from places import REPOSITORY
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.service.live_answers import LiveSession
+from exo_pin.service.problems import encoded
+from exo_pin.service.ros_messages import sample_of_quaternion, wrench_of_answer
 from exo_pin.service.samples import Opening, Sample, Sensors, Stream
 
 CABLES = {"design": "four-cables"}
@@ -104,3 +109,27 @@ def live_doubt(live, times, quaternions):
     for time, each in zip(times, quaternions, strict=True):
         found = live.answer(Sample(t=float(time), quaternion_xyzw=tuple(each)))
     return found["doubt"]
+
+
+def recorded():
+    """Messages of a recorded movement, with the fields of ROS 2, and its poses."""
+    movement = ep.read_movement(REPOSITORY / "examples" / "lift.csv", "left", None)
+    rows = movement.poses[::20].as_quat()
+    stamps = [divmod(round(1e9 * t), 10**9) for t in movement.times[::20]]
+    headers = [{"stamp": {"sec": s, "nanosec": n}, "frame_id": "torso"} for s, n in stamps]
+    return headers, rows, movement.poses[::20]
+
+
+def test_ros_messages_of_a_recording_give_the_forces_of_its_poses():
+    exo, live = ep.load("four-cables"), session()
+    headers, rows, poses = recorded()
+    own = exo.reaction(poses)
+    assert len(poses) > 5
+    for k, (header, row) in enumerate(zip(headers, rows, strict=True)):
+        message = {"header": header, "quaternion": dict(zip("xyzw", row.tolist(), strict=True))}
+        sample = msgspec.convert(json.loads(json.dumps(sample_of_quaternion(message, k))), Sample)
+        answer = json.loads(encoded(live.answer(sample))) | {"t": sample.t}
+        wrench = wrench_of_answer(answer, "torso")
+        assert wrench["header"] == header
+        assert list(wrench["wrench"]["force"].values()) == pytest.approx(own.shoulder_force[k], rel=1e-9)
+        assert set(wrench["wrench"]["torque"].values()) == {0.0}

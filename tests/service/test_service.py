@@ -64,15 +64,18 @@ def test_two_hundred_ask_at_once_and_all_have_the_answer_of_the_python_call(serv
     exo = ep.load("four-cables")
     angles = [float(k % 80) for k in range(200)]
     expected = [float(each.magnitude) for each in (exo.reaction(exo.pose(angle)) for angle in angles)]
+    before = service.metric('exo_pin_requests_total{question="reaction",status="200"}') if angles is None else 0
     with ThreadPoolExecutor(200) as pool:
         found = list(pool.map(lambda angle: service.ask("reaction", {"poses": {"flexion": angle}}), angles))
     assert [status for status, _ in found] == [200] * 200
     # The service compiles, and one pose here does not: they agree to rounding.
     assert [each["answer"]["magnitude"] for _, each in found] == pytest.approx(expected, rel=1e-9)
+    assert service.metric('exo_pin_requests_total{question="reaction",status="200"}') >= before + 200
 
 
 def test_a_process_that_ends_is_replaced(service):
     workers = service.processes()[1:]
+    before = service.metric("exo_pin_restarts")
     for pid in workers:
         # The one of multiprocessing that keeps account of resources is none of them.
         with open(f"/proc/{pid}/cmdline", "rb") as file:
@@ -81,6 +84,7 @@ def test_a_process_that_ends_is_replaced(service):
     with ThreadPoolExecutor(2) as pool:
         lost = list(pool.map(lambda _: service.ask("reaction", POSE), range(2)))
     assert {status for status, _ in lost} <= {500}
+    assert service.metric("exo_pin_restarts") == before + 2
     assert service.ask("reaction", POSE)[0] == 200
 
 
@@ -88,6 +92,7 @@ def test_an_answer_that_takes_too_long_or_too_much_is_ended():
     with Service("--live", "0", "--workers", "1", "--seconds", "2", "--waiting", "1", "--memory", "300") as service:
         status, found = service.ask("workspace", {"poses": 1.0, "design": "prototype"})
         assert (status, found["kind"]) in ((422, "TimeLimit"), (422, "MemoryLimit"))
+        assert service.metric("exo_pin_restarts") == 1
         with ThreadPoolExecutor(4) as pool:
             # The new process is being prepared: one question is with it, one waits, and the others are refused.
             statuses = sorted(pool.map(lambda _: service.ask("reaction", POSE)[0], range(4)))
@@ -98,14 +103,14 @@ def test_a_token_is_needed_where_there_is_one():
     with Service("--live", "0", "--workers", "1", "--name", "lab.example.org", token=TOKEN) as service:
         assert service.send("GET", "/health")[0] == 200
         for given in ({}, {"Authorization": "Bearer "}, {"Authorization": f"Bearer {TOKEN}x"}):
-            status, headers, _ = service.send("POST", "/reaction", None, given)
+            status, headers, _ = service.send("GET", "/openapi.json", None, given)
             assert (status, headers["www-authenticate"]) == (401, "Bearer")
         known = {
             "Authorization": f"Bearer {TOKEN}",
             "Host": "lab.example.org:80",
             "Origin": "https://lab.example.org:80",
         }
-        assert service.send("POST", "/reaction", None, known)[0] == 415
+        assert service.send("GET", "/openapi.json", None, known)[0] == 200
 
 
 def test_killed_under_load_it_starts_again_on_its_port_and_leaves_no_process():

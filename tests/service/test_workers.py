@@ -47,22 +47,23 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
 
     async def ask():
         assert (await said("check", WRONG))[:2] == (422, "UnknownName")
-        assert made.waiting == 0
+        assert (made.busy, made.waiting, made.restarts) == (0, 0, 0)
         found = [await said("check", LARGE)]
         made.seconds = 0.2
         found.append(await said("workspace", LONG))
+        assert made.restarts == 2
         made.seconds = 60.0
         asked = [asyncio.create_task(said("workspace", LONG)) for _ in range(2)]
         asked.append(asyncio.create_task(said("check", WRONG)))
         while not made.waiting:
             await asyncio.sleep(0.0)
-        assert made.waiting == 1
+        assert (made.busy, made.waiting) == (2, 1)
         with pytest.raises(Busy, match="1 questions wait: try again"):
             await made.answer("check", WRONG)
         # Who has asked goes away; the process works on.
         asked[0].cancel()
         await asyncio.sleep(0.0)
-        assert made.waiting == 1
+        assert (made.busy, made.waiting) == (2, 1)
         for each in multiprocessing.active_children():
             os.kill(each.pid, signal.SIGKILL)
         found += [await each for each in asked[1:]]
@@ -88,5 +89,6 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
     assert late == (422, "TimeLimit", "the answer needs more than 0.2 s: ask fewer poses")
     assert ended == unready == (500, "InternalFault", "a fault of exo_pin, which its log describes")
     assert wrong[1] == "UnknownName"
+    assert made.restarts == 7
     assert caplog.messages[0] == "a process has ended while it answered: workspace"
     assert multiprocessing.active_children() == []

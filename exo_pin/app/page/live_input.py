@@ -1,12 +1,13 @@
-"""Sensors that the page follows: samples over WebSocket move the arm."""
+"""Sensors that the page follows: samples over WebSocket and UDP move the arm."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import secrets
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, cast
 
 from nicegui import ui
 
@@ -16,8 +17,8 @@ from ...view.scene.panels import ANGLES
 from ..live_samples import LiveSamples
 from .widgets import reveal
 
-#: Poses a second that are shown at most.
-_RATE = 30.0
+#: Port for datagrams that is tried first, and poses a second that are shown at most.
+_PORT, _RATE = 9600, 30.0
 #: Longest wait for a browser's picture, s.
 _SLOW = 5.0
 
@@ -37,6 +38,7 @@ class LiveInput:
         self._moved, self._side = moved, side
         self.key = secrets.token_urlsafe(9)
         self._samples: LiveSamples | None = None
+        self._datagrams: asyncio.BaseTransport | None = None
 
     def build(self) -> None:
         """The strip, which is shown while sensors are followed."""
@@ -52,12 +54,19 @@ class LiveInput:
             self._timer = ui.timer(1.0 / _RATE, self._tick, active=False)
 
     async def start(self, url: str) -> None:
-        """Take samples at ``url``."""
+        """Take samples at ``url``, and over UDP."""
         self.leave()
         self._samples = LiveSamples(self.key, self._side())
+        make = asyncio.get_running_loop().create_datagram_endpoint
+        for port in (_PORT, 0):
+            with suppress(OSError):
+                self._datagrams, _ = await make(lambda: _Datagrams(self._take), ("127.0.0.1", port))
+                break
+        lines = [f"WebSocket  {url}"]
+        if self._datagrams is not None:
+            lines.append(f"UDP        127.0.0.1 port {self._datagrams.get_extra_info('sockname')[1]}")
         opening = json.dumps({"open": {}, "token": self.key, "rate": 100})
-        sample = '{"t": 0.00, "seq": 0, "quaternion_xyzw": [0, 0, 0, 1]}'
-        lines = [f"WebSocket  {url}", f"first      {opening}", f"then       {sample}"]
+        lines += [f"first      {opening}", 'then       {"t": 0.00, "seq": 0, "quaternion_xyzw": [0, 0, 0, 1]}']
         self._where.set_content(f"<pre>{chr(10).join(lines)}</pre>")
         reveal(self._strip)
         self._timer.activate()
@@ -70,7 +79,9 @@ class LiveInput:
 
     def close(self) -> None:
         """Take no more samples."""
-        self._samples = None
+        if self._datagrams is not None:
+            self._datagrams.close()
+        self._samples = self._datagrams = None
 
     def _take(self, message: bytes | str) -> bytes | None:
         return None if self._samples is None else self._samples.take(message)
@@ -97,3 +108,21 @@ class LiveInput:
         # A browser that draws slowly is not sent more than it draws.
         with suppress(TimeoutError):
             await ui.run_javascript("true", timeout=_SLOW)
+
+
+class _Datagrams(asyncio.DatagramProtocol):
+    """Samples over UDP; answers go back to their sender."""
+
+    def __init__(self, take: Callable[[bytes], bytes | None]) -> None:
+        self._take = take
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin."""
+        # Of another class in uvloop, with the same methods.
+        self._transport = cast(asyncio.DatagramTransport, transport)
+
+    def datagram_received(self, data: bytes, address: Any) -> None:
+        """Take a message."""
+        answer = self._take(data)
+        if answer is not None:
+            self._transport.sendto(answer, address)

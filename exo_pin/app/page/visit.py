@@ -24,6 +24,7 @@ from ..dimensions import dimensions_of
 from ..files import LARGEST_DESIGN, PageFiles
 from ..following import Following, Shown
 from ..pose_map import top_of
+from ..searching import Found, Search
 from .answer_view import AnswerView
 from .live_input import LiveInput
 from .playing import Player
@@ -57,6 +58,7 @@ class Visit:
         self._asked, self._call = asked, partial(call_in, asyncio.get_running_loop())
         self._views: list[AnswerView] = []
         self._following = Following(partial(self._call, self._show), self._draw)
+        self._search, self._best = Search(partial(self._call, self._take_found)), dict[str, float]()
         self._files, self._sliders, self._chosen = PageFiles(), dict[str, Any](), list[str]()
         self._player = Player(self._move, self._files.keep)
         self.live = LiveInput(self._move, lambda: self._asked.side)
@@ -72,6 +74,7 @@ class Visit:
         """End what works for the page."""
         self._following.close()
         self._files.close()
+        self._search.stop()
         self._player.close()
         self.live.close()
         for view in self._views:
@@ -259,11 +262,43 @@ class Visit:
             if others:
                 other = ui.select(others, label="Change another dimension", on_change=lambda e: self._add(e.value))
                 other.props("dense outlined options-dense")
+            with ui.element("div").classes("row-of-buttons"):
+                self._searching = ui.button("Search within sliders", on_click=self._start_or_stop)
+                self._searching.props("outline dense no-caps").set_visibility(bool(shown))
+                self._taken = ui.button("Take the best", on_click=self._take_best).props("outline dense no-caps")
+                self._taken.set_visibility(False)
+            self._found = ui.label().classes("found").props('role="status"')
+            self._bounds = {name: (known[name].low, known[name].high) for name in shown}
             moved = dict.fromkeys(name.split(".")[0] for name in changed if name not in shown)
             if moved:
                 ui.label(f"Changed: {', '.join(moved)}").classes("found")
             if changed:
                 ui.button("As designed", on_click=lambda: self._redesign({})).props("flat dense no-caps")
+
+    def _start_or_stop(self) -> None:
+        if self._search.works:
+            self._search.stop()
+            self._take_found(None)
+        else:
+            self._search.start(self._asked.exo, self._bounds)
+            self._searching.set_text("Stop the search")
+            self._found.set_text("Searching ...")
+
+    def _take_found(self, found: Found | None) -> None:
+        """Show what a search has found; None at its end."""
+        if self._found.is_deleted:
+            return
+        if found is None:
+            self._searching.set_text("Search within sliders")
+            return
+        self._found.set_text(found.words)
+        if found.values:
+            self._best = dict(found.values)
+            self._taken.set_visibility(found.index > found.start)
+
+    def _take_best(self) -> None:
+        self._search.stop()
+        self._redesign(dict(self._asked.changes) | self._best)
 
     def _add(self, name: str) -> None:
         self._chosen.append(name)

@@ -27,6 +27,7 @@ _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
 _POINT = 1e-6
 #: Makes a bar of unit height six long, with its middle at zero.
 _LONG = placement([1.0, 1.0, 6.0], [0.0, 0.0, -3.0])
+_HERE = np.zeros(3)
 _LINKS = ((0.45, 0.55, 0.68), (0.64, 0.60, 0.50), (0.50, 0.62, 0.58), (0.62, 0.52, 0.60))
 
 
@@ -50,6 +51,8 @@ class ChainPicture(OneProcess):
         Whether closures are marked.
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
+    moved : ndarray
+        Shape (3,), m, arm frame: displacement of what the arm carries, but not of the arm itself.
 
     Attributes
     ----------
@@ -72,6 +75,7 @@ class ChainPicture(OneProcess):
         root: str = "chain",
         marks: bool = True,
         with_arm: bool = True,
+        moved: FloatArray = _HERE,
     ) -> None:
         self._stage, self._chain = stage, chain
         # Closures of a given distance are links that the tree does not have.
@@ -86,9 +90,11 @@ class ChainPicture(OneProcess):
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
-        if not with_arm:
-            for name in self._of_arm(shapes):
+        for name, of_link in self._of_arm(shapes):
+            if not with_arm:
                 shapes.removeGeometryObject(name)
+            elif of_link:
+                shapes.geometryObjects[shapes.getGeometryId(name)].placement.translation -= moved
         self._picture = stage.picture(chain.model, shapes, root)
         self._load_closures()
 
@@ -165,8 +171,8 @@ class ChainPicture(OneProcess):
                     self._stage.set_transform(f"{path}/{end}/axis", _LONG)
             self._stage.set_object(f"{path}/gap", frustum(1.0, 1.0), flat_material(ORANGE, on_top=True))
 
-    def _of_arm(self, shapes: Any) -> list[str]:
-        """What is the arm's own: of its link the shapes in the colour of arms, and its rods."""
+    def _of_arm(self, shapes: Any) -> list[tuple[str, bool]]:
+        """What is the arm's own: of its link the shapes in the colour of arms (True), and its rods (False)."""
         model, link, own = self._chain.model, self._chain.roles.arm, []
         if link is None:
             return []
@@ -177,7 +183,7 @@ class ChainPicture(OneProcess):
             framed = shape.parentFrame < model.nframes and model.frames[shape.parentFrame].name == link
             of_link = framed and coloured
             if shape.parentJoint == arm and (of_link or shape.name.startswith(f"{model.names[arm]}_")):
-                own.append(shape.name)
+                own.append((shape.name, of_link))
         return own
 
 

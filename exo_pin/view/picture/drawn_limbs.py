@@ -120,8 +120,6 @@ class DrawnLimbs(DrawnDevice):
         Whether the cuff shows what is in it.
     """
 
-    follows_offset = True
-
     def __init__(self, stage: Stage, exo: ShoulderExo, muscles: bool, with_arm: bool, see_through: bool) -> None:
         super().__init__(stage, exo)
         self._muscles, self._with_arm, self._see_through = muscles, with_arm, see_through

@@ -323,8 +323,8 @@ class Scene(Pages):
             if self._figure.wearer is not None:
                 self._figure.wearer.show_contact(None if forces is None else forces.contact)
             off = offset_notes(frame.placed.offset, pose.as_matrix())
-            if off and not self._drawn.follows_offset:
-                off.append("its links are drawn as if its centre were the shoulder's")
+            if off and frame.placed.drawn is None:
+                off.append("its links are drawn as if its centre were the shoulder's: only what gives way follows")
             notes = [*self.messages, *notes, *off]
             self._sliders.follow(pose)
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes, self._sliders.asked))

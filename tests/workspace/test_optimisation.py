@@ -36,6 +36,8 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
     }  # fmt: skip
     found = ep.optimise(exo, free_joints(4), budget=96, **options)
     check = found.best_candidate.check
+    assert check.pinocchio_poses > 0
+    assert check.pinocchio_difference < 1e-6
     assert found.best.limbs[0].stroke is not None
     assert check.workspace.index == found.best.workspace(4.0, LIMITS).index
     # The same study again: nothing is left to do.
@@ -163,6 +165,7 @@ def test_result_of_a_search_is_checked_with_every_offset(tmp_path):
     assert [check.workspace.index for check in candidate.checks] == [still, moving]
     assert candidate.index == min(still, moving)
     assert candidate.check is candidate.checks[0]
+    assert all(check.pinocchio_difference < 1e-6 for check in candidate.checks)
     assert "moves with the arm, by at most 86 mm" in str(found)
     # Cables take any length from 30 mm on, so that hardly a pose of any offset is lost to the strokes that were fitted.
     for check in candidate.checks:

@@ -149,7 +149,9 @@ class Intent:
         """Moment at a time; see the class."""
         wanted = self.reference(max(t - self.delay, 0.0))
         turn = _turn(wanted.orientation.as_matrix(), arm.matrix)
-        moment = self.stiffness * turn + self.damping * (wanted.angular_velocity - arm.angular_velocity)
+        # Within the delay the person has not seen the reference move.
+        turning = wanted.angular_velocity if t >= self.delay else 0.0
+        moment = self.stiffness * turn + self.damping * (turning - arm.angular_velocity)
         size = float(np.linalg.norm(moment))
         return np.asarray(moment * min(1.0, self.strength / size) if size > 0.0 else moment)
 

@@ -204,8 +204,9 @@ def device_equilibrium(
     )  # fmt: skip
     on_cuff = np.zeros((count, 6)) if arm is None else arm_loads(arm, device.gravity, query)[2]
     for own_rows, model in models_at(device, offset, count):
-        given = None if posture is None else partial(posed, given=posture.at(own_rows))
-        found = reached_postures(model, query.matrices[own_rows], progress, given)
+        matrices = query.matrices[own_rows]
+        given = None if posture is None else partial(posed, given=posture.at(own_rows), matrices=matrices)
+        found = reached_postures(model, matrices, progress, given)
         out.q[own_rows], out.reached[own_rows] = found.q, found.reached
         out.share[own_rows], out.why[own_rows] = found.share, found.why
         rows = own_rows[found.reached]

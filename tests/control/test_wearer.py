@@ -236,3 +236,11 @@ def test_a_fall_is_stopped_and_pushes_the_hand():
     assert np.trapezoid(falling, run.times) == pytest.approx(0.0, abs=0.01)
     assert run.wearer_force[:, 2].max() == pytest.approx(0.8 * 75.0 * 9.81, rel=1e-3)
     assert np.abs(run.energy_residual).max() < 1e-6
+
+
+def test_a_person_with_a_delay_stands_still_until_it_has_passed():
+    wish = control.Intent(control.flexion(law="constant_speed"), 5.0, 9.0, 0.7, delay=0.2)
+    hanging = control.ArmState(np.eye(3), np.zeros(3))
+    assert not wish(0.1, hanging).any()
+    # From then on it sees 18 degrees a second.
+    np.testing.assert_allclose(wish(0.2, hanging), [0.0, -0.7 * np.radians(18.0), 0.0], atol=1e-12)

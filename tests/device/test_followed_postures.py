@@ -111,3 +111,9 @@ def test_a_pose_that_loops_do_not_let_the_arm_turn_to_is_out_of_reach(idle):
     assert np.isnan(exo.configurations(answer.case.poses[2:])).all()
     verdict = exo.reaction(exo.pose(0, 0, 10), limits="none").verdict
     assert verdict.endswith("the device does not reach it. From rest it cannot turn the arm this way.")
+    # Both hinges reach it one after the other; the weight of the arm has its moment about each.
+    pose = exo.pose(20, 20)
+    held = exo.reaction(pose, limits="none", posture=exo.assembly_modes(pose, starts=4)[0])
+    assert held.status == "ok"
+    moment = 2.0 * 9.81 * 0.2 * np.sin(np.radians(20.0)) * np.cos(np.radians(20.0))
+    np.testing.assert_allclose(held.actuator_forces[:2], [-moment, moment], rtol=1e-6)

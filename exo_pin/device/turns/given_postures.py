@@ -130,7 +130,7 @@ def _joint_of(device: ChainDevice, name: Any) -> tuple[str, float]:
     raise UnknownName("joint of a posture", name, sorted(own))
 
 
-def posed(model: DeviceModel, found: Any, given: GivenPosture) -> Any:
+def posed(model: DeviceModel, found: Any, given: GivenPosture, matrices: FloatArray) -> Any:
     """Postures with the user's values.
 
     Parameters
@@ -141,6 +141,8 @@ def posed(model: DeviceModel, found: Any, given: GivenPosture) -> Any:
         By the straight turn.
     given : GivenPosture
         Of the same poses.
+    matrices : ndarray
+        The poses, shape (N, 3, 3); a configuration may be given where the straight turn does not end.
 
     Raises
     ------
@@ -149,8 +151,8 @@ def posed(model: DeviceModel, found: Any, given: GivenPosture) -> Any:
     """
     q, reached, share, why = (part.copy() for part in found)
     if not given.joints:
-        for k, own in enumerate(given.values):
-            q[k] = _closed_at(model, own, q[k, model.arm_q])
+        for k, (own, pose) in enumerate(zip(given.values, Rotation.from_matrix(matrices).as_quat(), strict=True)):
+            q[k] = _closed_at(model, own, pose)
         return type(found)(q, np.ones_like(reached), np.ones_like(share), np.zeros_like(why))
     for k in np.flatnonzero(reached).tolist():
         q[k], done = _moved_to(model, q[k], given.joints, given.values[k])

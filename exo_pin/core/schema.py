@@ -34,7 +34,7 @@ _UNIT = re.compile(
 #: Units that names end in.
 _SUFFIXES = {
     "deg_s": "°/s", "deg": "°", "mm": "mm", "m": "m", "kg": "kg", "N": "N", "kPa": "kPa", "percent": "%", "W": "W",
-    "rad": "rad", "s": "s",
+    "rad": "rad", "s": "s", "Nm": "N m",
 }  # fmt: skip
 _SUFFIX = re.compile(rf"_({'|'.join(_SUFFIXES)})$")
 #: Where the unit stands, if it is that of each number.

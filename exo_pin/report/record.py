@@ -107,7 +107,7 @@ class DriveNeed(Record):
     pull, push : float
         Largest effort each way, N or N m; a limb pulls where its force is a tension.
     limit_pull, limit_push : float
-        Of the design.
+        Of the design, N or N m.
     share_percent : float
         Largest share of the limit in the same pose.
     speed : float

@@ -20,6 +20,7 @@ import exo_pin as ep
 from exo_pin.core import schema, validation
 from exo_pin.core.records import OneProcess, Record, keeps_read_only
 from exo_pin.core.results import Known, Result, frame_of, plain, taken_as_known
+from exo_pin.report import DesignReport
 
 
 @dataclass
@@ -320,6 +321,7 @@ def asked_of_schemas():
     return {
         "units": [s.unit_in(text) for text in UNITS],
         "of": dict(s.units_of(Answer)),
+        "of_drives": dict(s.units_of(DesignReport)["drives"]),
         "members": {name: [member.text, member.unit, member.required] for name, member in s.members(Answer).items()},
         "asked": {name: [member.text, member.unit, member.required] for name, member in s.members(Asked).items()},
         "schema": s.schema_of(Answer),

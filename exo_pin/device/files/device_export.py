@@ -73,8 +73,8 @@ class Exported(list[Path]):
         """What the robot's file alone lacks, and what is lost, in sentences; empty if nothing is."""
         parts = []
         if self.beside:
-            held = " and ".join(file.name for file in self[1:])
-            parts.append(f"{self[0].name} alone lacks, and {held} has: {'; '.join(self.beside)}.")
+            held = " and ".join(file.name for file in self[1:]) + (" have" if len(self) > 2 else " has")
+            parts.append(f"{self[0].name} alone lacks, and {held}: {'; '.join(self.beside)}.")
         if self.lost:
             parts.append(f"Lost, in no file: {'; '.join(self.lost)}.")
         return "\n".join(parts)

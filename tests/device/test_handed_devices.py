@@ -199,3 +199,19 @@ points = [{ link = "universe", point_mm = [-200, 100, 300] }, { link = "arm", po
         file.write(spring)
     with pytest.raises(ep.FileFormatError, match="springs: no effect"):
         ep.load(tmp_path / "robot.urdf")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_torso_that_leans_has_its_gravity_in_every_format(form, tmp_path):
+    leaning = np.array([3.0, 1.0, -9.0])
+    robot = ep.load(URDF / "six-cables.urdf")
+    model = robot.chain.model.copy()
+    model.gravity.linear = leaning
+    robot = robot.replace(chain=ep.ClosedChain(model, robot.chain.description))
+    for exo in (robot, ep.load("four-cables").replace(gravity=leaning)):
+        path = tmp_path / f"{exo.name}{form}"
+        exported = exo.export(path)
+        again = ep.load(path)
+        np.testing.assert_allclose(again.device.gravity, leaning, atol=1e-12)
+        np.testing.assert_allclose(again.chain.model.gravity.linear, leaning, atol=1e-12)
+        assert ("the direction of gravity" in exported.beside) == (form == ".sdf")

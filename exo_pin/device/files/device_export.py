@@ -137,10 +137,12 @@ def files_of_device(device: ChainDevice, chain: ClosedChain, target: Path, endin
     native = type(chain)(chain.model, replace(chain.description, cables=cables))
     written = written_chain(native._state, ending, q)
     worn = device.replace(chain=chain)
-    text = device_text(worn, target.name, robot_tables(chain, written.restated, ending, _rest(chain, q)))
+    tables = robot_tables(chain, written.restated, ending, _rest(chain, q))
+    text = device_text(worn, target.name, tables)
     text = text or toml_text({"schema": SCHEMA, "name": device.name, "robot": target.name})
     texts = written.texts | {ENDING: _headed(device.name, text)}
-    return DeviceFiles(texts, (*_of_parts(worn, ending, cables), *written.lost), _lost(worn, texts, target, ending))
+    beside = (*_of_parts(worn, ending, cables), *_of_gravity(tables), *written.lost)
+    return DeviceFiles(texts, beside, _lost(worn, texts, target, ending))
 
 
 def files_of_robot(chain: ClosedChain, ending: str) -> DeviceFiles:
@@ -175,7 +177,8 @@ def files_of_design(
     texts = dict(urdf) if ending == ".urdf" else dict(written.texts)
     tables = robot_tables(heavy, written.restated, ending, {})
     texts[ENDING] = _headed(design.name, design_text(design, target.name, tables))
-    beside = ("the limits, actuators and stiffnesses of its limbs, and whose arm it is", *written.lost)
+    own = "the limits, actuators and stiffnesses of its limbs, and whose arm it is"
+    beside = (own, *_of_gravity(tables), *written.lost)
     if ending != ".urdf":
         beside = ("which part is the arm, and the limbs", *beside)
     with tempfile.TemporaryDirectory() as folder:
@@ -324,6 +327,10 @@ def _of_parts(device: ChainDevice, ending: str, cables: tuple[Cable, ...]) -> li
     if device.arm is not None and (device.arm.body_mass is not None or device.arm.wearer is not None):
         found.append("whose arm it is")
     return found
+
+
+def _of_gravity(tables: Mapping[str, Any]) -> tuple[str, ...]:
+    return ("the direction of gravity",) if "gravity_m_s2" in tables else ()
 
 
 def _read_back(folder: str, texts: Mapping[str, str], target: Path) -> ClosedChain:

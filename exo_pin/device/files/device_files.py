@@ -130,7 +130,7 @@ from ..parts.soft_parts import GuidedSlide, SoftLink
 ENDING = ".device.toml"
 SCHEMA = 1
 #: Keys that :mod:`.robot_files` reads.
-OF_ROBOT = ("geometry_tolerance", "left_out", "closures", "joints", "in_file", "rest")
+OF_ROBOT = ("geometry_tolerance", "gravity_m_s2", "left_out", "closures", "joints", "in_file", "rest")
 INTERFACES = ("harness", "cuff")
 #: What a robot's file says of its driven joints, too.
 LIMITS = ("lower", "upper", "least", "greatest", "speed_limit")

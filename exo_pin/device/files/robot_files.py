@@ -4,6 +4,7 @@ Beside an MJCF or SDF that this package has written, a device file has these tab
 words for them; what they say is in the device's own names::
 
     geometry_tolerance = 5e-7        # as in a closures file, as are the tables of closures and joints
+    gravity_m_s2 = [0.0, 3.0, -9.0]  # optional, in the place of that of the robot's file
     left_out = []
     [[closures]]                     # all of them, in the place of those that the robot's file has
     [[joints]]                       # springs and armatures of joints, likewise
@@ -44,6 +45,7 @@ from ...chain.formats.mjcf.mjcf_reading import read_mjcf
 from ...chain.formats.restated import JointRestated, Restated, restored
 from ...chain.formats.sdf.sdf_reading import read_sdf
 from ...chain.structure.description import Closures
+from ...core.conventions import GRAVITY
 from ...core.files.toml_tables import TomlTable, naming_file, read_toml
 from ...core.validation import FloatArray
 
@@ -94,6 +96,7 @@ def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str]
         left_out=table.texts("left_out"),
         tolerance=table.quantity("number", "geometry_tolerance", (), required=False) or 0.0,
     )
+    gravity = table.quantity("acceleration", "gravity", (3,), required=False)
     rest = {str(item.text("name")): _numbers(item, "coordinates") for item in table.tables("rest")}
     restated = None if in_file is None else _restated(in_file)
     roles = None if given is None else read_roles(given)
@@ -117,6 +120,9 @@ def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str]
         model, description = restored(model, read, restated, own)
         if ending == ".sdf":
             _free_passive(model, own)
+    if gravity is not None:
+        model.gravity.linear = gravity
+        description = replace(description, root=replace(description.root, gravity=tuple(gravity.tolist())))
     if rest:
         chain = ClosedChain(model, description)
         q = chain.neutral()
@@ -133,6 +139,9 @@ def robot_tables(chain: ClosedChain, restated: Restated, ending: str, rest: dict
     if ending != ".urdf":
         if own.tolerance:
             content["geometry_tolerance"] = own.tolerance
+        gravity = np.asarray(chain.model.gravity.linear)
+        if ending == ".sdf" and not np.array_equal(gravity, GRAVITY):
+            content["gravity_m_s2"] = gravity.tolist()
         content["left_out"] = list(own.left_out)
         content["closures"] = [_plain(closure_values(item)) for item in own.closures]
         content["joints"] = [_plain(joint_values(item)) for item in own.joints]

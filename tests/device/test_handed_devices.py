@@ -184,6 +184,9 @@ points = [{ link = "universe", point_mm = [-200, 100, 300] }, { link = "arm", po
     np.testing.assert_allclose(mirrored * [1.0, -1.0, 1.0], answer.shoulder_force, atol=1e-8)
     changed = plain.replace(springs=exo.device.springs).reaction(pose)
     np.testing.assert_allclose(changed.shoulder_force, answer.shoulder_force, atol=1e-8)
+    with pytest.raises(ep.InvalidInput, match="such a device has no 'estimated'"):
+        ep.load("prototype").replace(springs=exo.device.springs)
+    assert ep.load("prototype").replace(springs=exo.device.springs, estimated=()).device.springs == exo.device.springs
     with pytest.raises(ep.UnknownName, match="sprung"):
         plain.replace(sprung=())
     for old, new, said in (

@@ -169,7 +169,6 @@ class Asked:
         contact = None
         if person is not None:
             contact = exo.joint_contact(self.pose, person, answer, self.motion, outside="mark")
-            contact = None if str(contact.status) == "outside" else contact
         return PoseReport(answer, None, contact)
 
     def python(self) -> str:

@@ -56,6 +56,7 @@ MADE = {
         kept={share: each if share > 0.5 else lost(each) for share, each in there.kept.items()},
     ),
     "device off by (4, -3, 2) mm, pushed with 5.0 N": lambda: pushed(),
+    "In the joint not known: the pose is outside the range of motion": lambda: report(worn_device(), 119, 82, -25),
 }
 
 

@@ -294,7 +294,7 @@ def alone(report, lines):
     said = re.match(rf"{NUMBER} N(?:, {NUMBER} % of body weight,)? on the head(?:, of arm and device)?: (.*)", lines[0])
     if not agrees(said[1], size) or (said[2] and not agrees(said[2], float(answer.percent_body_weight))):
         wrong.append(f"{lines[0]}: {size}")
-    if report.contact is None:
+    if report.socket is None:
         wrong += directions(said[3], push, BODY)
     else:
         wrong += directions(said[3], report.contact.glenoid @ push, WAYS)

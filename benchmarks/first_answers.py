@@ -297,7 +297,7 @@ def alone(report, lines):
     if report.socket is None:
         wrong += directions(said[3], push, BODY)
     else:
-        wrong += directions(said[3], report.contact.glenoid @ push, WAYS)
+        wrong += directions(said[3], report.socket @ push, WAYS)
         body = re.search(r"along the body (.*?)(?:; statics|$)", lines[1])[1]
         wrong += directions(body, push, BODY)
     allowed, span = answer.range(), re.search(rf"allows {NUMBER} (?:to {NUMBER} N|N or more)", " ".join(lines))

@@ -19,8 +19,7 @@ from exo_pin import muscle
 from exo_pin.chain import read_closures
 from exo_pin.control import read_run
 from exo_pin.core.errors.base import LONGEST
-from exo_pin.design.io.mechanism_files import read_mechanism
-from exo_pin.device.files.device_files import read_device
+from exo_pin.device.files.device_files import read_design, read_device
 
 EXAMPLES = URDF.parent / "examples"
 #: A file of these takes milliseconds, or a second where MuJoCo reads it; one that takes this long, s, hangs.
@@ -84,7 +83,7 @@ def rest(path):
 
 #: Format, its ending, and its reader, which returns arrays where all that is read are numbers.
 FORMATS = {
-    "design": (".toml", read_mechanism),
+    "design": (".toml", read_design),
     "urdf": (".urdf", robot),
     "closures": (".toml", read_closures),
     "device": (".toml", device_file),

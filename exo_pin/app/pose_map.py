@@ -47,7 +47,8 @@ def workers() -> ProcessPoolExecutor:
 def end_workers() -> None:
     """Drop what is not yet computed for any page, and end the process."""
     if workers.cache_info().currsize:
-        workers().shutdown(wait=False, cancel_futures=True)
+        # An interpreter that ends beside the pool's thread may wake it by a pipe that is closed already.
+        workers().shutdown(wait=True, cancel_futures=True)
         workers.cache_clear()
 
 

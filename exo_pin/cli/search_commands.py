@@ -218,8 +218,7 @@ def optimise(
 ) -> None:
     """Search for a design that reaches and holds as many poses as it can.
 
-    The search is stored, can be continued, and may be shared by several workers; the result is checked through
-    Pinocchio.
+    The search is stored, can be continued, and may be shared by several workers; the result is checked.
 
     Parameters
     ----------

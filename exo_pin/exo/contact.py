@@ -217,7 +217,7 @@ def joint_contact_of_run(
     forces: Any = run.tensions[rows]
     if not self.device.limbs_are_massless:
         own = run.question(rows)
-        case = Case(run.rotations[rows], own["motion"], own["load"])
+        case = Case(run.rotations[rows], own["motion"], own["load"], posture=own.get("posture"))
         forces = solve(self.device, case, Assumptions(limits=own.get("limits", "none")))
     return self.joint_contact(
         run.rotations[rows],

@@ -10,9 +10,9 @@ from ..core.conventions import as_side
 from ..core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files.csv_tables import read_csv
-from ..design.io.mechanism_files import preset, presets, read_mechanism
+from ..design.io.mechanism_files import preset, presets
 from ..design.parameters.names import values_of
-from ..device.files.device_files import device_file_at, device_file_of, is_device_file, robot_of
+from ..device.files.device_files import device_file_at, device_file_of, is_device_file, read_design, robot_of
 from ..device.files.robot_files import read_robot
 from ..muscle import muscle_model
 from .shoulder_exo import ShoulderExo
@@ -71,22 +71,29 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     if leave_out and not (text.endswith(_ROBOTS) or (text.endswith(".toml") and is_device_file(text))):
         raise InvalidInput(f"expected leave_out with a robot's file, got {', '.join(leave_out)} with {text}")
     if text in presets():
-        mechanism = preset(text)
+        exo = ShoulderExo.from_mechanism(preset(text))
     elif text.endswith(".toml") and is_device_file(text):
         found = fspath(device_file_at(text))
         return _load_robot(fspath(robot_of(found)), side, leave_out, found)
     elif text.endswith(".toml"):
-        mechanism = read_mechanism(text)
+        exo = load_design(text)
     elif text.endswith(_ROBOTS):
         return _load_robot(text, side, leave_out)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
-    for limb in mechanism.limbs:
+    for each in exo.device.drives:
         # A law that cannot be read is refused here and not at the first question.
-        driven = limb.actuator and (limb.actuator.tackle or limb.actuator)
+        driven = each.actuator and (each.actuator.tackle or each.actuator)
         if driven is not None and driven.force_law is not None:
             muscle_model(driven.force_law)
-    return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))
+    return exo if side is None or as_side(side) == exo.side else exo.mirrored()
+
+
+def load_design(path: str | PathLike[str]) -> ShoulderExo:
+    """The design of a file that points to no other one."""
+    mechanism, springs = read_design(path)
+    exo = ShoulderExo.from_mechanism(mechanism)
+    return exo.replace(springs=springs) if springs else exo
 
 
 def load_designs(table: str | PathLike[str], side: str | None = None) -> tuple[ShoulderExo, ...]:

@@ -5,7 +5,7 @@ What a robot is: a wrist, a wrist with more than its record can hold, any other 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -55,6 +55,9 @@ EXPORTS = {
     "tensions in N, within what the design's actuators can do: cables and muscles only pull.",
     ".sdf": "Every loop is closed by one more joint. All joints read zero at rest.",
 }
+
+#: What of a wrist the chain holds and the record does not.
+BEYOND = "what it has besides limbs and their actuators"
 
 _ASSUMED = AssumedMasses()
 
@@ -333,8 +336,7 @@ def robot_parts(chain: ClosedChain, given: Side | None, device_file: str | PathL
     limited = found.mechanism if device is None else _of_limbs(found.mechanism, device)
     if limited is not None and not found.beyond_record:
         return _of_record(limited)
-    beyond = found.beyond_record or "what its device file adds to limbs and their actuators"
-    return _any_device(chain, device, Wrist(found.mechanism, beyond), side)
+    return _any_device(chain, device, Wrist(found.mechanism, found.beyond_record or BEYOND), side)
 
 
 def _of_design(
@@ -367,6 +369,12 @@ def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | N
     except InvalidInput as error:
         return RobotParts(None, wrist, side, str(error))
     return RobotParts(device, wrist if drives_limbs(device) else None, side)
+
+
+def parts_beyond_record(device: Device) -> set[str]:
+    """Fields that the chain of a wrist has and its record has not; none of other devices."""
+    own = {item.name for item in fields(ChainDevice)} - {item.name for item in fields(Mechanism)} - {"chain"}
+    return own if isinstance(device, Mechanism) else set()
 
 
 def drives_limbs(device: Device) -> bool:

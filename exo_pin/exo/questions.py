@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import as_side
 from ..core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from ..core.errors.base import echo
 from ..core.files.atomic import write_text
@@ -25,12 +26,11 @@ from ..core.results import plain
 from ..core.schema import checked_identifier, document
 from ..core.validation import as_choice, as_finite, require_type
 from ..design import DEFAULT_PRESET, Wearer, presets
-from ..design.io.mechanism_files import read_mechanism
 from ..device.protocol import described
 from ..load_case import Load, Motion
 from ..reaction.assumptions import Weights, Within
 from ..workspace.summary import workspace_document
-from .loading import load
+from .loading import load, load_design
 from .shoulder_exo import ShoulderExo
 
 #: Methods of a ShoulderExo, and the documents of their answers by the names of their schemas.
@@ -241,8 +241,8 @@ def _stated(design: dict[str, Any], side: Any) -> ShoulderExo:
             if "urdf" in design:
                 return load(Path(folder, FILES["urdf"]), side=side)
             # Not load, which follows a file that points to another one.
-            mechanism = read_mechanism(Path(folder, FILES["toml"]))
-            return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))
+            exo = load_design(Path(folder, FILES["toml"]))
+            return exo if side is None or as_side(side) == exo.side else exo.mirrored()
         except FileFormatError as error:
             raise FileFormatError(str(error).replace(f"{folder}/", "")) from error
 

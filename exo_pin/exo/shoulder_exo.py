@@ -21,7 +21,7 @@ from ..device import ChainDevice, Device, WristDevice, as_device
 from ..device.chain_roles import with_arm
 from ..person.on_person import export_on_person
 from . import contact, forces, kinematics, models
-from .models import drives_limbs, mirrored_looks, robot_parts
+from .models import BEYOND, drives_limbs, mirrored_looks, parts_beyond_record, robot_parts
 from .wrist import INSTEAD, Partly, Wrist, has_record
 
 if TYPE_CHECKING:
@@ -282,7 +282,8 @@ class ShoulderExo(Record):
         Parameters
         ----------
         **changes
-            Fields of :class:`exo_pin.Mechanism`, or of :class:`exo_pin.device.ChainDevice` (``drives=``, ...).
+            Fields of :class:`exo_pin.Mechanism`, or of :class:`exo_pin.device.ChainDevice` (``drives=``, ...). Of a
+            wrist what only the latter has (``springs=``, ``brakes=``) makes the answers those of its chain.
 
         Returns
         -------
@@ -304,7 +305,13 @@ class ShoulderExo(Record):
         >>> (forces[0] / forces[1]).round(4)  # 1.62 / 9.81
         array([0.1651, 0.1651, 0.1651])
         """
-        return self._with(self.device.replace(**changes), keeps_chain="chain" not in changes)
+        parts = {name: changes.pop(name) for name in parts_beyond_record(self.device) & set(changes)}
+        exo = self._with(self.device.replace(**changes), keeps_chain="chain" not in changes)
+        if not parts:
+            return exo
+        found = type(self).from_device(exo.chain_device.replace(**parts))
+        found.wrist = Wrist(exo.device, BEYOND) if drives_limbs(found.device) else None
+        return found
 
     def _with(self, device: Device, keeps_chain: bool = True) -> ShoulderExo:
         """The same exoskeleton with another record of its device."""

@@ -65,6 +65,8 @@ class DeviceValues(PoseValues):
     ``lengths`` are the drives' coordinates, ``bend`` is infinite, and ``margin`` is NaN where it was not found.
     """
 
+    _net_spacing = WIDE_SPACING
+
     def __init__(
         self,
         device: ChainDevice,
@@ -128,10 +130,6 @@ class DeviceValues(PoseValues):
         placed = solve(self._device, case, Assumptions(limits="none")).source.poses.placed
         assert placed is not None
         return placed_readings(self._device, placed)
-
-    @property
-    def _of_twins(self) -> tuple[float, tuple[FloatArray, ...] | None]:
-        return WIDE_SPACING, None
 
     @property
     def stroke_unit(self) -> str:  # type: ignore[override]

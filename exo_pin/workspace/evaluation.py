@@ -155,6 +155,8 @@ class PoseValues(Record):
     posture: Any = None
     #: Configurations of a device that has others than those of limbs.
     _placed: Any = None
+    #: Distance of the nodes of the net in which twins are looked for.
+    _net_spacing = SPACING
     criteria: Criteria
     lengths: FloatArray
     bend: FloatArray
@@ -327,15 +329,9 @@ class PoseValues(Record):
         least, device = self.criteria.least_twin_angle, as_device(self.mechanism)
         assert least is not None
         found = find_twins(
-            self.readings, self.matrices, tolerances(device), device.side, least, *self._of_twins, centre=self._nearest
+            self.readings, self.matrices, tolerances(device), device.side, least, self._net_spacing, self._nearest
         )
         return found.difference
-
-    @property
-    def _of_twins(self) -> tuple[float, tuple[FloatArray, ...] | None]:
-        """Distance of the net's nodes, and what the compiled search needs."""
-        points = (np.array(self.mechanism.geometry.base_points), np.array(self.mechanism.geometry.platform_points))
-        return SPACING, (*points, self.offsets.base, self.offsets.cuff)
 
     @functools.cached_property
     def gaps(self) -> FloatArray:

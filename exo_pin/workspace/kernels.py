@@ -14,8 +14,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from ..core.compiled import kernel
@@ -204,24 +202,3 @@ def connection_margin(
 def nearest_to_rest(matrices: FloatArray) -> int:
     """Index of the pose nearest to rest, the pose of zero angles."""
     return int((matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2]).argmax())
-
-
-def largest_region(inside: NDArray[np.bool_], sign: FloatArray) -> NDArray[np.bool_]:
-    """The largest set of neighbouring poses of a grid, shape of ``inside``.
-
-    Parameters
-    ----------
-    inside : ndarray of bool
-        Grid of three dimensions; neighbours share a face.
-    sign : ndarray
-        Same shape: poses of different sign are not neighbours.
-    """
-    best = np.zeros(inside.shape, dtype=bool)
-    for part in (inside & (sign > 0.0), inside & (sign < 0.0)):
-        labels, count = ndimage.label(part)
-        if count:
-            sizes = np.bincount(labels.ravel())
-            sizes[0] = 0
-            if sizes.max() > best.sum():
-                best = labels == sizes.argmax()
-    return best

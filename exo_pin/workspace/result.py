@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import pose_columns
-from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
 from ..core.results import Result
 from ..core.tables import effort_column, filled, position_column
@@ -25,7 +24,6 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..study import StudyTable
 from .criteria import Criteria
 from .criterion import CRITERIA, NO_LIMIT, NO_SPRINGS, forces
-from .kernels import largest_region
 
 
 @checked
@@ -260,28 +258,6 @@ class Workspace(Result, ReadOnly):
     def magnitude(self) -> FloatArray:
         """|F_s|, shape (...), N: the least over tensions within the limits."""
         return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
-
-    @functools.cached_property
-    def region(self) -> NDArray[np.bool_]:
-        """Largest set of neighbouring poses inside on one side of the singular surface, shape (...).
-
-        Raises
-        ------
-        InvalidInput
-            If the poses are no grid of three dimensions.
-        """
-        if self.margin.ndim != 3:
-            raise InvalidInput(
-                f"expected poses on a grid of three angles, got a stack of shape {self.margin.shape}; use "
-                "exo_pin.adl_box or RangeOfMotion.poses"
-            )
-        return largest_region(self.inside, self.margin)
-
-    @property
-    def region_distance(self) -> float:
-        """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
-        poses = self.poses[self.region]
-        return float(poses.magnitude().min()) if self.region.any() else float("nan")
 
     @property
     def blocks_elbow(self) -> bool:

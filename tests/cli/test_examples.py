@@ -32,7 +32,7 @@ ANSWERS = {
     "uncertainty": r"shoulder force|offset|draws of all",
     "presets": r"four-(cables|linear-actuators)",
     "sweep": r"ranks first|Equal first|No design holds",
-    "optimise": r"Checked with Pinocchio",
+    "optimise": r"On the grid of",
     "calibrate": r"All \d+ unknowns are determined",
     "export": r"(four-cables\.xml|device\.urdf|worn\.xml Limbs are tendons)",
     "check": r": consistent",

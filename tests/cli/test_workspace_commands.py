@@ -25,7 +25,7 @@ def test_optimise_writes_a_design(capsys, tmp_path):
         "found", "--out", str(path),
     )  # fmt: skip
     assert status == 0
-    assert "Checked with Pinocchio" in out
+    assert "On the grid of" in out
     exo = ep.load(path)
     assert exo.name == "found"
     assert exo.limbs[0].actuator.family == "linear"

@@ -1,5 +1,7 @@
 """A device follows its arm on the assembly mode from rest, as closed forms and many small steps do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from limb_devices import in_small_steps, limb_device
@@ -83,3 +85,29 @@ def test_modes_of_a_linkage_beside_that_from_rest():
     rest, here = linkage.elbow_at_rest, float(linkage.elbow(0.5 * straightest))
     assert len(modes) == 2
     assert apart(angle, np.array([rest - here, rest + here])).max() < 1e-8
+
+
+TWO_HINGES = """<mujoco><compiler angle="radian"/><worldbody>
+  <body name="arm"><joint name="shoulder" type="ball"/>
+    <inertial pos="0 0 -.2" mass="2" diaginertia=".03 .03 .005"/><site name="own"/></body>
+  <body name="first"><joint name="flexion" axis="0 1 0"/><inertial pos="0 .1 0" mass=".3" diaginertia="1 1 1"/>
+    <body name="second"><joint name="abduction" axis="1 0 0"/><inertial pos="0 0 0" mass=".3" diaginertia="1 1 1"/>
+      <site name="there"/>{more}</body></body>
+  </worldbody><equality><weld site1="own" site2="there"/></equality>
+  <actuator><motor joint="flexion"/><motor joint="abduction"/>{drive}</actuator></mujoco>"""
+SLIDE = (
+    '<body name="load"><joint name="slide" type="slide"/><inertial pos="0 0 0" mass=".1" diaginertia="1 1 1"/></body>'
+)
+
+
+@pytest.mark.parametrize("idle", [False, True])
+def test_a_pose_that_loops_do_not_let_the_arm_turn_to_is_out_of_reach(idle):
+    more = {"more": SLIDE, "drive": '<motor joint="slide"/>'} if idle else {"more": "", "drive": ""}
+    chain = ep.ClosedChain.from_mjcf(TWO_HINGES.format(**more))
+    roles = ep.chain.Roles(chain.roles.actuated, "shoulder", "arm")
+    exo = ep.ShoulderExo.from_chain(ep.ClosedChain(chain.model, replace(chain.description, roles=roles)))
+    answer = exo.reaction(exo.pose([20, 0, 0, 20], [0, 20, 0, 0], [0, 0, 10, 1]), limits="none")
+    assert answer.status.tolist() == ["ok", "ok", "out_of_reach", "out_of_reach"]
+    assert np.isnan(exo.configurations(answer.case.poses[2:])).all()
+    verdict = exo.reaction(exo.pose(0, 0, 10), limits="none").verdict
+    assert verdict.endswith("the device does not reach it. From rest it cannot turn the arm this way.")

@@ -152,3 +152,42 @@ def test_nothing_stays_of_a_device_that_cannot_be_written(tmp_path, monkeypatch)
     with pytest.raises(ep.ExoPinError, match="disk full"):
         exo.save(tmp_path / "mine.toml")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_springs_of_a_design_file(tmp_path):
+    """They act beside the limbs, on either side; a device file that holds a design has them nowhere else."""
+    plain = ep.load("four-linear-actuators").worn_by(MAN)
+    plain.save(tmp_path / "mine.toml")
+    spring = """
+[[springs]]
+name = "lift"
+law = "linear"
+stiffness_N_m = 300
+slack_mm = 200
+points = [{ link = "universe", point_mm = [-200, 100, 300] }, { link = "arm", point_mm = [0, 70, -200] }]
+"""
+    (tmp_path / "sprung.toml").write_text((tmp_path / "mine.toml").read_text() + spring)
+    exo = ep.load(tmp_path / "sprung.toml")
+    pose = exo.pose([0, 40, 80], 20)
+    answer, turn = exo.reaction(pose), pose.as_matrix()
+    # Of four limbs and the spring, from torso to arm.
+    below = np.vstack([plain.geometry.platform_points, [0.0, 0.07, -0.2]]) @ turn.transpose(0, 2, 1)
+    along = below - np.vstack([plain.geometry.base_points, [-0.2, 0.1, 0.3]])
+    length = np.linalg.norm(along, axis=-1, keepdims=True)
+    tensions = np.hstack([answer.actuator_forces, 300.0 * (length[:, 4] - 0.2)])
+    pulls, weight = -tensions[..., None] * along / length, exo.arm.mass * np.array([0.0, 0.0, -9.81])
+    forces = answer.shoulder_force + pulls.sum(axis=1) + weight
+    moments = np.cross(below, pulls).sum(axis=1) + np.cross(turn @ exo.arm.centre_of_mass, weight)
+    np.testing.assert_allclose([forces, moments], 0.0, atol=1e-8)
+    right = ep.load(tmp_path / "sprung.toml", side="right")
+    mirrored = right.reaction(right.pose([0, 40, 80], 20)).shoulder_force
+    np.testing.assert_allclose(mirrored * [1.0, -1.0, 1.0], answer.shoulder_force, atol=1e-8)
+    changed = plain.replace(springs=exo.device.springs).reaction(pose)
+    np.testing.assert_allclose(changed.shoulder_force, answer.shoulder_force, atol=1e-8)
+    with pytest.raises(ep.UnknownName, match="sprung"):
+        plain.replace(sprung=())
+    plain.export(tmp_path / "robot.urdf")
+    with (tmp_path / "robot.device.toml").open("a") as file:
+        file.write(spring)
+    with pytest.raises(ep.FileFormatError, match="springs: no effect"):
+        ep.load(tmp_path / "robot.urdf")

@@ -44,6 +44,7 @@ MADE = {
         ep.load(URDF / "spring-support.urdf").worn_by(MAN), 170, person=None
     ),
     "limit not known   0° of -25 to 80": lambda: report(ep.load(URDF / "nesm.urdf").worn_by(MAN), 60, person=None),
+    "In the joint not known: the pose is outside the range of motion": lambda: report(worn_device(), 100, 100),
     "limits not asked": lambda: report(worn_device(), 60, limits="none"),
     "YES, if estimates are right.": lambda: report(estimated(), 20, 40, person=None),
     "PROBABLY NOT.": lambda: report(estimated(None), 20, 40, person=None),
@@ -56,7 +57,6 @@ MADE = {
         kept={share: each if share > 0.5 else lost(each) for share, each in there.kept.items()},
     ),
     "device off by (4, -3, 2) mm, pushed with 5.0 N": lambda: pushed(),
-    "In the joint not known: the pose is outside the range of motion": lambda: report(worn_device(), 119, 82, -25),
 }
 
 

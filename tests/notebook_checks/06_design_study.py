@@ -8,17 +8,14 @@ assert held["pull"].index < 0.02
 assert held["pull and push"].index > 0.5
 # Every further demand costs something or nothing, and never gives.
 assert (np.diff(list(cost.values())) <= 0.0).all()
-# The design lifts to 90° both ways, on most of the range, and Pinocchio agrees.
+# The design lifts to 90° both ways, on most of the range.
 assert check.works
 assert reached.index > 0.855
-assert check.pinocchio_poses >= 70
-assert check.pinocchio_difference < 1e-9
 assert np.nanmax(check.flexion.magnitude) < 82.0
 assert np.nanmax(check.abduction.magnitude) < 49.0
 assert min(check.persons.values()) > 0.81
 assert min(check.offsets.values()) > 0.85
-# All of it is one region that holds rest, pulls only, and stays well below what the drives can do.
-assert (reached.region == reached.inside).all()
+# It pulls only, and stays well below what the drives can do.
 assert reached.tensions[reached.inside].min() > 5.0 - 1e-6
 assert reached.tensions[reached.inside].max() < 152.0
 # The other families, with all criteria on.
@@ -26,7 +23,6 @@ assert results["four-linear-actuators"].index > 0.98
 assert results["three-linear-actuators"].index > 0.905
 assert results["four-muscle-cables"].index > 0.80
 for each in results.values():
-    assert (each.region == each.inside).all()
     assert each.one_by_one()["together"][-1] == each.index
 assert work["force_from_N"].min() > -330.0
 assert work["arm_tilt_deg"].max() < 62.0

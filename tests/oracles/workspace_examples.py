@@ -33,7 +33,7 @@ def workspace_examples():
     criteria = Criteria(largest_shoulder_force=120.0, body=BodyShape.of(ep.Wearer(1.75, 75, "male")))
     space = DesignVariables(exo.mechanism, free_joints(4))
     merit = Merit(space, lifting_poses(counts=(2, 2, 2)), criteria)
-    check = recheck(exo.mechanism, exo.reaction, criteria, finer_step=20.0)
+    check = recheck(exo.mechanism, criteria, finer_step=20.0)
     run = SearchRun(0, [0.5] * 24, 0.3, {"index": 0.8}, 24)
     candidate = Candidate(exo, run, (check,), {"index": 0.8})
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)

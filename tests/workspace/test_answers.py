@@ -58,8 +58,7 @@ def grid(exo, low=10.0):
 def told(found):
     """All that is said of a workspace."""
     nearest = np.unravel_index(found.poses.magnitude().argmin(), found.inside.shape)
-    region = nearest, found.region_distance, float(found.region.mean())
-    return str(found), found.summary(), found.columns(), found.tensions, found.gaps, region
+    return str(found), found.summary(), found.columns(), found.tensions, found.gaps, nearest
 
 
 def limited():
@@ -152,7 +151,6 @@ def refusals():
         lambda: ep.Criteria(obstacles="door").body_of(bare.device),
         lambda: [arm.mass for arm in ep.Criteria(elbow_range=(0.0, 1.6)).arms(exo.mechanism)],
         lambda: [arm.centre_of_mass for arm in ep.Criteria(wearers=(MAN, WOMAN)).arms(exo.mechanism)],
-        lambda: held.region,
         lambda: held.one_by_one(["stroke"]),
         lambda: limb_table(load("spring-support").device, held),
         lambda: limb_table(load("prototype").device, held),
@@ -167,8 +165,7 @@ def refusals():
         lambda: starting_design(ep.Actuator("cable", pull_limit=90.0), None, 2),
         lambda: free_joints(0),
         lambda: free_joints(1001),
-        lambda: recheck(exo.device, 3, ep.Criteria()),
-        lambda: recheck(exo.device, exo.reaction, ["stroke"]),
+        lambda: recheck(exo.device, ["stroke"]),
     )  # fmt: skip
 
 
@@ -224,19 +221,18 @@ def tasks():
 
 
 def checks():
-    """Designs on coarse grids, for other persons and elsewhere, through Pinocchio where they are wrists."""
+    """Designs on coarse grids, for other persons and elsewhere."""
     linear, serial = load("four-linear-actuators-worn"), load("serial-y-x-z")
     off = ep.CentreOffset([0.011, 0.0, -0.004], [0.0, 0.006, 0.002])
     found = [
-        recheck(linear.device, linear.reaction, ep.Criteria(wearers=(MAN,), least_gap=0.01), 40.0, off, 35.0),
-        recheck(linear.device, linear.reaction, ep.Criteria(largest_shoulder_force=90.0), 55.0, None, 45.0),
-        recheck(serial.device, serial.reaction, ep.Criteria(("stroke", "singularity")), 60.0, step=50.0),
+        recheck(linear.device, ep.Criteria(wearers=(MAN,), least_gap=0.01), 40.0, off, 35.0),
+        recheck(linear.device, ep.Criteria(largest_shoulder_force=90.0), 55.0, None, 45.0),
+        recheck(serial.device, ep.Criteria(("stroke", "singularity")), 60.0, step=50.0),
     ]
-    words = [[line for line in str(each).splitlines() if "Checked with Pinocchio" not in line] for each in found]
     return [
-        (text, each.works, each.finer_index, each.pinocchio_poses, each.pinocchio_difference < 1e-6, each.persons,
+        (str(each), each.works, each.finer_index, each.persons,
          each.offsets, each.beyond_elbow, each.flexion.index, each.abduction.index)
-        for text, each in zip(words, found, strict=True)
+        for each in found
     ]  # fmt: skip
 
 
@@ -247,7 +243,7 @@ def searched(exo, variables, objectives="index", poses=None, names=("forces", "s
     found = ep.optimise(
         exo, variables, chosen, objectives, ep.Criteria(names) if isinstance(names, tuple) else names, **given
     )
-    words = [line for line in str(found).splitlines() if "Checked with Pinocchio" not in line]
+    words = str(found).splitlines()
     design = found.best.device
     strokes = (
         [

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin import SolverFailed
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.muscle import Muscle, muscle_model
 from exo_pin.workspace import Criteria, optimisation, recheck
@@ -29,7 +28,7 @@ def man():
 
 
 def test_four_cables_work(cables):
-    check = recheck(cables.mechanism, cables.reaction, LIMITS, finer_step=6.0)
+    check = recheck(cables.mechanism, LIMITS, finer_step=6.0)
     assert check.works
     assert check.workspace.index == pytest.approx(0.856, abs=5e-4)
     assert check.finer_index > 0.84
@@ -37,15 +36,10 @@ def test_four_cables_work(cables):
     assert np.nanmax(check.abduction.magnitude) < 49.0
     assert check.flexion.margins["forces"].min() > 21.0
     assert check.abduction.margins["forces"].min() > 15.0
-    assert check.pinocchio_poses == 78
-    assert check.pinocchio_difference < 1e-9
     assert min(check.persons.values()) > 0.82
     assert set(check.beyond_elbow) == {"woman, 5th percentile", "man, 5th percentile"}
     assert f"woman, 5th percentile: 89.1 %; {check.beyond_elbow['woman, 5th percentile']}" in str(check)
     assert min(check.offsets.values()) > 0.875
-    # In one region, which holds the pose of the grid nearest to rest.
-    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
-    assert check.workspace.region.flat[check.workspace.poses.magnitude().argmin()]
     assert np.nanmax(check.workspace.tensions[check.workspace.inside]) < 152.0
 
 
@@ -80,16 +74,10 @@ def test_design_that_does_not_lift_does_not_work(cables):
             ep.Limb("SPS", stroke=limb.stroke, actuator=ep.Actuator("cable", pull_limit=40.0)) for limb in cables.limbs
         ]
     )
-    assert not recheck(weak.mechanism, weak.reaction, LIMITS, finer_step=12.0).works
+    assert not recheck(weak.mechanism, LIMITS, finer_step=12.0).works
     # Nor does one of which a criterion was not checked.
     unknown = cables.replace(arm=replace(cables.mechanism.arm, wearer=None))
-    assert not recheck(unknown.mechanism, unknown.reaction, LIMITS.replace(body=None), finer_step=12.0).works
-
-
-def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
-    heavier = cables.replace(arm=cables.arm + ep.Arm(0.1, [0.0, 0.0, -0.5], np.zeros((3, 3))))
-    with pytest.raises(SolverFailed, match="difference"):
-        recheck(cables.mechanism, heavier.reaction, LIMITS, finer_step=12.0)
+    assert not recheck(unknown.mechanism, LIMITS.replace(body=None), finer_step=12.0).works
 
 
 @pytest.mark.parametrize(
@@ -101,17 +89,15 @@ def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
 )
 def test_linear_actuators_work(name, limit, index, lifting, moment, persons, offsets, forces):
     exo = ep.load(name)
-    check = recheck(exo.mechanism, exo.reaction, OTHERS.replace(largest_shoulder_force=limit), finer_step=6.0)
+    check = recheck(exo.mechanism, OTHERS.replace(largest_shoulder_force=limit), finer_step=6.0)
     assert check.works
     assert check.workspace.index == pytest.approx(index, abs=6e-4)
     assert check.finer_index > index - 0.02
     for line in (check.flexion, check.abduction):
         assert np.nanmax(line.magnitude) < lifting
         assert line.margins["forces"].min() > moment
-    assert check.pinocchio_difference < 1e-9
     assert min(check.persons.values()) > persons
     assert min(check.offsets.values()) > offsets
-    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     inside = check.workspace.tensions[check.workspace.inside]
     assert (inside.min(), inside.max()) == pytest.approx(forces, abs=0.1)
     # Every actuator is one that its family can be, and no joint is further from the shoulder than the frame reaches.
@@ -156,16 +142,14 @@ def test_cables_leave_less_force_than_a_design_of_the_thesis_where_that_one_hold
 
 def test_four_muscle_cables_work():
     exo, limits = ep.load("four-muscle-cables"), OTHERS.replace(least_tension=5.0)
-    check = recheck(exo.mechanism, exo.reaction, limits, finer_step=6.0)
+    check = recheck(exo.mechanism, limits, finer_step=6.0)
     assert check.works
     assert check.workspace.index == pytest.approx(0.808, abs=5e-4)
     assert np.nanmax(check.flexion.magnitude) < 114.0
     assert np.nanmax(check.abduction.magnitude) < 83.0
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 3.6
-    assert check.pinocchio_difference < 1e-9
     assert min(check.persons.values()) > 0.73
     assert min(check.offsets.values()) > 0.775
-    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
     # Each limb gets by with the travel of its muscle.
     used = check.workspace.lengths[check.workspace.inside]
     assert (np.ptp(used, axis=0) <= 0.275).all()
@@ -176,32 +160,26 @@ def test_four_muscle_cables_work():
 
 def test_worn_cables_work_where_the_centre_is_fixed():
     exo = ep.load("four-cables-worn")
-    check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0)
+    check = recheck(exo.mechanism, LIMITS, finer_step=6.0)
     assert check.works
     assert check.workspace.index == pytest.approx(0.834, abs=6e-4)
     assert np.nanmax(check.flexion.magnitude) < 75.0
     assert np.nanmax(check.abduction.magnitude) < 39.0
-    assert check.pinocchio_difference < 1e-9
     assert min(check.persons.values()) > 0.84
     assert min(check.offsets.values()) > 0.85
-    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
 
 
 def test_worn_cables_work_where_the_shoulder_moves(man):
     exo = ep.load("four-cables-worn")
     path = man.centre_path()
-    check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0, centre_offset=path)
+    check = recheck(exo.mechanism, LIMITS, finer_step=6.0, centre_offset=path)
     assert check.works
     assert check.workspace.index == pytest.approx(0.836, abs=6e-4)
     assert np.nanmax(check.flexion.magnitude) < 75.5
     assert np.nanmax(check.abduction.magnitude) < 57.5
     assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 12.0
-    assert check.pinocchio_poses == 78
-    assert check.pinocchio_difference < 1e-9
     assert min(check.persons.values()) > 0.80
     assert min(check.offsets.values()) > 0.86
-    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
-    assert check.workspace.region.flat[check.workspace.poses.magnitude().argmin()]
     assert check.workspace.tensions[check.workspace.inside].max() < 177.5
 
 

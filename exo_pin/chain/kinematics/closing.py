@@ -393,9 +393,9 @@ def follow(
             moved = pin.difference(state.model, q, found)
             if np.abs(pin.difference(state.model, guess, found) / column).max(initial=0.0) > _JUMP:
                 raise LoopNotClosed(guess, state.buffers.residual(guess), STEPS)
-        except LoopNotClosed:
+        except LoopNotClosed as error:
             if step <= smallest:
-                raise
+                raise LoopNotClosed(q, state.buffers.residual(q), error.iterations, reached=fraction) from None
             step /= 2
             continue
         rate = moved / (target - fraction)

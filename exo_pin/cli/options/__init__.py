@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -219,7 +220,7 @@ class Worn:
     payload: Kilograms = 0.0
     clothing: Millimetres = 0.0
 
-    @property
+    @cached_property
     def size(self) -> Wearer:
         """Size and posture of ``--person``, with what is in the hand."""
         return wearer_of(str(self.person), **self._changes)
@@ -333,6 +334,8 @@ def with_muscles(own: Wearer, **more: Any) -> Person:
     """A wearer with muscles."""
     from ...person import Person  # here, because few queries need one
 
+    if 0.0 < (share := more.get("strength", 1.0)) < 0.01:
+        caution(f"a strength of {100.0 * share:g} %: it is given in percent (a share?)")
     return Person.of_wearer(own).with_changes(**more)
 
 

@@ -360,7 +360,8 @@ class Run(Result, ReadOnly):
         Returns
         -------
         dict
-            Motion and load; and the tensions as ``limits``, with more limbs than a motion determines.
+            Motion and load; the tensions as ``limits``, with more limbs than a motion determines; the configurations as
+            ``posture``, of a device with joints that move while the arm rests.
 
         Examples
         --------
@@ -384,6 +385,9 @@ class Run(Result, ReadOnly):
             # What an answer lists besides drives and brakes are moments of the wearer, which are part of the load.
             more = device.limb_count - self.plant.count
             query["limits"] = given_forces(self.tensions[rows], more)
+        if self.plant.contractions is self.plant.equations and device.structure.idle:
+            # Joints that no drive moves are where the run has them, and not at rest there.
+            query["posture"] = self.configurations[rows]
         return query
 
     def reaction(
@@ -419,10 +423,7 @@ class Run(Result, ReadOnly):
         law, own = Assumptions(split).law, self.question()
         if limits is None:
             limits = own.get("limits", "design") if law.chooses_tensions else "design"
-        # Joints that no drive moves are where the run has them, and not at rest there.
-        idle = self.plant.contractions is self.plant.equations and self.plant.mechanism.structure.idle
-        posture = self.configurations if idle else None
-        case = Case(self.rotations, own["motion"], own["load"], centre_offset, posture=posture)
+        case = Case(self.rotations, own["motion"], own["load"], centre_offset, posture=own.get("posture"))
         return solve(self.plant.mechanism, case, Assumptions(law, limits, constraint_bounds, cone, weights))
 
     @property

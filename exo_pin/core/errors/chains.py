@@ -44,9 +44,16 @@ class LoopNotClosed(ExoPinError, RuntimeError):
     2.000001
     """
 
-    def __init__(self, q: Any, residual: float, iterations: int, target: str = "") -> None:
+    def __init__(
+        self, q: Any, residual: float, iterations: int, target: str = "", reached: float | None = None
+    ) -> None:
         self.q, self.residual, self.iterations = q, float(residual), int(iterations)
-        if target:
+        if reached is not None:
+            text = (
+                f"the branch ends after {100.0 * reached:.3g} % of the way: a link is stretched or folded, or the "
+                "configuration is singular: give positions before it, or start on another branch"
+            )
+        elif target:
             text = (
                 f"{target} does not reach its target: {self.residual:.3e} (m, rad) are left after {self.iterations} "
                 "iterations: start from another configuration, or give a target within reach"

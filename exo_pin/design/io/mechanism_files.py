@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors.checked import checked
-from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, read_toml, toml_text, write_toml
+from ...core.files.toml_tables import TomlTable, naming_file, parse_toml, toml_text, write_toml
 from ...core.validation import as_choice
 from ..arm import Arm
 from ..geometry import WristGeometry
@@ -202,27 +202,6 @@ def preset_file(name: str) -> str:
 def _loaded(name: str) -> Mechanism:
     """A mechanism is frozen throughout, so that all who load it may share it."""
     return _mechanism(parse_toml(preset_file(name), f"{name}.toml"))
-
-
-def read_mechanism(path: str | PathLike[str]) -> Mechanism:
-    """Load a mechanism from a TOML file.
-
-    Parameters
-    ----------
-    path : path-like
-        The file. Keys carry their units; the presets are examples of the format.
-
-    Returns
-    -------
-    Mechanism
-
-    Raises
-    ------
-    FileFormatError
-        If the path is no regular file, the file is not TOML, or a key is unknown, missing or has a wrong value; the
-        key is named.
-    """
-    return _mechanism(read_toml(path))
 
 
 @checked

@@ -269,11 +269,8 @@ def pose_accuracy(device: Device, poses: Rotation, twins: bool = True, least_ang
     value, axis = weakest_rates(device, rates)
     found = Twins(np.full(count, np.inf), np.full((count, 3, 3), np.nan))
     if twins and device.driven_moments == 3 and count:
-        limbs, spacing = None, WIDE_SPACING
-        if record is not None:
-            spacing, none = SPACING, np.zeros((1, 3))
-            limbs = np.array(record.geometry.base_points), np.array(record.geometry.platform_points), none, none
-        found = find_twins(readings, matrices, share, device.side, least_angle, spacing, limbs=limbs)
+        spacing = WIDE_SPACING if record is None else SPACING
+        found = find_twins(readings, matrices, share, device.side, least_angle, spacing)
     there = np.isfinite(found.difference)
     angle, barrier, differences = np.full(count, np.nan), np.full(count, np.nan), np.full((count, n), np.nan)
     if there.any():

@@ -179,14 +179,33 @@ def design_of(path: str | PathLike[str]) -> Mechanism | None:
     Raises
     ------
     FileFormatError
-        If the design has an unknown, missing or wrong key.
+        If the design has an unknown, missing or wrong key, or the file says more of the device.
     """
-    table = read_toml(path).table("design")
+    whole = read_toml(path)
+    table = whole.table("design")
     if table is None:
         return None
+    whole.skip("schema", "name", "robot", "side", "title", "roles", *OF_ROBOT)
+    for key in whole.content:
+        raise whole.error("no effect beside [design], which says all; [[springs]] may stand in a design file", key)
     table.require_schema(DESIGN_SCHEMA)
     with naming_file(path):
         return read_root(table)
+
+
+def read_design(path: str | PathLike[str]) -> tuple[Mechanism, tuple[Spring, ...]]:
+    """The wrist of a design file, and the springs between torso and arm that it has besides limbs.
+
+    Raises
+    ------
+    FileFormatError
+        If the file has an unknown, missing or wrong key.
+    """
+    table = read_toml(path)
+    table.require_schema(DESIGN_SCHEMA)
+    with naming_file(path):
+        springs = tuple(_spring(item) for item in table.tables("springs"))
+        return read_root(table), springs
 
 
 def side_alone(path: str | PathLike[str]) -> Side | None:

@@ -144,7 +144,9 @@ class _Record:
             there = self.bodies.there()
         else:
             raise FileFormatError(
-                f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}", path
+                f"expected one of these sets of columns: {known_columns()}; got {', '.join(self.source.labels)}: say "
+                "which is which, columns=... (--columns FILE)",
+                path,
             )
         self.there: np.ndarray = there if self.times is None else np.asarray(there & np.isfinite(self.times))
 

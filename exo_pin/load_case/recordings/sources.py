@@ -88,7 +88,10 @@ class Source(Record):
         return self.table.numbers(names, gaps=True)
 
     def renamed(self, columns: Mapping[str, str]) -> Source:
-        """The same with columns by known names; a minus before a label turns the sign."""
+        """The same with columns by known names, its times if none are named; a minus before a label turns the sign."""
+        clocks = {*TIMES, *PLAIN_TIMES, *COUNTERS, *PERCENT}
+        if not clocks & set(columns):
+            columns = {name: name for name in self.names if name in clocks} | dict(columns)
         arrays = dict(self.arrays)
         for name, label in columns.items():
             own = self.name_of(label.removeprefix("-"))

@@ -338,6 +338,8 @@ def _end_of_way(answer: Reaction) -> str:
     if followed == 0.0:
         if answer.status == "beyond_singular":
             return "It is singular at rest, so that it has no assembly mode to follow."
+        if answer.case.offset is None:
+            return "From rest it cannot turn the arm this way."
         return "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     turn = Rotation.from_matrix(poses.matrices[0]).as_rotvec()
     last = Rotation.from_rotvec(followed * turn)

@@ -118,7 +118,7 @@ def optimise(
     Returns
     -------
     Optimised
-        ``best``, ``front``, and the check of each: through Pinocchio, on the full grid and a finer one, with other
+        ``best``, ``front``, and the check of each: on the full grid and a finer one, with other
         persons and further off centre, with every one of the offsets. A search that is interrupted by hand (Ctrl-C)
         returns what it has found so far, unless not one generation was finished.
 
@@ -133,8 +133,6 @@ def optimise(
     InvalidInput
         If an argument does not fit, the named criteria leave an objective unknown, or a limb has mass with the
         objective "contact_force", which is for massless limbs.
-    SolverFailed
-        If the check through Pinocchio does not confirm a result.
 
     Examples
     --------
@@ -193,7 +191,7 @@ def optimise(
     rows, candidates = reported(values, wanted, refine), {}
     for row in {*rows, 0} if refine else rows:
         design = type(exo).from_device(designs[row])
-        checks = [recheck(designs[row], design.reaction, criteria, finer_step, each, step) for each in centres]
+        checks = [recheck(designs[row], criteria, finer_step, each, step) for each in centres]
         candidates[row] = Candidate(design, known[row], tuple(checks), values[row].objectives)
     front = tuple(candidates[row] for row in rows)
     on_grid = tuple(each.objectives for run, each in zip(known, values, strict=True) if run.number >= 0)

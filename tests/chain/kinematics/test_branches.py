@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from exo_pin import LoopNotClosed
 from exo_pin.chain import ClosedChain, Closure, Placement
 from exo_pin.cli import main
 
@@ -83,3 +84,17 @@ def test_the_command_answers_for_the_drawn_branch(angle, tmp_path, capsys):
     assert f"{angle if angle <= 180 else angle - 360:.2f} °" in said
     assert main(["mobility", str(path), "--set", f"crank={angle}deg"]) == 0
     assert "left out             contact: " in capsys.readouterr().out
+
+
+def test_a_path_says_where_its_branch_ends():
+    """A rod of 1 m on a slide and a lever of 1 m are stretched where the slide is 2 m away."""
+    rod = '<body><joint name="{0}" axis="0 1 0"/><geom size="0.1"/><site name="{0}" pos="0 0 1"/></body>'
+    slide = '<body><joint name="slide" type="slide" axis="1 0 0"/><geom size="0.1"/>' + rod.format("rod") + "</body>"
+    pin = '<equality><connect site1="rod" site2="lever"/></equality>'
+    mjcf = f"<mujoco><worldbody>{slide}{rod.format('lever')}</worldbody>{pin}</mujoco>"
+    chain = ClosedChain.from_mjcf(mjcf)
+    near = chain.close([1.0, -0.5, 0.5], hold=["slide"])
+    with pytest.raises(LoopNotClosed, match="the branch ends after 50 % of the way") as caught:
+        chain.forward_kinematics([3.0], near, ["slide"])
+    assert caught.value.q[0] == pytest.approx(2.0, abs=1e-3)
+    assert abs(chain.residual(caught.value.q)).max() < 1e-9

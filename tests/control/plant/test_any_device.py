@@ -196,3 +196,30 @@ def test_stiff_drives_take_implicit_steps():
     assert run.status == "completed"
     # An explicit method would need a step of some millionths of a second: the inertia over the damping.
     assert run.steps < 400
+
+
+def test_a_rotor_of_a_motor_loads_the_shoulder_as_that_of_the_robots_file():
+    exo, inertia = loaded("3rps-passive-ball"), 2.0
+    model = exo.chain.model.copy()
+    model.armature[exo.chain.velocity_indices([drive.joint for drive in exo.device.drives])] = inertia
+    heavy = exo.replace(chain=ep.ClosedChain(model, exo.chain.description))
+    motor = control.PlantOptions(joint_motor=control.JointMotor(inertia=inertia))
+    runs = []
+    for plant in (ep.Plant(exo, motor), ep.Plant(heavy)):
+        run = plant.simulate(lambda t, seen: [0.1, -0.05, 0.08], 0.02, plant.state(exo.pose(20, 10)))
+        assert run.status == "completed"
+        runs.append(run)
+    one, other = runs
+    assert np.linalg.norm(one.shoulder_force, axis=1).min() > 10.0
+    np.testing.assert_allclose(one.shoulder_force, other.shoulder_force, atol=1e-6)
+    np.testing.assert_allclose(one.cuff_wrench, other.cuff_wrench, atol=1e-6)
+
+
+def test_a_run_asks_in_the_configurations_that_its_idle_joints_have():
+    exo = loaded("3rps-passive-ball")
+    plant = ep.Plant(exo)
+    run = plant.simulate(lambda t, seen: [0.1, -0.05, 0.08], 0.05, plant.state(exo.pose(20, 10)))
+    asked = exo.reaction(run.rotations, **run.question()).shoulder_force
+    np.testing.assert_allclose(asked, run.reaction().shoulder_force, atol=1e-9)
+    # The query leaves out how fast these joints move.
+    np.testing.assert_allclose(asked, run.shoulder_force, atol=0.01)

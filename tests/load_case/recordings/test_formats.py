@@ -218,7 +218,7 @@ def test_points_of_c3d_by_a_map(tmp_path):
     file["data"]["points"] = points
     file.write(str(tmp_path / "a.c3d"))
     (tmp_path / "map.toml").write_text(
-        'schema = 1\n[columns]\ntime_s = "time_s"\nflexion_deg = "LShoulderAngles.x"\n'
+        'schema = 1\n[columns]\nflexion_deg = "LShoulderAngles.x"\n'
         'abduction_deg = "-LShoulderAngles.y"\ninternal_rotation_deg = "LShoulderAngles.z"\n'
     )
     found = ep.read_movement(tmp_path / "a.c3d", reading=ep.RecordingOptions(columns=tmp_path / "map.toml"))

@@ -8,11 +8,14 @@ import exo_pin as ep
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way
 
 
-def ended(status, share=None, followed=1.0, matrices=None, shape=()):
+def ended(status, share=None, followed=1.0, matrices=None, shape=(), offset=None):
     placed, mechanism = SimpleNamespace(share=np.array([followed])), SimpleNamespace(side="left")
     poses = SimpleNamespace(placed=placed, matrices=matrices, mechanism=mechanism)
     full = None if share is None else np.full(shape, share)
-    return SimpleNamespace(source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full)
+    case = SimpleNamespace(offset=offset)
+    return SimpleNamespace(
+        source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full, case=case
+    )
 
 
 def test_where_the_way_of_a_device_ends():
@@ -30,12 +33,13 @@ def test_where_the_way_of_a_device_ends():
     # Of a rigid one the pose up to which it turns: a share of the way from rest.
     pose = ep.shoulder_rotation(40, 0, 0, degrees=True)
 
-    def lost(followed, status="out_of_reach"):
-        return _end_of_way(ended(status, followed=followed, matrices=pose.as_matrix()[None]))
+    def lost(followed, status="out_of_reach", **case):
+        return _end_of_way(ended(status, followed=followed, matrices=pose.as_matrix()[None], **case))
 
     assert lost(0.75) == "On the way from rest it gets as far as flexion 30°, abduction 0°, internal rotation 0°."
     assert lost(0.75, "beyond_singular") == lost(0.75)
-    assert lost(0.0) == (
+    assert lost(0.0) == "From rest it cannot turn the arm this way."
+    assert lost(0.0, offset=ep.CentreOffset.together([0.0, 0.0, 0.01])) == (
         "Its loops do not close even at rest: off its centre a rigid device needs a cuff that gives way."
     )
     assert lost(0.0, "beyond_singular") == "It is singular at rest, so that it has no assembly mode to follow."

@@ -23,7 +23,7 @@ def explained(report):
     due(str(report.remedy), report.remedy is not None)
     for caution in answer.cautions:
         due(f"Caution: {caution}", not caution.startswith(("Not ", "Posture: ")))
-        due(caution, answer.has_answer or not caution.startswith(("Not ", "Posture: ")))
+        due(caution, True)
     due("With the wearer's own muscles (least effort)", report.contact is not None)
     due("Force of the shoulder on the arm", answer.has_answer)
     if not answer.has_answer:

@@ -11,7 +11,7 @@ most poses would come in, and stands on docs/evidence/designs_found.md.
 
     exo-pin optimise --limbs 4 --family linear --pull 600 --device prototype --person 1.755,85,male,418 --clothing 5 \
         --fits 1.87,111,male,418 --elbow-range 0,130 --obstacle chair --obstacle wall:120 --obstacle ceiling:0 \
-        --shoulder-force 250 --rate 0.8 --base-radius 120:700 --arm-radius 75:180 --drop 60:230 \
+        --shoulder-force 250 --least-rate 0.8 --base-radius 120:700 --arm-radius 75:180 --drop 60:230 \
         --seed 2 --budget 24000 --run-length 8000 --step 8 --out wide.toml
 """
 

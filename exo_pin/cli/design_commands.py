@@ -128,7 +128,9 @@ def export(
     if on_person is None:
         options.refuse("--on-person was not given", cuff=cuff != "weld", locked=locked, bones_only=bones_only)
     else:
-        options.refuse("--on-person has a body of its own, and the whole device", **vars(worn), part=part != "whole")
+        options.refuse(
+            "--on-person has a body of its own, and the whole device", **options.given(worn), part=part != "whole"
+        )
     exo = worn.load(design, side)
     if on_person is None:
         path = files.out or Path(f"{as_file_stem(exo.name)}.urdf")
@@ -360,9 +362,11 @@ def compare(
     exo-pin compare four-cables urdf/serial-y-x-z.urdf urdf/spherical-3rrr.urdf --person 1.755,85,male --step 20
     exo-pin compare four-cables urdf/spherical-3rrr.urdf --person 1.755,85,male --step 20 --detailed --plot which.png
     """
-    first: Sequence[ShoulderExo] = load_designs(design, side) if design.endswith(".csv") else [worn.load(design, side)]
-    more = [load_designs(name, side) if name.endswith(".csv") else [load(name, side=side)] for name in others]
-    exo, *rest = [each for group in (first, *more) for each in group]
+    groups: list[Sequence[ShoulderExo]] = [
+        load_designs(name, side) if name.endswith(".csv") else [load(name, side=side)] for name in (design, *others)
+    ]
+    exo, *rest = [each for group in groups for each in group]
+    exo = worn.on(exo)
     query = _poses(exo, pose, way, recording, step, limits, split)
     person = None if worn.person is None else worn.size
     counted = options.counts_muscles(muscles, worn, bool(recording) or detailed)

@@ -174,7 +174,14 @@ def track(
         raise InvalidInput(f"{design!r} is no design: exo-pin track --experiment {design}")
     if design.endswith(".csv"):
         raise InvalidInput(f"expected the design first: exo-pin track DESIGN --trajectory {design}")
-    chosen = _of_design(design, side, trajectory, worn, read_as) if experiment is None else named(experiment)
+    if experiment is None:
+        chosen = _of_design(design, side, trajectory, worn, read_as)
+    else:
+        chosen = named(experiment)
+        own = {"trajectory": trajectory != "abduction", "side": side, **options.given(read_as)}
+        options.refuse("an experiment has a design and a movement of its own", **own)
+        if worn.person is None:
+            options.refuse("--person was not given", **options.given(worn))
     changes: dict[str, Any] = {} if controller is None else {"controller": controller}
     if supply is not None:
         from ..muscle.valve.flow import Supply
@@ -227,13 +234,16 @@ def _of_design(design: str, side: options.Side, trajectory: str, worn: options.W
     A dummy, whose moving part has no person's arm, stays as it is.
     """
     from ..control import Experiment, options_for, reference_of
+    from ..control.experiments.catalogue import REFERENCES
 
     exo = load(design, side=side)
     arm = exo.device.arm
     if arm is None and worn.person is None:
         raise InvalidInput(f"{exo.name} has no arm to move: give --person")
-    if worn.person is not None and (arm is None or arm.person is not None):
-        exo = exo.worn_by(worn.size)
+    if worn.person is None or arm is None or arm.person is not None:
+        exo = worn.on(exo)
+    if trajectory in REFERENCES:
+        options.refuse("--trajectory names no recording", **options.given(read_as))
     name, reference = Path(trajectory).stem, reference_of(trajectory, exo.side, read_as.options)
     moved = exo.moved_record
     return Experiment(name, f"{name}, {exo.name}", moved, reference, options=options_for(moved))

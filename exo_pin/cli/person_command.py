@@ -89,7 +89,7 @@ def person(
     if len(ways) > 1:
         raise InvalidInput(f"{' and '.join(ways)} do not go together: give one of them")
     if map or recording:
-        options.refuse(f"{ways[0]} has poses of its own", **vars(pose))
+        options.refuse(f"{ways[0]} has poses of its own", **options.given(pose))
     query: dict[str, Any] = {}
     bounds = options.limits_of(limits)
     if bare:

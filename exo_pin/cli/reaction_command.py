@@ -101,10 +101,10 @@ def reaction(
     explain : bool
         Print all that is known of the pose: criteria, ranges, what equilibrium leaves undetermined, and sources.
     muscles : bool, optional
-        With --person: also print the joint load with the wearer's own muscles (default: for a single pose, if the extra
+        Also print the joint load with the wearer's own muscles, in a single pose (default: with --person, if the extra
         'person' is installed).
     strength : float, optional
-        With --person: strength of the wearer's muscles, percent (default 100; 0 for an arm without muscle force).
+        Strength of the wearer's muscles, which then count, percent (default 100; 0 for an arm without muscle force).
     table : bool
         Print all forces of the pose, on limbs, shoulder, cuff and harness, as a table.
 
@@ -147,14 +147,14 @@ def reaction(
     of_one_pose |= {"over_postures": over_postures, "strength": strength}
     if recording:
         options.refuse("for the muscles along a movement use exo-pin person --trajectory", muscles=muscles)
-        options.refuse("a movement has poses of its own", **vars(pose), to=way.to, **of_one_pose)
+        options.refuse("a movement has poses of its own", **options.given(pose), to=way.to, **of_one_pose)
         answers = [_movement(exo, query, recording, progress, files)]
     elif way.to is not None:
         options.refuse("--to asks for a table of poses", **of_one_pose)
         answers = [_way(exo, query, way.angles(pose), files)]
     else:
         answers = _answers(exo, pose.of(exo), query, compare, split is not None)
-        wearer = _wearer(worn, muscles, files.json or table or compare is not None, strength)
+        wearer = _wearer(exo, worn, muscles, strength)
         report = report_on_pose(exo, answers[0], wearer, pose.angles, offset)
         parts = [] if compare is None and not table and not explain else [_head(exo, pose, offset)]
         if compare is None and not table:
@@ -239,19 +239,21 @@ def _way_table(angles: FloatArray, answer: Reaction) -> str:
     return "\n".join(aligned([[*columns, "held"], *zip(*cells, held.tolist(), strict=True)]))
 
 
-def _wearer(worn: options.Worn, muscles: bool | None, plain: bool, strength: float | None) -> Any:
+def _wearer(exo: ShoulderExo, worn: options.Worn, muscles: bool | None, strength: float | None) -> Any:
     """The person whose muscles count beside the forces, if they are to be counted."""
-    if strength is not None and worn.person is None:
-        raise InvalidInput("--strength needs to know whose: give --person too")
-    if muscles and worn.person is None:
-        raise InvalidInput("--muscles needs to know whose: give --person too")
-    if worn.person is None or muscles is False or (plain and not muscles):
+    if muscles is False:
+        options.refuse("--no-muscles counts none", strength=strength)
+    asked = bool(muscles) or strength is not None
+    if muscles is False or not (asked or worn.person):
         return None
+    own = options.own_wearer(exo)
+    if own is None:
+        raise InvalidInput(f"--{'muscles' if muscles else 'strength'} needs to know whose: give --person too")
     try:
         require_extra("person")
-        return worn.muscles(strength=1.0 if strength is None else strength / 100.0)
+        return options.with_muscles(own, strength=1.0 if strength is None else strength / 100.0)
     except (InvalidInput, MissingExtra) as error:
-        if muscles:
+        if asked:
             raise
         options.caution(f"the wearer's own muscles are not counted: {error}")
         return None

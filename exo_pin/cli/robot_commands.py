@@ -111,7 +111,7 @@ def forces(
     """
     exo = worn.load(design, side, leave_out)
     chain = exo.chain
-    if any(pose.angles) and not chain.roles.limbs and exo.has_arm:
+    if not chain.roles.limbs and exo.has_arm:
         if not any((joint, actuated, external, set, leave_out)):
             return reaction(design, side=side, pose=pose, worn=worn, files=files)
         device = exo.chain_device

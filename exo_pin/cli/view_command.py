@@ -97,7 +97,7 @@ def view(
         if exo.wrist is not None:
             raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
         why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
-        options.refuse(why, **vars(pose), scale=scale, to=to, person=worn.person)
+        options.refuse(why, **options.given(pose), scale=scale, to=to, person=worn.person)
         scene = ChainScene(exo.chain, exo.urdf)
         scene.move({joint: value for joint, value, _ in map(joint_value, set)})
         said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]

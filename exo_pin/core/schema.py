@@ -24,7 +24,7 @@ from .errors.base import echo
 
 _PREFIX = "exo_pin."
 #: Versions above the first.
-VERSIONS: dict[str, int] = {}
+VERSIONS = {"parts": 2}
 #: What a description says of the unit: after a comma, a blank or "in ", before a stop of the sentence or a word.
 _UNIT = re.compile(
     r"(?:^|[ ,(])(N m s/rad|N m/rad|N s/m|kg m²|N m|N/m|N s|m/s²|m/s|rad/s²|rad/s|m/rad|1/m|°/s|mm/°|°/mm|mm|percent"

@@ -136,6 +136,11 @@ class Wearer(Record):
             raise InvalidInput(f"expected elbow_flexion of -0.3 to 2.8 rad (-17 to 160°), got {bend:g} rad")
         set_fields(self, elbow_flexion=bend)
 
+    @property
+    def posture(self) -> dict[str, float]:
+        """What another person does alike, by name: bend of the elbow, payload and clothing."""
+        return {"elbow_flexion": self.elbow_flexion, "payload": self.payload, "clothing": self.clothing}
+
     @classmethod
     def drawn(cls, count: int, seed: int = 0) -> tuple[Wearer, ...]:
         """Persons drawn at random, women and men in turn, with straight arms.

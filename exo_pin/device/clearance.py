@@ -25,7 +25,7 @@ from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..numerics.vectors import vector
 from ..wrist.clearance.clearance import LIMB_RADII, BodyShape, beyond, displaced_end, fitting_radius, segment_distance
-from ..wrist.clearance.gaps import NOBODY, Gaps, named, own_body
+from ..wrist.clearance.gaps import NOBODY, Gaps, beyond_own_elbow, named, own_body
 from .device_model import DeviceModel, device_model, models_at
 from .parts.routes import PlacedRoute
 from .postures import placements, reached_postures
@@ -143,6 +143,14 @@ class LinkGaps(Gaps):
             return self._placed.q[rows], self._placed.reached[rows]
         found = reached_postures(model, self._matrices[rows])
         return found.q, found.reached
+
+    @property
+    def beside(self) -> str:
+        """Joints of limbs beyond the elbow of who wears it."""
+        chain = self._device.chain.model
+        joints = [chain.getJointId(limb.platform_joint) for limb in self._device.chain.roles.limbs]
+        points = [chain.jointPlacements[k].translation for k in joints if chain.parents[k] == self._device.arm_index]
+        return beyond_own_elbow(np.array(points), self._device.arm) if points else ""
 
     @cached_property
     def least(self) -> FloatArray:

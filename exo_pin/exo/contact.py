@@ -333,21 +333,14 @@ def total_uncertainty(
     return spread_of(self.device, case, assumed, title, stated, tone, draws, seed, joint, progress)
 
 
-def loaded(answer: Reaction, person: Person, kept: float = 0.0) -> dict[str, Any]:
-    """The load and options of a joint force: what acts beyond the elbow, the elbow has to carry."""
-    from ..person import ContactOptions  # here: few answers need it
-
-    load = answer.case.load
-    beyond = load is not None and float(np.max(np.asarray(load.at)[..., 2])) < person.elbow_centre[2] + 1e-3
-    return {"load": load, "options": ContactOptions(kept_activation=kept, load_on="forearm" if beyond else "upper arm")}
-
-
 def with_kept(exo: ShoulderExo, answer: Reaction, person: Person, kept: float) -> JointContact:
     """What the joint carries at rest where muscles keep a share of their activation and the device carries the rest."""
-    from ..person.contact.device import load_of_share  # here: few answers need it
+    from ..person import ContactOptions  # here: few answers need it
+    from ..person.contact.device import load_of_share
 
     case, forces = answer.case, answer
     if kept > 0.0:
         rest = load_of_share(1.0 - kept, person.on_side(exo.side), exo.device.gravity, case.poses, None, case.load)
         forces = solve(exo.device, replace(case, load=rest), answer.assumptions)
-    return exo.joint_contact(case.poses, person, forces, outside="mark", **loaded(answer, person, kept))
+    options = ContactOptions(kept_activation=kept)
+    return exo.joint_contact(case.poses, person, forces, load=case.load, options=options, outside="mark")

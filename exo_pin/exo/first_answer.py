@@ -216,8 +216,10 @@ class _Lines:
         rest = "at rest, " if contact.held and self.answer.case.motion is None else ""
         least = f" ({rest}least effort; people keep more tension)" if parts else ""
         text = f"{', '.join(parts)}{least}"
-        lacking = [("with it", contact), ("without the device", bare)]
-        texts = [f"{name} {why(each)}" for name, each in lacking if not each.has_result]
+        lacking = {"with it": contact, "without the device": bare}
+        texts = [f"{name} {why(each)}" for name, each in lacking.items() if not each.has_result]
+        if len(texts) == len(lacking) and why(contact) == why(bare):
+            texts = [why(contact)]
         # A pose with relief has both forces.
         return self._labelled("In the joint", "; ".join([*([text] if text else []), *texts]), self.most)
 

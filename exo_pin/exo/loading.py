@@ -68,6 +68,8 @@ def load(source: str | PathLike[str], side: str | None = None, leave_out: Iterab
     if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {echo(source)}")
     text = fspath(source)
+    if leave_out and not (text.endswith(_ROBOTS) or (text.endswith(".toml") and is_device_file(text))):
+        raise InvalidInput(f"expected leave_out with a robot's file, got {', '.join(leave_out)} with {text}")
     if text in presets():
         exo = ShoulderExo.from_mechanism(preset(text))
     elif text.endswith(".toml") and is_device_file(text):

@@ -31,7 +31,7 @@ from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from ..wrist.singularities.measures import singularity
 from ..wrist.singularities.singular_surface import nearest_singularity
-from .contact import loaded, with_kept
+from .contact import with_kept
 from .first_answer import EMG_FALL, MEASURED, first_answer, relief_words, words_of_angles
 from .pose_numbers import PoseNumbers
 
@@ -212,7 +212,7 @@ class PoseReport(Result):
         told = [text for text in answer.cautions if not text.startswith(NOTES)]
         parts = [under_verdict(answer.verdict, told), "" if self.remedy is None else filled(str(self.remedy))]
         if not answer.has_answer:
-            parts.append("" if self.contact is None else with_muscles(self.contact))
+            parts += ["" if self.contact is None else with_muscles(self.contact), "\n".join(self._notes())]
             return "\n\n".join(part for part in parts if part)
         parts.append(filled(self._near()))
         parts += ["\n".join([*self._shoulder(), *self._yardstick()]), "\n".join(self._limbs())]
@@ -295,7 +295,11 @@ class PoseReport(Result):
         if self.answer.certificate.undetermined > 0:
             lines.append(filled(self.answer.certificate.statement))
             lines.append("--compare shows other assumptions, --table all forces.")
-        return [*lines, *(filled(text) for text in self.answer.cautions if text.startswith(NOTES))]
+        return [*lines, *self._notes()]
+
+    def _notes(self) -> list[str]:
+        """What was not checked or is not known."""
+        return [filled(text) for text in self.answer.cautions if text.startswith(NOTES)]
 
     def _near(self) -> str:
         """That the pose is close to a singular one, how close, and where the drives hold least; else empty."""
@@ -340,7 +344,7 @@ def report_on_pose(
             remedy = exo.remedy(pose, **nearby_query(answer))
     contact, kept = None, {}
     if person is not None:
-        contact = exo.joint_contact(pose, person, answer, motion, outside="mark", **loaded(answer, person))
+        contact = exo.joint_contact(pose, person, answer, motion, answer.case.load, outside="mark")
     is_relieved = contact is not None and contact.relief_percent is not None and contact.relief_percent > 0.0
     if person is not None and rests and is_relieved and exo.device.driven_moments == 3 and exo.device.holds_alone:
         kept = {share: with_kept(exo, answer, person, share) for share in KEPT}

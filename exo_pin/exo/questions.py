@@ -25,10 +25,10 @@ from ..core.files.atomic import write_text
 from ..core.results import plain
 from ..core.schema import checked_identifier, document
 from ..core.validation import as_choice, as_finite, require_type
-from ..design import Wearer, presets
+from ..design import DEFAULT_PRESET, Wearer, presets
 from ..device.protocol import described
 from ..load_case import Load, Motion
-from ..reaction.assumptions import Within
+from ..reaction.assumptions import Weights, Within
 from ..workspace.summary import workspace_document
 from .loading import load, load_design
 from .shoulder_exo import ShoulderExo
@@ -64,10 +64,9 @@ ANSWERS = {
 }
 #: What a question has besides the arguments of its method.
 OWN = ("schema", "id", "question", "design", "side", "worn_by")
-DEFAULT_DESIGN = "four-cables"
 #: Files whose texts a question may hold, by the names of its members.
 FILES = {"toml": "design.toml", "urdf": "robot.urdf", "closures": "robot.closures.toml", "device": "robot.device.toml"}
-_NOT_HERE = ("self", "progress", "executor", "within", "file")
+_NOT_HERE = ("self", "progress", "executor", "within", "file", "cone")
 #: Length that a unit quaternion may be off.
 _UNIT = 1e-3
 _EXPECTED = (ExoPinError, OSError, TypeError, ValueError, OverflowError, RecursionError)
@@ -194,7 +193,7 @@ def understood(asked: Any, files: bool = True) -> tuple[str, ShoulderExo, dict[s
     if "schema" in asked:
         checked_identifier(asked, ["batch_question"])
     name = as_choice("question", asked.get("question"), QUESTIONS)
-    design, worn = asked.get("design", DEFAULT_DESIGN), asked.get("worn_by")
+    design, worn = asked.get("design", DEFAULT_PRESET), asked.get("worn_by")
     if not files and not isinstance(design, dict):
         as_choice("design", design, presets())
     side = asked.get("side")
@@ -212,7 +211,8 @@ def understood(asked: Any, files: bool = True) -> tuple[str, ShoulderExo, dict[s
 def arguments_of(name: str) -> list[str]:
     """Arguments of a method that a question may have."""
     known = inspect.signature(getattr(ShoulderExo, name)).parameters
-    return [each for each in known if each not in _NOT_HERE] + list(Within.__annotations__) * ("within" in known)
+    names = [*known, *(Within.__annotations__ if "within" in known else ())]
+    return [each for each in names if each not in _NOT_HERE]
 
 
 @lru_cache(maxsize=32)
@@ -261,7 +261,11 @@ def _argument(exo: ShoulderExo, name: str, value: Any) -> Any:
         from ..workspace import Criteria
 
         return _made(Criteria, name, value)
-    kinds: dict[str, Callable[..., Any]] = {"load": Load, "motion": Motion}
+    kinds: dict[str, Callable[..., Any]] = {"load": Load, "motion": Motion, "weights": Weights}
+    if name == "options" and value is not None:
+        from ..person import ContactOptions
+
+        kinds[name] = ContactOptions
     return _made(kinds[name], name, value) if name in kinds and value is not None else value
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -109,6 +109,29 @@ class Person(Wearer):
 
     def __str__(self) -> str:
         return build_table(self)
+
+    @classmethod
+    def of_wearer(cls, wearer: Wearer) -> Person:
+        """A wearer with average muscles; one who has muscles stays as they are.
+
+        Parameters
+        ----------
+        wearer : Wearer
+            Size and posture.
+
+        Returns
+        -------
+        Person
+
+        Examples
+        --------
+        >>> woman = ep.Person.of_wearer(ep.Wearer(1.60, 55, "female", payload=1.0))
+        >>> woman.payload, woman.strength
+        (1.0, 1.0)
+        """
+        if isinstance(wearer, cls):
+            return wearer
+        return cls(**{each.name: getattr(wearer, each.name) for each in fields(Wearer)})
 
     def with_changes(self, **changes: Any) -> Person:
         """A copy with some attributes changed; angles in rad.

@@ -36,8 +36,8 @@ class Weights:
     shear, compression : float
         Weights of F_s across and along the axis out of the socket, above zero, so that the best F_s is unique.
     tension : float
-        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of shoulder
-        force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
+        Weight of the limb forces, dimensionless, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of
+        shoulder force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
     glenoid : GlenoidCone or None
         Defines the axes; only its orientation counts here. Not needed where shear and compression weigh the same.
 

@@ -171,17 +171,18 @@ def _muscled(wearer: Person | Wearer | None, side: str) -> Person | None:
         require_extra("person")
     except MissingExtra:
         return None
-    if isinstance(wearer, Person):
-        return wearer.on_side(side)
-    bent, held = wearer.elbow_flexion, wearer.payload
-    return Person(wearer.height, wearer.mass, wearer.sex, side=side, elbow_flexion=bent, payload=held)
+    return Person.of_wearer(wearer).on_side(side)
 
 
 def _person_words(wearer: Wearer) -> str:
     words = [f"{'man' if wearer.sex == 'male' else 'woman'} of {wearer.height:.4g} m", f"{wearer.mass:.3g} kg"]
     bend = round(float(np.degrees(wearer.elbow_flexion)))
     words += [f"elbow bent by {bend}°" if bend else "elbow straight"]
-    return ", ".join([*words, f"{wearer.payload:.3g} kg in the hand"] if wearer.payload else words)
+    words += [f"{wearer.payload:.3g} kg in the hand"] if wearer.payload else []
+    words += [f"upper arm of {1e3 * wearer.arm_girth:.3g} mm girth"] if wearer.arm_girth else []
+    words += [f"{1e3 * wearer.clothing:.3g} mm of clothing"] if wearer.clothing else []
+    strength = getattr(wearer, "strength", 1.0)
+    return ", ".join([*words, f"muscles of {100.0 * strength:.3g} % strength"] if strength != 1.0 else words)
 
 
 def _flat(poses: Rotation) -> Rotation:
@@ -308,9 +309,9 @@ def _drives(
 
 
 def _fit(exo: ShoulderExo, box: Rotation, name: str, height: float, mass: float, sex: str) -> PersonFit:
-    """The device on a person of another size, with elbow and payload of its own wearer."""
+    """The device on a person of another size, in the posture of its own wearer."""
     own = exo.device.require_arm("a report").wearer
-    other = exo.worn_by(Wearer(height, mass, sex, elbow_flexion=own.elbow_flexion, payload=own.payload))
+    other = exo.worn_by(Wearer(height, mass, sex, **own.posture))
     held = _UNKNOWN if not other.device.drives else 100.0 * float(other.reaction(box).held.mean())
     return PersonFit(f"{name}, {height:g} m, {mass:g} kg", height, mass, held, 100.0 * _workspace(other).index)
 

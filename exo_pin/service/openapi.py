@@ -12,11 +12,12 @@ from docstring_parser import parse_from_object
 
 from .. import __version__
 from ..core.schema import input_schemas, schema_of
-from ..design import Wearer, presets
-from ..exo.questions import ANSWERS, DEFAULT_DESIGN, FILES, OWN, QUESTIONS, arguments_of
+from ..design import DEFAULT_PRESET, Wearer, presets
+from ..exo.questions import ANSWERS, FILES, OWN, QUESTIONS, arguments_of
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import Load, Motion
 from ..reaction import SPLITS
+from ..reaction.assumptions import Weights
 from ..workspace import Criteria
 from .problems import JSON, MEDIA, PAGES
 
@@ -43,7 +44,8 @@ _PLAIN: dict[str, Any] = {
     },
     "split": {"type": "string", "enum": list(SPLITS)},
     **{name: {"$ref": f"#/components/schemas/{kind}"} for name, kind in {
-        "load": "Load", "motion": "Motion", "person": "Person", "criteria": "Criteria"}.items()},
+        "load": "Load", "motion": "Motion", "person": "Person", "criteria": "Criteria", "weights": "Weights",
+        "options": "ContactOptions"}.items()},
 }  # fmt: skip
 _DESIGN = {
     "anyOf": [
@@ -55,7 +57,7 @@ _DESIGN = {
             "oneOf": [{"required": ["toml"]}, {"required": ["urdf"]}],
         },
     ],
-    "default": DEFAULT_DESIGN,
+    "default": DEFAULT_PRESET,
     "description": "A preset, or the texts of the files of a design.",
 }
 _STATUSES = {
@@ -68,7 +70,7 @@ _STATUSES = {
 
 def openapi() -> dict[str, Any]:
     """The description: an address a question, its arguments, the schema of its answer, and of problems."""
-    from ..person import Person  # here, because its import takes long
+    from ..person import ContactOptions, Person  # here, because its import takes long
 
     schemas: dict[str, Any] = {}
     roots = {}
@@ -76,7 +78,7 @@ def openapi() -> dict[str, Any]:
         found = schema_of(resolve_name(f"exo_pin.{path}"), name)
         roots[name] = {"$ref": found["$ref"]}
         schemas |= found["$defs"]
-    schemas |= input_schemas(Load, Motion, Criteria, Wearer, Person)
+    schemas |= input_schemas(Load, Motion, Criteria, Weights, ContactOptions, Wearer, Person)
     for name in ("Wearer", "Person"):
         in_degrees = {"type": "boolean", "default": False, "description": "Whether the angles are in degrees."}
         schemas[name]["properties"]["degrees"] = in_degrees

@@ -219,7 +219,7 @@ def contact_figures(exo: ShoulderExo, poses: Rotation, answer: Reaction, questio
     wearer = exo.arm.wearer
     if wearer is None or not answer.held.any():
         return dict.fromkeys(names, np.nan)
-    person = Person(wearer.height, wearer.mass, wearer.sex, elbow_flexion=wearer.elbow_flexion, payload=wearer.payload)
+    person = Person.of_wearer(wearer)
     motion, load = question.get("motion"), question.get("load")
     found = exo.joint_contact(poses, person, answer, motion, load, outside="mark")
     bare: Any = found.without_device

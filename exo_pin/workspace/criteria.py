@@ -336,8 +336,9 @@ class Criteria(Record):
             elif self.names is not None and name not in self.names:
                 left_out[name] = "not chosen"
         limbs = as_device(mechanism).accelerate("workspace")
-        if limbs is not None and "elbow" in left_out and (words := beyond_elbow(limbs, self.wearers_of(mechanism))):
-            left_out["elbow"] = f"{words} (least_above_elbow)"
+        if limbs is not None and "elbow" in left_out:
+            words = beyond_elbow(limbs.geometry.platform_points, self.wearers_of(mechanism))
+            left_out["elbow"] = f"{words} (least_above_elbow)" if words else left_out["elbow"]
         return tuple(name for name in CRITERIA if name not in left_out), left_out
 
 

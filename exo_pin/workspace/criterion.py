@@ -108,8 +108,8 @@ class Criterion:
     name : str
         Its key wherever criteria are named.
     unit : str
-        Of its margin; "" for a number without one. That of "stroke" is rad for a device with hinges as drives
-        (:attr:`exo_pin.workspace.Workspace.units`).
+        Of its margin; "" for a number without one. Those of "stroke" and "accuracy" are rad and rad/rad for a device
+        with hinges as drives (:attr:`exo_pin.workspace.Workspace.units`).
     words : str
         In a picture.
     colour : str

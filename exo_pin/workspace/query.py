@@ -369,8 +369,7 @@ def _of_person(
     if moving_centre:
         from ..person import Person  # here: it needs an extra
 
-        person = Person(wearer.height, wearer.mass, wearer.sex, elbow_flexion=wearer.elbow_flexion, side=exo.side)
-        path = person.centre_path()
+        path = Person.of_wearer(wearer).on_side(exo.side).centre_path()
     found = exo.worn_by(wearer).workspace(poses, criteria, centre_offset=path)
     lost = found.lost_to
     worst = max(lost, key=lambda name: lost[name], default="")

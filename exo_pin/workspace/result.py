@@ -184,7 +184,8 @@ class Workspace(Result, ReadOnly):
     @property
     def units(self) -> dict[str, str]:
         """Unit of the margin of each criterion."""
-        return {name: self.stroke_unit if name == "stroke" else CRITERIA[name].unit for name in self.margins}
+        of_drives = {"stroke": self.stroke_unit, "accuracy": f"{self.stroke_unit}/rad"}
+        return {name: of_drives.get(name, CRITERIA[name].unit) for name in self.margins}
 
     @property
     def force_inside(self) -> dict[str, float]:

@@ -16,6 +16,12 @@ UNITS = (
 
 
 @pytest.mark.parametrize("name", COMMANDS)
+def test_no_option_has_two_meanings(name):
+    names = [each for option in options_of(name) for each in option.names]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_and_option_is_described(name, capsys):
     out = run(capsys, *name.split(), "--help")[1]
     assert "examples:" in out

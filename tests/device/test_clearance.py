@@ -92,6 +92,14 @@ def test_cables_of_a_chain_are_as_near_as_the_limbs_of_the_wrist(joined):
     assert np.abs(found - gaps).max() > 1e-3
 
 
+def test_a_chain_says_which_joints_lie_beyond_the_elbow_as_its_wrist_does():
+    wrist, chain = (
+        ep.load(each).worn_by(ep.Wearer(1.55, 48.0, "female")) for each in ("six-cables", URDF / "six-cables.urdf")
+    )
+    told = "1 of 6 joints on the upper arm lies beyond the wearer's elbow, by up to 30 mm."
+    assert [exo.device.gaps(np.eye(3)[None]).beside for exo in (wrist, chain)] == [told, told]
+
+
 #: Kind, size, half length of the capsule's axis, its direction in the shape's frame, and its radius, m.
 SHAPES = (
     ("sphere", (0.03,), 0.0, 2, 0.03),

@@ -74,6 +74,8 @@ def asked():
         },
         {"question": "reaction", "poses": {"quaternions_xyzw": quaternion}, "limits": "none", "split": "minimal"},
         {"question": "reaction", "poses": at, "centre_offset": [0, 0.002, 0.01]},
+        {"question": "reaction", "poses": at, "split": "minimal", "weights": {"tension": 0.1}},
+        {"question": "reaction", "poses": at, "cone": {"superior": 0.5}},
         {"question": "reaction", "poses": at, "centre_offset": {"together": [0, 0, 0.01]}},
         {"question": "reaction", "poses": at, "design": {"urdf": text, "closures": closures}},
         {"question": "singularity", "poses": {"flexion": [60, 30], "abduction": 20}},

@@ -59,7 +59,7 @@ def replies():
         {"poses": {"flexion": 1}, "design": {"toml": 1}}, {"poses": {"flexion": 1}, "design": {"path": "x"}}, [1],
         {"poses": {"flexion": [1, 2], "abduction": [1, 2, 3]}}, {"poses": {"flexion": 1}, "person": {"height": 1.6}},
         {"poses": {"flexion": 1}, "limits": "some"}, b"", b"{", b"NaN", b"\xff",
-        {"poses": {"flexion": 1}, "split": "elastic"}, {"poses": {"flexion": 1}, "beauty": 1},
+        {"design": "four-cables", "poses": {"flexion": 1}, "split": "elastic"}, {"poses": {"flexion": 1}, "beauty": 1},
         {"poses": {"flexion": 1}, "design": "/etc/passwd"},
     ]  # fmt: skip
     return [(name, *replied(name, question)) for name, question in given], [

@@ -29,7 +29,7 @@ class Parts:
     ----------
     poses_inside : int
         Poses that the drives are chosen for, dimensionless.
-    rate_deg_s : float
+    arm_speed_deg_s : float
         How fast the arm turns, °/s.
     known_mass_kg : float
         Mass of the parts whose mass is known, kg.
@@ -38,7 +38,7 @@ class Parts:
     """
 
     poses_inside: int
-    rate_deg_s: float
+    arm_speed_deg_s: float
     known_mass_kg: float
     columns: dict[str, list[Any]]
 
@@ -54,7 +54,7 @@ def parts(
     moving_centre: options.MovingCentre = False,
     judged: Judged = Judged(),
     step: options.Degrees = 8.0,
-    rate: Annotated[float, options.called("DEG/S")] = 30.0,
+    arm_speed: Annotated[float, options.called("DEG/S")] = 30.0,
     drive_mass: options.Kilograms | None = None,
     with_masses: Annotated[Path | None, Parameter(metavar="FILE", validator=_toml)] = None,
     files: Files = Files(),
@@ -67,8 +67,8 @@ def parts(
     ----------
     step : float
         Step of the grid of poses, degrees.
-    rate : float
-        How fast the arm turns, about any axis, degrees a second.
+    arm_speed : float
+        Speed of the arm, about any axis, for which speed and power of the drives are given, degrees/s.
     drive_mass : float, optional
         Mass of each drive whose mass is not known, kg.
     with_masses : Path, optional
@@ -81,15 +81,19 @@ def parts(
     """
     exo = worn.load(design, side)
     found = exo.workspace(step, judged.of(exo), centre_offset=options.centre_of(offset, moving_centre, exo))
-    table = parts_list(exo.device, found, np.radians(rate), drive_mass)
+    table = parts_list(exo.device, found, np.radians(arm_speed), drive_mass)
     mechanism = exo.device.accelerate("workspace")
     if with_masses is not None:
         if mechanism is None:
             raise InvalidInput(f"--with-masses is for designs of limbs; the file of {exo.name} has masses of its links")
         heavy = with_drive_masses(mechanism, table["mass_kg"][: mechanism.limb_count])
         type(exo).from_mechanism(heavy).save(with_masses)
-    asked = {"poses_inside": int(found.inside.sum()), "rate_deg_s": rate, "known_mass_kg": np.nansum(table["mass_kg"])}
-    text = f"For {asked['poses_inside']} poses inside and an arm that turns with {rate:g}°/s."
+    asked = {
+        "poses_inside": int(found.inside.sum()),
+        "arm_speed_deg_s": arm_speed,
+        "known_mass_kg": np.nansum(table["mass_kg"]),
+    }
+    text = f"For {asked['poses_inside']} poses inside and an arm that turns with {arm_speed:g}°/s."
     files.deliver(
         f"{parts_sheet(exo.device, table)}\n{text}",
         data=lambda: document(Parts, asked | {"columns": dict(table)}),

@@ -43,7 +43,8 @@ def batch(
       id             anything; the answer has it, too
       poses          {"flexion": 60, "abduction": [0, 30]}, degrees, or {"quaternions_xyzw": [0, 0, 0, 1]}; of workspace
                      also a step in degrees
-      load, motion, person, criteria    objects with the names of exo_pin.Load, Motion, Person, Criteria
+      load, motion, person, criteria, weights, options    objects with the names of exo_pin.Load, Motion, Person,
+                     Criteria, Weights, ContactOptions
       and the other arguments of the question, such as split, limits, centre_offset
     such as
       {"question": "reaction", "design": "four-cables", "poses": {"flexion": 60}, "load": {"force": [0, 0, -20]}}

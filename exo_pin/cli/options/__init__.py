@@ -186,6 +186,10 @@ class Way:
     to: Annotated[str | None, called("F,A,I")] = None
     poses: Annotated[int, called("N")] = 10
 
+    def __post_init__(self) -> None:
+        if self.to is None:
+            refuse("--to was not given", **given(self))
+
     def angles(self, start: Pose) -> FloatArray:
         """Angles of the poses, degrees, shape (poses, 3)."""
         if not 2 <= self.poses <= _MOST:
@@ -233,13 +237,14 @@ class Worn:
 
     def muscles(self, **more: Any) -> Person:
         """The person of ``--person``, with their muscles, on the side of the body that ``more`` says."""
-        if 0.0 < (share := more.get("strength", 1.0)) < 0.01:
-            caution(f"a strength of {100.0 * share:g} %: it is given in percent (a share?)")
         return with_muscles(self.size, **more)
 
     def load(self, design: str, side: str | None, leave_out: Texts = ()) -> ShoulderExo:
         """Load a design, on a person if one is given."""
-        exo = load(design, side=side, leave_out=leave_out)
+        return self.on(load(design, side=side, leave_out=leave_out))
+
+    def on(self, exo: ShoulderExo) -> ShoulderExo:
+        """A design on the person, or on who wears it, changed as is said."""
         if self.person is not None:
             return exo.worn_by(self.size)
         if not self._changes:
@@ -329,7 +334,9 @@ def with_muscles(own: Wearer, **more: Any) -> Person:
     """A wearer with muscles."""
     from ...person import Person  # here, because few queries need one
 
-    return Person(**{each.name: getattr(own, each.name) for each in fields(Wearer)}, **more)
+    if 0.0 < (share := more.get("strength", 1.0)) < 0.01:
+        caution(f"a strength of {100.0 * share:g} %: it is given in percent (a share?)")
+    return Person.of_wearer(own).with_changes(**more)
 
 
 def has_muscles() -> bool:
@@ -429,8 +436,15 @@ def duration(option: str, value: float) -> float:
     return seconds
 
 
-def refuse(why: str, **given: Any) -> None:
-    """Refuse options that mean nothing together with others; those that were not given are empty, False or 0."""
-    names = [f"--{name.replace('_', '-')}" for name, value in given.items() if value not in (None, False, 0.0, ())]
+def given(group: Any) -> dict[str, Any]:
+    """Options of a group that are not as by default."""
+    values = {each.name: (getattr(group, each.name), each.default) for each in fields(group)}
+    return {name: value for name, (value, default) in values.items() if value != default}
+
+
+def refuse(why: str, **options: Any) -> None:
+    """Refuse options that mean nothing together with others; those that were not given are None, False or empty."""
+    named = {name: value for name, value in options.items() if value is not None and value is not False and value != ()}
+    names = [f"--{name.replace('_', '-')}" for name in named]
     if names:
         raise InvalidInput(f"{why}: leave out {', '.join(names)}")

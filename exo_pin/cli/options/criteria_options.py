@@ -28,7 +28,7 @@ class Judged:
     criteria : str, optional
         Names of criteria with commas between them (default: all that the data allow).
     fits : tuple of str
-        Another person for whom the criteria must hold, too; may be repeated.
+        Another person for whom the criteria must hold, too, in the same posture; may be repeated.
     elbow_range : str, optional
         The criteria hold while the elbow bends over this range, degrees (default: --elbow-flexion alone).
     gap : float
@@ -53,7 +53,7 @@ class Judged:
     without_limb : float, optional
         Additional moment that the other limbs must resist when any one limb fails, N m; 0: they must hold the arm
         (default: not checked).
-    rate : float, optional
+    least_rate : float, optional
         Least rate of the drives about the arm's worst axis, mm of their lengths per degree, of hinges degrees per
         degree (default: not checked).
     no_twins : bool
@@ -77,7 +77,7 @@ class Judged:
     cuff_slip: options.Millimetres | None = None
     above_elbow: options.Millimetres | None = None
     without_limb: Annotated[float | None, options.called("NM")] = None
-    rate: Annotated[float | None, options.called("MM")] = None
+    least_rate: Annotated[float | None, options.called("MM")] = None
     no_twins: bool = False
     least_margin: float = 0.05
     stroke_rule: Literal["each", "not all short"] = "each"
@@ -85,11 +85,12 @@ class Judged:
     def of(self, exo: ShoulderExo) -> Criteria:
         """The criteria that the options name; they hold for who wears the design, and for all of ``--fits``."""
         own, bend = options.own_wearer(exo), None
-        others = [options.wearer_of(text, clothing=own.clothing if own else 0.0) for text in self.fits]
+        others = [options.wearer_of(text, **(own.posture if own else {})) for text in self.fits]
         if self.elbow_range:
             bend = np.radians(options.numbers(self.elbow_range, "--elbow-range LOW,HIGH in degrees", 2))
         if self.pull_out is not None and own is None:
             raise InvalidInput("--pull-out needs to know whose socket it is: give --person too")
+        scale = 1.0 if are_hinges(exo.device).any() else _MM_DEGREE
         return Criteria(
             names=None if self.criteria is None else tuple(name.strip() for name in self.criteria.split(",")),
             least_margin=self.least_margin,
@@ -104,7 +105,7 @@ class Judged:
             largest_cuff_slip=metres(self.cuff_slip),
             least_above_elbow=metres(self.above_elbow),
             least_moment_without_limb=self.without_limb,
-            least_rate=None if self.rate is None else self.rate * (1.0 if are_hinges(exo.device).any() else _MM_DEGREE),
+            least_rate=None if self.least_rate is None else self.least_rate * scale,
             least_twin_angle=TWIN_ANGLE if self.no_twins else None,
             least_gap=1e-3 * self.gap,
             wearers=(*([own] if others and own is not None else []), *others),

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from ...core.errors import InvalidInput
 from ...exo.shoulder_exo import ShoulderExo
 from ...load_case import Movement, RecordingOptions, read_movement
-from ..options import Degrees, Pose, Seconds, Texts, called, caution, group, refuse, triple
+from ..options import Degrees, Pose, Seconds, Texts, called, caution, given, group, refuse, triple
 
 
 @group
@@ -88,6 +88,10 @@ class Recording(ReadAs):
     sensor_noise: Degrees | None = None
     ends: Literal["free", "rest"] = "free"
 
+    def __post_init__(self) -> None:
+        if self.trajectory is None:
+            refuse("--trajectory was not given", **given(self))
+
     def __bool__(self) -> bool:
         return self.trajectory is not None
 
@@ -102,7 +106,7 @@ class Recording(ReadAs):
         """Poses and motion: of the recording, else the pose at rest."""
         if not self:
             return pose.of(exo), None
-        refuse("a movement has poses of its own", **vars(pose))
+        refuse("a movement has poses of its own", **given(pose))
         moved = self.movement(exo.side)
         for text in moved.cautions:
             caution(text)

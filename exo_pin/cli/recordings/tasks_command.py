@@ -57,6 +57,8 @@ def tasks(
         found = day_reach(exo, judged.of(exo), step)
         files.deliver(found, found.table, exo=exo, figure=lambda: drawn("record_plots:day_figure", found))
         return
+    if not movement:
+        options.refuse("--movement was not given", **options.given(read_as))
     movements = {}
     for text in movement:
         name, _, path = text.partition("=")

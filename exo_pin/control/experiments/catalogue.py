@@ -71,6 +71,8 @@ def _hung_outward(mechanism: Mechanism) -> Mechanism:
 #: Friction of the dummy's shoulder unit, N m s/rad and N m: not printed. Estimates: a tenth of critical damping for an
 #: arm that swings at 6.6 rad/s, and two per cent of the moment of the horizontal arm.
 VISCOUS, COULOMB = 0.04, 0.02
+#: References by name.
+REFERENCES: dict[str, Callable[..., Reference]] = {"abduction": abduction, "flexion": flexion}
 #: Duration of the hand-to-mouth-like task, s.
 TASK_TIME = 20.0
 
@@ -105,8 +107,8 @@ def reference_of(
     >>> round(float(np.rad2deg(reference(reference.duration).orientation.magnitude())), 6)  # degrees at the end
     90.0
     """
-    if isinstance(given, str) and given in ("abduction", "flexion"):
-        return abduction(side=side) if given == "abduction" else flexion(side=side)
+    if isinstance(given, str) and given in REFERENCES:
+        return REFERENCES[given](side=side)
     if isinstance(given, str | PathLike):
         return read_reference(given, side, reading=reading)
     if not isinstance(given, Reference):

@@ -297,7 +297,7 @@ class OutsideValidity(InvalidInput):
         where = f" at index {self.index}" if self.index else ""
         many = f" ({self.count} states are outside)" if self.count > 1 else ""
         super().__init__(
-            f"muscle model {model!r} does not hold{where}: {reason}{many}; outside='mark' returns marked values"
+            f"muscle model {model!r} does not hold{where}: {reason}{many}; outside='mark' (--mark) marks such values"
         )
 
 

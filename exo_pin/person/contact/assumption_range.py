@@ -45,8 +45,8 @@ class ContactOptions(Record):
         Whether stretched fibres pull without activation.
     cone : GlenoidCone or None
         Rim that the contact force stays inside; its ratios count, its axes are those of the bone. None: no condition.
-    load_on : {"upper arm", "forearm"}
-        What the load acts on.
+    load_on : {"upper arm", "forearm"} or None
+        What the load acts on; None: the forearm, so that the elbow carries it, where the force acts beyond the elbow.
     centre_shift : ndarray
         Displacement of the joint's centre against bones and muscles, shape (3,), m, {O_A}.
     socket_turn : float
@@ -69,7 +69,7 @@ class ContactOptions(Record):
     weights: str = "equal"
     passive: bool = False
     cone: GlenoidCone | None = GlenoidCone()  # noqa: RUF009 (frozen)
-    load_on: str = "upper arm"
+    load_on: str | None = None
     centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
     socket_turn: float = 0.0
     kept_activation: float = 0.0
@@ -78,7 +78,8 @@ class ContactOptions(Record):
         if not isinstance(self.power, int) or self.power not in (2, 3):
             raise InvalidInput(f"expected power to be 2 or 3, got {self.power!r}")
         as_choice("weights", self.weights, ("equal", "volume"))
-        as_choice("load_on", self.load_on, ("upper arm", "forearm"))
+        if self.load_on is not None:
+            as_choice("load_on", self.load_on, ("upper arm", "forearm"))
         shift = as_finite("centre_shift", self.centre_shift, (3,))
         if np.abs(shift).max() > 0.05:
             raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")

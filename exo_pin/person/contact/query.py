@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,7 +53,13 @@ class Balance(NamedTuple):
 
 
 def balance_of(
-    person: Person, limb: LimbGeometry, muscles: MuscleState, query: Query, gravity: FloatArray, options: ContactOptions
+    person: Person,
+    limb: LimbGeometry,
+    muscles: MuscleState,
+    query: Query,
+    gravity: FloatArray,
+    options: ContactOptions,
+    load: Load | None,
 ) -> Balance:
     """Muscles, weight, inertia and load about a centre that is displaced against bones and muscles.
 
@@ -69,12 +75,14 @@ def balance_of(
         Shape (3,), m/s².
     options : ContactOptions
         What the load acts on, so that the elbow has to carry it, and the displacement, for the side of the person.
+    load : Load, optional
+        Of the query, as it was given: where it acts.
     """
     shift = np.asarray(options.centre_shift) @ (MIRROR if person.side == "left" else np.eye(3))
     force, about_centre = carried(person.arm, gravity, query, query.force, query.moment)
-    nothing = np.zeros_like(query.force)
-    loaded = (query.force, query.moment) if options.load_on == "forearm" else (nothing, nothing)
-    below, about = carried(person.forearm, gravity, query, *loaded)
+    counts = _beyond_elbow(person, load) if options.load_on is None else options.load_on == "forearm"
+    on_forearm = np.broadcast_to(counts, query.shape).reshape(-1, 1)
+    below, about = carried(person.forearm, gravity, query, query.force * on_forearm, query.moment * on_forearm)
     about_elbow = about - np.cross(query.matrices @ person.elbow_centre, below)
     elbow = np.einsum("ni,ni->n", limb.elbow_axis, about_elbow)
     moment = limb.moment - np.cross(shift, limb.pull)
@@ -89,6 +97,17 @@ def balance_of(
     )
 
 
+def _beyond_elbow(person: Person, load: Load | None) -> Any:
+    """Whether a load acts on the forearm's side of the elbow, in the middle between both segments; shape (...)."""
+    if load is None:
+        return False
+    bend = person.elbow_flexion
+    along = np.array([np.sin(bend), 0.0, -np.cos(bend) - 1.0])
+    return (np.asarray(load.at) - person.elbow_centre) @ along >= -_AT_ELBOW
+
+
+#: A load this near to the elbow acts on the forearm, m.
+_AT_ELBOW = 2e-3
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
 #: Time either way in which the rate of the muscles' lengths is taken, s: rounding of lengths is 1e-11 m/s then.
@@ -157,7 +176,7 @@ def contact_forces(
         _refuse(limb, query.shape)
     velocity = None if motion is None else _length_rates(person, query)
     muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
-    balance = balance_of(person, limb, muscles, query, pull, options)
+    balance = balance_of(person, limb, muscles, query, pull, options, load)
     # Of a right arm, whose socket faces to the right: forwards is a positive turn about the vertical.
     turn = Rotation.from_rotvec([0.0, 0.0, options.socket_turn])
     limb = limb._replace(glenoid=limb.glenoid @ turn.as_matrix().T)

@@ -5,6 +5,7 @@ Pictures of a workspace: the ball of rotations, and slices with the reasons.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -24,7 +25,18 @@ from ...wrist.singularities import measures as loci
 from ...wrist.singularities.singular_surface import daily_crossings, side_of_rest
 from ..colours import BLACK, BLUE, RED
 from .answer_plots import pose_bars
-from .plot_style import WIDEST, axes_or_new, figure_title, force_scale, legend_below, new_figure, pyplot, tidy, wrapped
+from .plot_style import (
+    WIDEST,
+    axes_or_new,
+    figure_title,
+    force_scale,
+    legend_below,
+    minded,
+    new_figure,
+    pyplot,
+    tidy,
+    wrapped,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,7 +151,10 @@ def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) 
     pose = as_single_rotation("poses", poses)
     answer = exo.reaction(pose) if answer is None else answer
     assumed, rigid = answer.assumptions, not answer.source.split.moves
-    query: dict[str, Any] = {"limits": assumed.limits, "centre_offset": answer.case.centre_offset}
+    case, query = answer.case, dict[str, Any](limits=assumed.limits)
+    query |= {"centre_offset": case.centre_offset, "load": case.load, "motion": case.motion}
+    # A configuration is of its pose alone.
+    query |= {"posture": case.posture} if isinstance(case.posture, Mapping) else {}
     if rigid:
         query |= {"split": assumed.split, "constraint_bounds": assumed.constraint_bounds}
     figure = pyplot().figure(figsize=(WIDEST, 6.4), layout="constrained")
@@ -152,7 +167,7 @@ def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) 
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
     right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
     legend_below(right, 1)
-    figure_title(figure, answer.verdict)
+    figure_title(figure, answer.verdict, *minded(answer.cautions))
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from .plot_style import (
     figure_title,
     legend_below,
     line,
+    minded,
     name_rows,
     new_figure,
     pyplot,
@@ -42,13 +44,28 @@ _FAR = 1e9
 _CROSSES = 20
 
 
+class _Broken:
+    """Lines along a motion, with gaps where it crosses a singular pose: forces have no bound there."""
+
+    def __init__(self, stamps: FloatArray, reaction: Reaction) -> None:
+        self._before = [after + 1 for (after,) in reaction.crossings()]
+        self.stamps = self.of(stamps)
+
+    def of(self, values: FloatArray) -> FloatArray:
+        return np.insert(np.asarray(values, dtype=float), self._before, np.nan)
+
+
 def _force_curves(axes: Any, stamps: FloatArray, reaction: Reaction) -> None:
     """Shoulder force along a motion: |F_s|, its components in the base frame, the pull of the cuff."""
-    axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
+    own = _Broken(stamps, reaction)
+    axes.plot(own.stamps, own.of(reaction.magnitude), color=BLACK, linewidth=2.2, label="|F_s|")
     for part, name in enumerate(("x forward", "y left", "z up")):
-        axes.plot(stamps, reaction.shoulder_force[:, part], **line(part), linewidth=1.5, label=f"F_s {name}")
+        axes.plot(
+            own.stamps, own.of(reaction.shoulder_force[:, part]), **line(part), linewidth=1.5, label=f"F_s {name}"
+        )
     if reaction.is_worn:
-        axes.plot(stamps, reaction.cuff_pull, color=PURPLE, linestyle="--", linewidth=1.5, label="cuff, along the arm")
+        look: dict[str, Any] = {"color": PURPLE, "linestyle": "--", "linewidth": 1.5, "label": "cuff, along the arm"}
+        axes.plot(own.stamps, own.of(reaction.cuff_pull), **look)
     axes.set(ylabel="shoulder on the arm, N")
     if reaction.body_weight is not None:
         right_scale(axes, reaction.body_weight / 100.0, "% of body weight")
@@ -62,7 +79,7 @@ def _tension_curves(
     Limits that all limbs share are drawn once, as a band, and returned; limits of their own in each limb's colour,
     thin. Crosses mark where a limb is beyond them.
     """
-    forces, drives = reaction.actuator_forces, reaction.drive_units
+    own, forces, drives = _Broken(stamps, reaction), reaction.actuator_forces, reaction.drive_units
     names, limbs = [name for name, _ in drives], reaction.source.poses.mechanism.has_limbs
     units = " or ".join(sorted({unit for _, unit in drives}))
     # Without limits none are drawn.
@@ -75,7 +92,7 @@ def _tension_curves(
         for edge in (low[:, 0], high[:, 0]):
             axes.plot(stamps, edge, color="0.45", linewidth=1.0)
     for i in range(forces.shape[1]):
-        axes.plot(stamps, forces[:, i], **line(i), linewidth=1.8, label=names[i])
+        axes.plot(own.stamps, own.of(forces[:, i]), **line(i), linewidth=1.8, label=names[i])
         if not shared:
             for edge in (low[:, i], high[:, i]):
                 axes.plot(stamps, edge, **line(i), linewidth=0.8, alpha=0.7)
@@ -172,7 +189,7 @@ def reaction_figure(
             "a reaction_map of two dimensions"
         )
     places = np.arange(reaction.status.size, dtype=float) if along is None else as_finite("along", along, (None,))
-    return _curves(places, reaction, label, limits)
+    return _curves(places, reaction, label, limits, reaction.cautions)
 
 
 def movement_figure(
@@ -185,7 +202,8 @@ def movement_figure(
     label, angle = _AGAINST[as_choice("quantity to draw against", against, _AGAINST)]
     movement = answer.movement
     angles = shoulder_angles(movement.poses, side, degrees=True)
-    return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
+    places = movement.times if angle is None else angles[:, angle]
+    return _curves(places, answer.reaction, label, limits, answer.cautions)
 
 
 def uncertainty_figure(answer: ForceUncertainty) -> Figure:
@@ -242,7 +260,7 @@ def pose_bars(
     limbs = reaction.source.poses.mechanism.has_limbs
     state = f"split “{reaction.split}”".replace("_", " ") if limbs else ""
     none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}"
-    figure_title(figure, none, reaction.verdict)
+    figure_title(figure, none, reaction.verdict, *minded(reaction.cautions))
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
     names = [f"{name}\n{'pull f' if limbs else unit}" for name, unit in reaction.drive_units]
     heights, determined = list(f), list(sure.actuator_forces)
@@ -287,6 +305,8 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     axes.bar_label(bars, words, padding=3.0, fontsize=9, bbox=white)
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
+    # Bars that all go down leave room above for their numbers.
+    axes.use_sticky_edges = bool(np.round(drawn).max(initial=0.0) > 0.0)
     axes.margins(y=0.18)
     if not drawn.any():
         axes.set(ylim=(-1.0, 1.0), yticks=[0.0])
@@ -302,17 +322,17 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
     legend_below(axes)
 
 
-def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
+def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any, cautions: Sequence[str]) -> Figure:
     """Forces of shoulder and limbs along a motion.
 
-    Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
-    which no arm can be carried across. Forces beside a singular pose that would press all others flat are cut, and a
-    note on the picture has the highest.
+    Poses without an answer are gaps, and so is where det X changes sign, at a dotted line, which no arm can be carried
+    across; grey marks poses near a singularity. Forces beside a singular pose that would press all others flat are cut,
+    and a note on the picture has the highest.
     """
     if reaction.status.shape != places.shape or not len(places):
         raise InvalidInput(f"expected a place for every pose, got {places.shape} and {reaction.status.shape}")
     figure, (top, bottom) = new_figure(7.6, 8.0, nrows=2, sharex=True)
-    figure_title(figure, reaction.source.poses.mechanism.name, reaction.verdict, points=10.5)
+    figure_title(figure, reaction.source.poses.mechanism.name, reaction.verdict, *minded(cautions), points=10.5)
     for ax in (top, bottom):
         mark_not_held(ax, places, reaction)
     _force_curves(top, places, reaction)

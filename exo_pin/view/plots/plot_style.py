@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ...core.optional_packages import optional
+from ...core.tables import NOTES
 from ...core.validation import FloatArray
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
@@ -69,6 +70,11 @@ def figure_title(figure: Any, *paragraphs: str, points: float = 11.0) -> None:
     """A title over a whole figure that stays on it."""
     width = figure.bbox.width / figure.dpi
     figure.suptitle("\n".join(wrapped(text, width, points) for text in paragraphs if text), fontsize=points)
+
+
+def minded(cautions: Sequence[str]) -> list[str]:
+    """Cautions that stand below a title: what was not checked is in the text of an answer."""
+    return [f"Caution: {text}" for text in cautions if not text.startswith(NOTES)]
 
 
 def line(number: int) -> dict[str, Any]:

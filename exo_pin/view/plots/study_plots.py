@@ -220,6 +220,8 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     # Designs with names stand beside each other, whatever else is in the table.
     varied = [] if "design" in table else _varied(table)
     canvas, axes = new_figure(6.8, 4.2)
+    if table.verdict:
+        figure_title(canvas, table.verdict, points=10)
     tidy(axes)
     if not varied or len(varied) > 2:
         rows, names = in_rank_order(table)

@@ -17,7 +17,7 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.base import echo
 from ...core.errors.checked import checked
 from ...core.records import Record
-from ...core.validation import as_positive, require_type
+from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism, Wearer
 from ...device.protocol import Device
 from ...device.wrist_device import as_device
@@ -206,7 +206,7 @@ def recheck(
         checked,
         difference,
         {} if device.arm is None else _persons(device, criteria, centre_offset, wide),
-        {name: words for name, each in PERSONS.items() if record and (words := beyond_elbow(record, (each,)))},
+        {} if record is None else _beyond_elbow(record.geometry.platform_points),
         _offsets(device, criteria, centre_offset, wide),
         centre_offset,
     )
@@ -255,6 +255,11 @@ def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
     """Offset in some poses of a workspace, by their index."""
     given, shape = part.centre_offset, (part.magnitude.size, 3)
     return None if given is None else CentreOffset(given.base.reshape(shape)[chosen], given.cuff.reshape(shape)[chosen])
+
+
+def _beyond_elbow(points: FloatArray) -> dict[str, str]:
+    found = {name: beyond_elbow(points, (each,)) for name, each in PERSONS.items()}
+    return {name: words for name, words in found.items() if words}
 
 
 def _persons(design: Any, criteria: Criteria, centre_offset: Centre, step: float) -> dict[str, float]:

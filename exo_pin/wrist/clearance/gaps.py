@@ -146,9 +146,7 @@ class LimbGaps(Gaps):
     @property
     def beside(self) -> str:
         """Joints beyond the elbow of who wears it."""
-        arm = self._mechanism.arm
-        found = beyond_elbow(self._mechanism, () if arm is None or arm.wearer is None else (arm.wearer,))
-        return f"{found}." if found else ""
+        return beyond_own_elbow(self._mechanism.geometry.platform_points, self._mechanism.arm)
 
 
 def own_body(arm: Arm | None, side: str) -> BodyShape | None:
@@ -156,11 +154,17 @@ def own_body(arm: Arm | None, side: str) -> BodyShape | None:
     return None if arm is None or arm.wearer is None else BodyShape.of(arm.wearer, side)
 
 
-def beyond_elbow(mechanism: Mechanism, wearers: tuple[Wearer, ...]) -> str:
-    """Which joints on the upper arm lie where the wearer with the shortest one has none, in words; empty for none."""
+def beyond_own_elbow(points: FloatArray, arm: Arm | None) -> str:
+    """Which joints on an arm lie beyond the elbow of whose it is, as a sentence; empty for none."""
+    found = beyond_elbow(points, () if arm is None or arm.wearer is None else (arm.wearer,))
+    return f"{found}." if found else ""
+
+
+def beyond_elbow(points: FloatArray, wearers: tuple[Wearer, ...]) -> str:
+    """Which joints, shape (n, 3), m, {O_B}, lie where the shortest upper arm has ended, in words; empty for none."""
     if not wearers:
         return ""
-    beyond = -mechanism.geometry.platform_points[:, 2] - min(wearer.upper_arm_length for wearer in wearers)
+    beyond = -points[:, 2] - min(wearer.upper_arm_length for wearer in wearers)
     count = int((beyond > 0.0).sum())
     if not count:
         return ""

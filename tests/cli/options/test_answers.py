@@ -29,7 +29,7 @@ from exo_pin.core.errors import MissingExtra
 ALL = (
     "--criteria forces,stroke --fits 1.6,55,female --elbow-range 10,95 --gap 7 --obstacle chair --obstacle wall:60 "
     "--shoulder-force 90 --least-tension 3 --least-moment 0.4 --cuff-pull 80 --cuff-slip 9 --above-elbow 25 "
-    '--without-limb 0 --rate 0.7 --no-twins --least-margin 0.11 --stroke-rule "not all short"'
+    '--without-limb 0 --least-rate 0.7 --no-twins --least-margin 0.11 --stroke-rule "not all short"'
 )
 
 
@@ -178,7 +178,7 @@ COMMANDS = {
         )
     ]
     + [
-        "workspace urdf/nesm.urdf --step 60 --rate 0.5 --json",
+        "workspace urdf/nesm.urdf --step 60 --least-rate 0.5 --json",
         'workspace appendix-d --step 60 --stroke-rule "not all short" --json',
         "workspace four-cables --elbow-range 9",
     ],

@@ -23,6 +23,23 @@ def some_poses(count, seed, side="left"):
     return ep.shoulder_rotation(*angles, side=side, degrees=True)
 
 
+@pytest.mark.parametrize("elbow", [0.0, 40.0, 120.0])
+def test_a_force_in_the_hand_is_a_payload_there(elbow):
+    person = ep.Person(1.75, 75, "male", elbow_flexion=elbow, degrees=True)
+    bend, forearm = person.elbow_flexion, person.forearm_length
+    hand = [forearm * np.sin(bend), 0.0, -person.upper_arm_length - forearm * np.cos(bend)]
+    pose = ep.shoulder_rotation(50, 20, 0, degrees=True)
+    pushed = person.joint_contact(pose, load=ep.Load(1.5 * GRAVITY, at=hand))
+    np.testing.assert_allclose(pushed.force, person.with_changes(payload=1.5).joint_contact(pose).force, atol=1e-4)
+    # What presses on the upper arm is nothing to the elbow.
+    above = ep.Load([0.0, 0.0, -15.0], at=[0.0, 0.0, -0.6 * person.upper_arm_length])
+    found = [
+        person.joint_contact(pose, load=above, options=ep.ContactOptions(load_on=on)).force
+        for on in (None, "upper arm")
+    ]
+    assert np.array_equal(*found)
+
+
 def test_elbow_carries_forearm_hand_and_payload():
     person = ep.Person(1.75, 75, "male", elbow_flexion=90, payload=3.0, degrees=True)
     result = person.joint_contact(Rotation.identity())

@@ -122,6 +122,8 @@ class ChainDevice(Record):
             for item in items:
                 if item.joint is not None and self.chain.velocity_indices([item.joint]).size != 1:
                     raise InvalidInput(f"expected {item.name!r} on a joint of one coordinate, got {item.joint!r}")
+                for point in () if item.joint is not None else item.route.points:
+                    self.chain._state.frame_index(point.link)
             set_fields(self, **{key: items})
         set_fields(self, soft_links=as_parts("soft_links", self.soft_links, SoftLink))
         set_fields(self, guided_slides=as_parts("guided_slides", self.guided_slides, GuidedSlide))

@@ -294,7 +294,8 @@ class ShoulderExo(Record):
         UnknownName
             If a name is no field.
         InvalidInput
-            If it is another ``side``, which mirrors nothing: see :meth:`mirrored`.
+            If it is another ``side``, which mirrors nothing: see :meth:`mirrored`; or parts that a wrist has not and
+            ``estimated`` or ``measures``, which its chain cannot say.
 
         Examples
         --------
@@ -309,6 +310,9 @@ class ShoulderExo(Record):
         exo = self._with(self.device.replace(**changes), keeps_chain="chain" not in changes)
         if not parts:
             return exo
+        for key in ("estimated", "measures"):
+            if getattr(exo.device, key):
+                raise InvalidInput(f"{', '.join(parts)}: such a device has no {key!r}; take it out ({key}=())")
         found = type(self).from_device(exo.chain_device.replace(**parts))
         found.wrist = Wrist(exo.device, BEYOND) if drives_limbs(found.device) else None
         return found

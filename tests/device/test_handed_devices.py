@@ -184,8 +184,19 @@ points = [{ link = "universe", point_mm = [-200, 100, 300] }, { link = "arm", po
     np.testing.assert_allclose(mirrored * [1.0, -1.0, 1.0], answer.shoulder_force, atol=1e-8)
     changed = plain.replace(springs=exo.device.springs).reaction(pose)
     np.testing.assert_allclose(changed.shoulder_force, answer.shoulder_force, atol=1e-8)
+    with pytest.raises(ep.InvalidInput, match="such a device has no 'estimated'"):
+        ep.load("prototype").replace(springs=exo.device.springs)
+    assert ep.load("prototype").replace(springs=exo.device.springs, estimated=()).device.springs == exo.device.springs
     with pytest.raises(ep.UnknownName, match="sprung"):
         plain.replace(sprung=())
+    for old, new, said in (
+        ("universe", "trunk", "unknown frame 'trunk'"), ("point_mm = [0", "point_m = [0", "millimetres?"),
+        ("slack_mm", "rest_mm", "springs\\[0\\].rest_mm: unknown key"), ('"linear"\n', '"spring"\n', "expected one of"),
+        ('family = "linear"', 'family = "spring"', "it stands in ..springs.. of the file"),
+    ):  # fmt: skip
+        (tmp_path / "wrong.toml").write_text((tmp_path / "sprung.toml").read_text().replace(old, new))
+        with pytest.raises(ep.ExoPinError, match=said):
+            ep.load(tmp_path / "wrong.toml")
     plain.export(tmp_path / "robot.urdf")
     with (tmp_path / "robot.device.toml").open("a") as file:
         file.write(spring)

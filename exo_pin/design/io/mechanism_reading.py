@@ -164,6 +164,8 @@ def read_fields(kind: type, table: TomlTable, sources: dict[str, str]) -> dict[s
         if isinstance(key.kind, type):
             fields[key.field] = read_record(key.kind, table.table(key.name), sources)
         elif key.kind == "text":
+            if table.is_text(key.name) and kind is Actuator and table.content[key.name] == "spring":
+                raise table.error("a spring is none of the limbs: it stands in [[springs]] of the file", key.name)
             fields[key.field] = table.text(key.name, key.required, key.choices)
         elif key.kind == "law":
             fields[key.field] = _read_law(table, key)

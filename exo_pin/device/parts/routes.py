@@ -17,6 +17,8 @@ __all__ = ["Route", "RoutePoint"]
 
 #: Two points of a route nearer than this have no direction between them, m.
 _COINCIDENT = 1e-9
+#: A point farther than this from its link, m, is taken for millimetres.
+_FARTHEST = 20.0
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class RoutePoint:
         if not isinstance(self.link, str) or not self.link:
             raise InvalidInput(f"expected the name of a link, got {self.link!r}")
         set_fields(self, point=tuple(as_finite("point", self.point, (3,)).tolist()))
+        if max(map(abs, self.point)) > _FARTHEST:
+            raise InvalidInput(f"expected a point of {self.link!r} in m, got {self.point} (millimetres?)")
 
 
 @checked

@@ -218,3 +218,19 @@ def test_a_torso_that_leans_has_its_gravity_in_every_format(form, tmp_path):
         np.testing.assert_allclose(again.device.gravity, leaning, atol=1e-12)
         np.testing.assert_allclose(again.chain.model.gravity.linear, leaning, atol=1e-12)
         assert ("the direction of gravity" in exported.beside) == (form == ".sdf")
+
+
+def test_limbs_without_thickness_and_a_least_tension_are_read_back_from_an_mjcf(tmp_path):
+    exo = ep.load("four-cables")
+    half = ep.LimbBody(0.2, 0.1, 1e-3, 0.0)
+    cable = ep.Actuator("cable", pull_limit=200.0, least_tension=5.0)
+    thin = exo.replace(limbs=[ep.Limb("SPS", half, half, actuator=cable)] * 4)
+    pose = exo.pose([10, 40], 20)
+    for name, own in (("wrist", thin), ("chain", ep.ShoulderExo.from_device(thin.device.as_chain()))):
+        exported = own.export(tmp_path / f"{name}.xml")
+        assert not exported.lost
+        again = ep.load(tmp_path / f"{name}.xml")
+        assert [limb.effort_range for limb in again.device.limbs] == [limb.effort_range for limb in own.device.limbs]
+        forces = [each.reaction(pose).actuator_forces for each in (own, again)]
+        assert forces[0].min() == pytest.approx(5.0)
+        np.testing.assert_allclose(forces[1], forces[0], rtol=1e-6)

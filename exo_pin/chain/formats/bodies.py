@@ -363,6 +363,10 @@ def without(inertia: pin.Inertia, joint: int, welded: list[WeldedLink]) -> pin.I
     return inertia
 
 
+#: Moment of inertia, kg m², below which a body is a needle: MuJoCo reads none below 1e-15.
+LEAST_MOMENT = 1e-12
+
+
 def lawful_moments(moments: FloatArray) -> FloatArray:
     """The nearest principal moments of inertia that a body may have, ascending: none negative or above the others' sum.
 

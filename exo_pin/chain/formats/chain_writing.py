@@ -23,6 +23,7 @@ from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
 from ..structure.description import Closures
 from .bodies import (
+    LEAST_MOMENT,
     TreeBody,
     add_frame,
     free_name,
@@ -330,7 +331,7 @@ def _numbers(own: pin.Inertia) -> tuple[float, ...]:
 
 def _is_thin(own: pin.Inertia) -> bool:
     moments = np.linalg.eigvalsh(own.inertia)
-    return bool(moments[0] <= 0.0 or moments[2] > moments[:2].sum() * (1.0 + _THIN))
+    return bool(moments[0] < LEAST_MOMENT or moments[2] > moments[:2].sum() * (1.0 + _THIN))
 
 
 def _small(chain: ChainState) -> pin.Inertia:
@@ -353,6 +354,9 @@ def _stripped(found: JointRestated, body: TreeBody, model: pin.Model, ending: st
         differ = {what for what, own in values.items() if len(set(own.tolist())) > 1}
         compound = {"friction", "armature"} if body.kind in ("free", "planar") else set()
         lost |= {*data.present} & (differ | compound)
+    if ending == ".xml" and body.is_limb and data.effort[0, 1] < 0.0:
+        # A control range has zero in it.
+        lost.add("effort limits")
     told = dict(found.data)
     for what in sorted(lost):
         is_kept = (ending, what) == (".xml", "velocity limits") or (body.is_limb and what == "effort limits")

@@ -27,7 +27,7 @@ import pinocchio as pin
 from ....core.errors import InvalidInput
 from ....core.errors.base import warn
 from ....core.validation import FloatArray
-from ..bodies import TreeBody, lawful_moments
+from ..bodies import LEAST_MOMENT, TreeBody, lawful_moments
 from ..joint_data import NO_LIMIT, JointData, refuse_data
 from ..xml_elements import as_numbers
 
@@ -185,7 +185,7 @@ def write_inertial(element: ET.Element, name: str, inertia: pin.Inertia) -> None
         element.append(ET.Comment(f" {said} "))
         warn(f"body {name}: {said}", RuntimeWarning)
     place = pin.SE3(axes if np.linalg.det(axes) > 0.0 else -axes, inertia.lever)
-    written = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(moments)}
+    written = {"mass": as_numbers(inertia.mass), "diaginertia": as_numbers(np.maximum(moments, LEAST_MOMENT))}
     ET.SubElement(element, "inertial", written | pose_of(place))
 
 

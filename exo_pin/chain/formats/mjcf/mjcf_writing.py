@@ -125,8 +125,9 @@ def mjcf_document(chain: ChainState, q: FloatArray) -> tuple[str, tuple[str, ...
     actuators = ET.Element("actuator")
     if chain.roles.limbs or chain.description.cables:
         actuators.append(ET.Comment(" Controls of limbs' and cables' motors are tensions, N: positive pulls. "))
-    # MuJoCo holds every control within its range: a limb that only pulls has none below zero.
-    tensions = {body.joint: _pull(*-body.data.effort[0, ::-1]) for body in bodies if body.is_limb}
+    # MuJoCo holds every control within its range: a limb that only pulls has none below zero, and zero leaves it free.
+    pulls = {body.joint: -body.data.effort[0, ::-1] for body in bodies if body.is_limb}
+    tensions = {joint: _pull(min(least, 0.0), greatest) for joint, (least, greatest) in pulls.items()}
     for name in chain.roles.actuated:
         ET.SubElement(actuators, "motor", {"name": name, "joint": name, **tensions.get(name, {})})
     for cable in chain.description.cables:

@@ -372,9 +372,9 @@ def _any_device(chain: ClosedChain, device: ChainDevice | None, wrist: Wrist | N
 
 
 def parts_beyond_record(device: Device) -> set[str]:
-    """Fields that the chain of a wrist has and its record has not; none of other devices."""
+    """Fields that a chain has and the record of a device's closed forms has not; none without these."""
     own = {item.name for item in fields(ChainDevice)} - {item.name for item in fields(Mechanism)} - {"chain"}
-    return own if isinstance(device, Mechanism) else set()
+    return set() if device.accelerate("forces") is None else own
 
 
 def drives_limbs(device: Device) -> bool:

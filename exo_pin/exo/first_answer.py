@@ -203,8 +203,6 @@ class _Lines:
         if contact is None or contact.without_device is None:
             return []
         bare = contact.without_device
-        if not contact.has_result and bare.status == contact.status:
-            return self._labelled("In the joint", why(contact), self.most)
         parts = []
         if contact.has_result:
             how = "with the device" if contact.held else "with the closest forces it can give"

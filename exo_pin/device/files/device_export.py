@@ -330,6 +330,7 @@ def _of_parts(device: ChainDevice, ending: str, cables: tuple[Cable, ...]) -> li
 
 
 def _of_gravity(tables: Mapping[str, Any]) -> tuple[str, ...]:
+    """What an SDF of a model lacks where the torso leans: gravity is its world's."""
     return ("the direction of gravity",) if "gravity_m_s2" in tables else ()
 
 

@@ -98,7 +98,10 @@ def balance_of(
 
 
 def _beyond_elbow(person: Person, load: Load | None) -> Any:
-    """Whether a load acts on the forearm's side of the elbow, in the middle between both segments; shape (...)."""
+    """Whether a load acts on the forearm's side of the elbow, shape (...): of the plane that bisects both segments.
+
+    Upper arm and forearm point along (0, 0, -1) and (sin bend, 0, -cos bend) in {O_A}; their sum is the plane's normal.
+    """
     if load is None:
         return False
     bend = person.elbow_flexion

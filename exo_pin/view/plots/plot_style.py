@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -57,13 +58,20 @@ def axes_or_new(ax: Any, width: float, height: float) -> Any:
     return new_figure(width, height)[1] if ax is None else ax
 
 
+#: The blank between a number and its unit.
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:N|N m|mm|kg|kPa|%|°)(?![\w]))")
+
+
 def wrapped(text: str, width: float, points: float) -> str:
-    """Text in lines of about equal length that fit a width in inches, in print of a size in points."""
+    """Text in lines of about equal length that fit a width in inches, in print of a size in points.
+
+    A number and its unit stay on one line.
+    """
+    text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", text)
     most = max(int(width * 72.0 / (0.56 * points)), 20)
     fewest = len(textwrap.wrap(text, most))
-    return next(
-        textwrap.fill(text, length) for length in range(20, most + 1) if len(textwrap.wrap(text, length)) == fewest
-    )
+    lines = (textwrap.wrap(text, length) for length in range(20, most + 1))
+    return "\n".join(next(found for found in lines if len(found) == fewest)).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def figure_title(figure: Any, *paragraphs: str, points: float = 11.0) -> None:

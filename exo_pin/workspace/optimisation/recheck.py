@@ -258,6 +258,7 @@ def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
 
 
 def _beyond_elbow(points: FloatArray) -> dict[str, str]:
+    """Joints on the arm, shape (n, 3), m, {O_B}, that lie beyond the elbow of some person, in words by person."""
     found = {name: beyond_elbow(points, (each,)) for name, each in PERSONS.items()}
     return {name: words for name, words in found.items() if words}
 

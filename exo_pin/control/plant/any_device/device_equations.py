@@ -140,6 +140,7 @@ class DeviceEquations:
             self._constant[place, i] = self.signs[i]
         motors = [drive for drive in drives if isinstance(drive, DirectDrive)]
         self.motors = DirectMotors(motors, [self._places[i] for i in direct], state.model)
+        # The tree with the free arm, which the forces on cuff and shoulder come from, turns the same rotors.
         self.model.free.model.armature[self.model.v_of] = state.model.armature[self.model.v_from]
         lower, upper = state.passive.dry_friction
         self.rubbing = np.flatnonzero(upper - lower > 0.0)

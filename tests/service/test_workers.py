@@ -16,9 +16,7 @@ from exo_pin.service import workers
 from exo_pin.service.workers import Busy, Workers
 
 MEMORY = 100
-WRONG, LONG = b'{"design": "nothing"}', b"what takes a minute"
-#: Far more numbers than the memory of a process holds, some of which may be free already, and less text.
-LARGE = b"[" + b"1.5," * 10_000_000 + b"1]"
+WRONG, LONG, LARGE = b'{"design": "nothing"}', b"what takes a minute", b"what takes two gigabytes"
 
 
 @pytest.mark.full
@@ -36,7 +34,14 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
 
     monkeypatch.setattr(workers, "prepare", prepare)
     reply = workers.reply
-    monkeypatch.setattr(workers, "reply", lambda *given: time.sleep(60.0) if LONG in given else reply(*given))
+
+    def slow_or_large(question, body):
+        if body == LONG:
+            time.sleep(60.0)
+        # One block: the copy of this process has what this one has freed, which may be some hundred megabytes.
+        return (422, bytes(2**31)) if body == LARGE else reply(question, body)
+
+    monkeypatch.setattr(workers, "reply", slow_or_large)
     made = Workers(2, 60.0, 1, MEMORY)
     begun = {int(path.name) for path in tmp_path.iterdir()}
     assert [json.loads((tmp_path / str(pid)).read_text()) for pid in begun] == [[True, True]] * 2
@@ -49,6 +54,7 @@ def test_processes_are_ended_where_they_take_too_much_and_begin_again(monkeypatc
         assert (await said("check", WRONG))[:2] == (422, "UnknownName")
         assert (made.busy, made.waiting, made.restarts) == (0, 0, 0)
         found = [await said("check", LARGE)]
+        assert made.restarts == 1
         made.seconds = 0.2
         found.append(await said("workspace", LONG))
         assert made.restarts == 2

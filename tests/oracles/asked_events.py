@@ -79,6 +79,15 @@ def blocks():
             tried(lambda given=given: slippery.simulate([0.0], [0.0], [0.0], **given))
             for given in ({"tau": [np.nan]}, {"external": {"none": np.zeros(6)}}, {"external": {"block": [1.0]}})
         ],
+        # When it stops is chance, of steps across jumps.
+        chatters=lambda: (
+            "more than 60 changes between sticking, slipping and stops within 1e-06 s."
+            in tried(
+                lambda: slide(0.0, 0.5).simulate(
+                    [0.0], [0.0], [0.0, 1e-3], lambda t, q, v: [3.0 if v[0] == 0.0 else -3.0 * np.sign(v[0])], atol=1e-5
+                )
+            )[1]
+        ),
         into=lambda: stopped.forward_dynamics([0.2], [0.1], stops=True),
         at_rest=lambda: contact_of(stopped.forward_dynamics([0.2], [0.0], [30.0], stops=True)),
         at_low=lambda: contact_of(stopped.forward_dynamics([-0.05], [0.0], [-30.0], stops=True)),

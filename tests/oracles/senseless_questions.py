@@ -43,7 +43,7 @@ WRONG = {
     "a that opens the loop": lambda: asked(Q, None, [1.0, 0.0, 0.0]),
     "a that forgets the drift": lambda: asked(Q, NAMED.chain().project_velocity(Q, [1.0, 0.0, 0.0])),
     "a stack of v of another size": lambda: asked(np.stack([Q, Q]), np.ones((3, 3))),
-    "a stack of NaN and a loop that cannot close": lambda: of_far_loop(np.stack([Q * NAN, Q, Q, 1e13 + Q])),
+    "a stack of NaN and a loop that cannot close": lambda: of_far_loop(np.stack([Q * NAN, Q, Q, 1e13 + Q, Q - 1e13])),
     "external as a list": lambda: asked(external=[1.0]),
     "external of five numbers": lambda: asked(external={"crank": np.zeros(5)}),
     "external with NaN": lambda: asked(external={"crank": [NAN] * 6}),

@@ -229,3 +229,16 @@ def test_a_run_asks_in_the_configurations_that_its_idle_joints_have():
     np.testing.assert_allclose(asked, run.reaction().shoulder_force, atol=1e-9)
     # The query leaves out how fast these joints move.
     np.testing.assert_allclose(asked, run.shoulder_force, atol=0.01)
+
+
+def test_a_joint_that_jams_stands_still():
+    """The first step after it, of which the friction is stiff, is taken again where it blows up."""
+    exo = loaded("serial-y-x-z")
+    plant = ep.Plant(exo, control.PlantOptions(joint_motor=control.JointMotor(inertia=0.05)))
+    pose = exo.pose(flexion=40.0, abduction=10.0)
+    start = plant.held(pose, exo.reaction(pose, limits="none").actuator_forces)
+    jam = ep.Fault("jam", limb=0, start=0.05)
+    run = plant.simulate(lambda t, seen: np.full(3, 0.05), 0.1, start, faults=[jam])
+    assert run.status == "completed"
+    after = run.lengths[run.times > 0.05, 0]
+    assert np.ptp(after) < 2.0 * plant.options.joint_motor.presliding  # rad: the friction holds up to there

@@ -1,5 +1,6 @@
 """Every sort of figure, small: what their stored descriptions are made from."""
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -221,6 +222,14 @@ def postures(exo, *angles):
     return plots.posture_drawing(exo, exo.pose(flexion, abduction), [f"posture {k}" for k in range(len(angles))])
 
 
+def thick():
+    """A robot of which one link alone has a shape, which is thicker than lines are drawn."""
+    chain = ep.load(URDF / "serial-y-x-z.urdf").chain
+    shape = next(each for each in chain.description.shapes if each.frame == "link_2")
+    description = replace(chain.description, shapes=(replace(shape, size=(0.06, *shape.size[1:])),))
+    return ep.ShoulderExo.from_chain(ep.ClosedChain(chain.model, description)).worn_by(MAN)
+
+
 #: Figures by name.
 FIGURES = {
     "pose": one_pose,
@@ -280,6 +289,7 @@ FIGURES = {
     "postures_serial": lambda: postures(robot("serial-y-x-z"), (40, 20), (0, 110)),
     "postures_spring": lambda: postures(robot("spring-support"), (50, 0), (0, 70)),
     "postures_parallel": lambda: postures(robot("3rps-passive-ball"), (40, 20)),
+    "postures_thick": lambda: postures(thick(), (40, 20)),
     "postures_nobody": lambda: postures(ep.load(URDF / "nesm.urdf"), (30, 0)),
     "muscle_map": lambda: plots.plot_force_map(muscle.muscle_model("best"), muscle.steady_states()),
     "muscle_map_short": lambda: plots.plot_force_map(muscle.muscle_model("best", 0.15)),

@@ -166,6 +166,12 @@ def driven(name, fault=None, controller="model"):
     return ep.load(name).track("abduction", controller, duration=0.4, **faults).plot()
 
 
+def both():
+    """Three limbs with muscles and one with a motor."""
+    exo = ep.load("four-muscle-cables")
+    return exo.replace(limbs=[*exo.limbs[:3], ep.load("four-cables").limbs[3]])
+
+
 def loop():
     names = ("time_s", "wanted_mm", "contraction_mm", "pressure_bar", "duty")
     return plot_motion({name: np.arange(5.0) + k for k, name in enumerate(names)})
@@ -296,6 +302,7 @@ FIGURES = {
     "muscle_loop": loop,
     "tracking": lambda: driven("four-cables", "torn"),
     "tracking_muscles": lambda: driven("prototype"),
+    "tracking_both": lambda: both().track("abduction", duration=0.1).plot(),
     "tasks": lambda: plots.task_status_figure({"mouth": [1, 1, 0, 1], "hair": [0, 1, 0, 0]}),
     "tasks_timed": lambda: plots.task_status_figure({"mouth": [1, 0, 1]}, {"mouth": [2.0, 3.0, 6.0]}),
     "elbows": elbows,

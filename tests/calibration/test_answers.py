@@ -1,5 +1,7 @@
 """Answers of calibrations, as they are stored: what is found, how surely, what contradicts it, which poses to take."""
 
+import warnings
+
 import numpy as np
 from answers import changes, each_of
 from asked_in_turn import in_turn, tried
@@ -214,8 +216,12 @@ MIXED = {
 
 def mixed(change):
     data = measured(noise=1e-3, joints=0.0, reach=0.6)
-    found = ep.calibrate(*change(*data), NOMINAL, unknowns=("base_points",), length_noise=1e-3)
-    return len(found.lengths)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = ep.calibrate(*change(*data), NOMINAL, unknowns=("base_points",), length_noise=1e-3)
+    for each in said:
+        warnings.warn(each.message, stacklevel=1)
+    return len(found.lengths), len(said)
 
 
 def asked_of_mix_ups():
@@ -303,6 +309,7 @@ def asked_of_pose_choice():
         twelve=lambda: chosen(12),
         four=lambda: chosen(4, WORN, unknowns=("base_offset", "cuff_offset"), orientation_noise=2e-3),
         tolerant=lambda: chosen(3, tolerances={"base_points": 0.002}),
+        mounted=lambda: chosen(3, unknowns=("base_offset", "arm_mounting", "length_scale")),
         all=lambda: chosen(30),
         too_many=lambda: chosen(31),
         none=lambda: chosen(0),

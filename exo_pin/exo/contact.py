@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from ..control import Run, Tracking
     from ..device import Device
-    from ..person import ContactOptions, ContactRange, JointContact, Person
+    from ..person import ContactOptions, ContactRange, DeviceAction, JointContact, Person
     from ..person.contact.assumption_range import ContactQuestion
     from .shoulder_exo import ShoulderExo
 
@@ -151,19 +151,21 @@ def joint_contact(
     else:
         tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
         action = action_of_limbs(device, case, tensions, limits, constraint_bounds, given_by=words)
-    found = wearer.joint_contact(
-        poses,
-        motion,
-        load,
-        action,
-        options=options,
-        gravity=device.gravity,
-        outside=outside,
-        progress=progress,
-        executor=executor,
+    return _felt(
+        self, case, person, action, forces, options=options, outside=outside, progress=progress, executor=executor
     )
-    worn = self.worn_by(person.on_side("left"))
-    if not isinstance(forces, Reaction) and posture is not None:
+
+
+def _felt(
+    exo: ShoulderExo, case: Case, person: Person, action: DeviceAction, forces: Any, **asked: Any
+) -> JointContact:
+    """The answer for what the device does to the arm, with a caution where it touches the wearer."""
+    poses = case.poses
+    found = person.on_side(exo.side).joint_contact(
+        poses, case.motion, case.load, action, gravity=exo.device.gravity, **asked
+    )
+    worn = exo.worn_by(person.on_side("left"))
+    if not isinstance(forces, Reaction) and case.posture is not None:
         forces = solve(worn, case, Assumptions(limits="none"))
     shown, offset, placed = worn.device, None, None
     if isinstance(forces, Reaction):
@@ -209,25 +211,26 @@ def joint_contact_of_run(
     >>> exo.joint_contact_of_run(run, man, rate=5.0).magnitude.round()
     array([ 8., 34.,  8., 12.])
     """
+    from ..control.plant.arm_wrench import posture_of
+    from ..person.contact.device import DeviceAction  # here: few need a person
+
     run: Any = getattr(tracking, "run", tracking)
     count = len(run.times)
     step = max(round((count - 1) / max(run.times[-1] * as_positive("rate", rate), 1.0)), 1)
     # A drive that fails may press the joint for some milliseconds only.
     rows = np.union1d(np.arange(0, count, step), [int((run.shoulder_force**2).sum(axis=1).argmax())])
-    forces: Any = run.tensions[rows]
-    if not self.device.limbs_are_massless:
-        own = run.question(rows)
-        case = Case(run.rotations[rows], own["motion"], own["load"], posture=own.get("posture"))
-        forces = solve(self.device, case, Assumptions(limits=own.get("limits", "none")))
-    return self.joint_contact(
+    case = Case(
         run.rotations[rows],
-        person,
-        forces=forces,
-        motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
-        load=run.external_load(rows),
-        outside="mark",
-        progress=progress,
+        Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        run.external_load(rows),
+        posture=posture_of(run, rows),
     )
+    # As the run has it: with the inertia of links, the motion of joints that no drive moves, and the give of a cuff.
+    f = run.tensions[rows]
+    units = () if self.device.has_limbs else self.device.drive_units[: f.shape[1]]
+    given = "forces of the run"
+    action = DeviceAction(run.cuff_wrench[rows], np.zeros((*f.shape, 6)), f, f, chosen_by=given, drive_units=units)
+    return _felt(self, case, person, action, None, outside="mark", progress=progress)
 
 
 def contact_range(

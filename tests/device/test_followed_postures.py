@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from limb_devices import in_small_steps, limb_device
+from places import URDF
 from scipy.spatial.transform import Rotation
 from two_bar_devices import TwoBar
 
@@ -117,3 +118,23 @@ def test_a_pose_that_loops_do_not_let_the_arm_turn_to_is_out_of_reach(idle):
     assert held.status == "ok"
     moment = 2.0 * 9.81 * 0.2 * np.sin(np.radians(20.0)) * np.cos(np.radians(20.0))
     np.testing.assert_allclose(held.actuator_forces[:2], [-moment, moment], rtol=1e-6)
+
+
+def test_two_hinges_go_their_own_way_where_they_cannot_turn_straight():
+    """As with a third hinge that stands still; a pose that needs it is out of reach."""
+    three = ep.load(URDF / "serial-y-x-z.urdf")
+    chain = three.device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    two = ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held))
+    poses = two.pose([40.0, 60.0, 90.0, 20.0, 40.0], [10.0, 45.0, 45.0, -20.0, 10.0], [0.0, 0.0, 0.0, 0.0, 20.0])
+    found, other = (exo.reaction(poses, limits="none") for exo in (two, three))
+    assert found.status.tolist() == ["ok"] * 4 + ["out_of_reach"]
+    np.testing.assert_allclose(found.shoulder_force[:4], other.shoulder_force[:4], atol=1e-9)
+    alone = [two.configurations(pose) for pose in poses[:4]]
+    np.testing.assert_array_equal(two.configurations(poses[:4]), alone)
+    nearest = two.remedy(poses[4]).nearest
+    turned = two.pose(np.arange(35.0, 46.0)[:, None], np.arange(5.0, 16.0), 0.0)
+    assert nearest.distance == pytest.approx((turned * poses[4].inv()).magnitude().min(), abs=1e-9)
+    still = two.reaction(poses[0], ep.Motion([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]), limits="none")
+    assert still.verdict.endswith("the device cannot make this motion.")
+    assert two.track("flexion", duration=0.1).cautions == three.track("flexion", duration=0.1).cautions

@@ -1,5 +1,6 @@
 """Answers about the joint of a person who wears a device, as they are stored."""
 
+import numpy as np
 import pytest
 from answers import changes, each_of
 from asked_in_turn import in_turn, printed
@@ -8,6 +9,7 @@ from places import URDF
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 import exo_pin as ep
+from exo_pin import control
 
 MAN = ep.Person(1.755, 85, "male", elbow_flexion=0.4)
 LOAD = ep.Load([2.0, -1.0, -6.0], [0.1, 0.0, -0.2], [0.0, 0.01, -0.3])
@@ -86,6 +88,8 @@ def spread():
     """How far forces and joint forces spread, and the load of runs."""
     cables, hinges = loaded("four-cables"), loaded("serial-y-x-z")
     pose = cables.pose(50, 20, 5)
+    cuff = ep.Interface.of([3.7e3, 3.15e3, 2.25e3], 12.0, at=(0.0, 0.0, -0.2))
+    pad = control.Padding(damping_time=0.01, mass=0.2, radius=0.05, source="a test")
     few = {"offset_mm": 5.0, "tone_percent": 20.0}
 
     def spread_of(exo, person, **more):
@@ -96,6 +100,12 @@ def spread():
         found = exo.joint_contact_of_run(exo.track("flexion", duration=duration), MAN, **more)
         return found.status, found.magnitude, found.assumptions["device"]
 
+    def dropped(exo, **more):
+        plant = ep.Plant(exo, **more)
+        fall = plant.simulate(lambda t, seen: np.zeros(plant.count), 0.05)
+        found = exo.joint_contact_of_run(fall, MAN, rate=20.0)
+        return found.status, found.magnitude, found.caution
+
     return in_turn(
         {
             "stated": lambda: spread_of(cables, MAN, uncertainties=few, load=LOAD, seed=2),
@@ -104,6 +114,8 @@ def spread():
             "no name": lambda: spread_of(cables, None, uncertainties={"weather": 1.0}),
             "run": lambda: run(cables, 0.4, rate=8.0),
             "run of hinges": lambda: run(hinges, 0.05),
+            "run with a joint that nothing drives": lambda: dropped(loaded("3rps-passive-ball")),
+            "run in a soft cuff": lambda: dropped(hinges.replace(interfaces=ep.Interfaces(cuff=cuff)), cuff=pad),
             "no rate": lambda: cables.joint_contact_of_run(None, MAN, rate=0.0),
         }
     )

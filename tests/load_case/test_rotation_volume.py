@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, cell_volumes, grid_rotation, share_of_volume
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, Share, cell_volumes, grid_axes, grid_rotation, share_of_volume
 
 
 def whole(step):
@@ -83,6 +83,19 @@ def test_errors_of_boxes_cover(count, step):
         share = share_of_volume(member, axes)
         covered += abs(share - true) <= share.error
     assert covered >= 0.95 * count
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_grid_is_known_by_its_poses(side):
+    """Also beyond 90° of abduction, falling, and of quaternions of either sign, which turn alike."""
+    axes = np.array([100.0, 55.0, 10.0]), np.array([5.0, 60.0, 110.0]), np.array([-35.0, 15.0])
+    quats = grid_rotation(*axes, side=side).as_quat()
+    quats[:, 1] *= -1.0
+    for own, found in zip(axes, grid_axes(Rotation.from_quat(quats), side), strict=True):
+        np.testing.assert_allclose(found, own, atol=1e-9)
+    moved = Rotation.from_quat(quats[1, 2, 1]) * Rotation.from_rotvec([0.0, 0.0, 1e-3])
+    quats[1, 2, 1] = moved.as_quat()
+    assert grid_axes(Rotation.from_quat(quats), side) is None
 
 
 def test_a_share_is_a_number_with_its_error():

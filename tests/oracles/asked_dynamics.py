@@ -188,7 +188,7 @@ def changes_of(case):
 
 
 def shown():
-    """Which of their attributes records of forces and motion show."""
+    """Which of their attributes records of forces and motion show, and which of their arrays can be written."""
     case = loaded("four-bar", friction=0.8)
     chain, q, v, a, joints = case.chain, case.q, case.v, case.a, drivers(case)
     records = [
@@ -200,5 +200,14 @@ def shown():
         chain.inverse_dynamics_derivatives(q, v, a, actuated=joints),
         chain.mobility(q),
         chain.description,
+        chain.simulate(q, v, [0.0, 0.01]),
     ]
-    return [[type(record).__name__, *re.findall(r"(\w+)=", repr(record))] for record in records]
+    public = [(record, name) for record in records for name in vars(record) if not name.startswith("_")]
+    return [
+        *([type(record).__name__, *re.findall(r"(\w+)=", repr(record))] for record in records),
+        [
+            (type(record).__name__, name)
+            for record, name in public
+            if isinstance(array := getattr(record, name), np.ndarray) and array.flags.writeable
+        ],
+    ]

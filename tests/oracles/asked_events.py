@@ -79,6 +79,15 @@ def blocks():
             tried(lambda given=given: slippery.simulate([0.0], [0.0], [0.0], **given))
             for given in ({"tau": [np.nan]}, {"external": {"none": np.zeros(6)}}, {"external": {"block": [1.0]}})
         ],
+        # When it stops is chance, of steps across jumps.
+        chatters=lambda: (
+            "more than 60 changes between sticking, slipping and stops within 1e-06 s."
+            in tried(
+                lambda: slide(0.0, 0.5).simulate(
+                    [0.0], [0.0], [0.0, 1e-3], lambda t, q, v: [3.0 if v[0] == 0.0 else -3.0 * np.sign(v[0])], atol=1e-5
+                )
+            )[1]
+        ),
         into=lambda: stopped.forward_dynamics([0.2], [0.1], stops=True),
         at_rest=lambda: contact_of(stopped.forward_dynamics([0.2], [0.0], [30.0], stops=True)),
         at_low=lambda: contact_of(stopped.forward_dynamics([-0.05], [0.0], [-30.0], stops=True)),
@@ -159,6 +168,11 @@ def crossings():
     stiff.model.damping = np.array([4e3, 30.0, 10.0])
     near = stiff.close([0.7, 0.3, 1.6])
 
+    def damped(pull):
+        """A block under a steep damper that a controller makes, from rest."""
+        found = slide().simulate([0.0], [0.0], [0.0, 0.4, 1.0], pull, rtol=1e-6, atol=1e-8)
+        return [found.q, found.v]
+
     def beside(angle):
         q = flat.close([angle, -angle, angle])
         return [
@@ -198,6 +212,9 @@ def crossings():
         through=lambda: of_run(flat, *_swing(flat, 0.6, -1.5), [0.0, 0.2, 0.6, 0.8]),
         gimbal=lambda: ClosedChain.from_mjcf(GIMBAL).forward_dynamics([0.3, np.pi / 2, 0.2]).a,
         started_flat=lambda: flat.simulate(np.zeros(3), np.array([1.0, -1.0, 1.0]), [0.0, 0.1]).q,
+        # Where steps are large the first efforts of a trial step are 1e17 N.
+        pulled=lambda: damped(lambda t, q, v: [100.0 * (t > 0.3) - 1e5 * v[0]]),
+        steep=lambda: damped(lambda t, q, v: [5.0 * np.sin(9.0 * t) - 3.0 * np.tanh(1e5 * v[0])]),
         stiff=lambda: of_run(stiff, near, np.zeros(3), [0.0, 0.5, 1.0]),
         stiff_driven=lambda: of_run(
             stiff, near, np.zeros(3), [0.0, 0.3], lambda t, q, v: [50.0 * t, 0.0, 0.0], rtol=1e-6, atol=1e-7

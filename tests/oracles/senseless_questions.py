@@ -1,7 +1,11 @@
 """Questions about the forces of a four-bar that make no sense, or name what is not there."""
 
+from dataclasses import replace
+
 import numpy as np
 from mechanisms import four_bar
+
+from exo_pin.chain import ClosedChain, Placement
 
 NAMED = four_bar()
 Q = NAMED.q
@@ -10,6 +14,15 @@ NAN = np.nan
 
 def asked(*state, **problem):
     return NAMED.chain().inverse_dynamics(*(state or (Q,)), **problem)
+
+
+def of_far_loop(rows):
+    """What is said of each of some configurations of the four-bar whose loop is to close 10 m away."""
+    chain = NAMED.chain()
+    closures = [replace(own, placement_b=Placement((10.0, 0.0, 0.0))) for own in chain.closures]
+    far = ClosedChain(chain.model, replace(chain.description, closures=tuple(closures)))
+    found = far.inverse_dynamics(rows, close=True)
+    return [[found.status, [[k, type(error).__name__] for k, error in found.failures.items()]]]
 
 
 WRONG = {
@@ -22,11 +35,15 @@ WRONG = {
     "v of another size": lambda: asked(Q, [1.0]),
     "infinite v": lambda: asked(Q, [np.inf] * 3),
     "a with NaN": lambda: asked(Q, None, [NAN] * 3),
+    "an array of infinite v": lambda: asked(Q, np.array([np.inf] * 3)),
+    "an array of a with NaN": lambda: asked(Q, None, np.array([NAN] * 3)),
+    "an array of huge a": lambda: asked(Q, 0.0 * Q, np.array([1e13] * 3)),
     "v that opens the loop": lambda: asked(Q, [1.0, 0.0, 0.0]),
     "slow v that opens the loop": lambda: asked(Q, [1e-6, 0.0, 0.0]),
     "a that opens the loop": lambda: asked(Q, None, [1.0, 0.0, 0.0]),
     "a that forgets the drift": lambda: asked(Q, NAMED.chain().project_velocity(Q, [1.0, 0.0, 0.0])),
     "a stack of v of another size": lambda: asked(np.stack([Q, Q]), np.ones((3, 3))),
+    "a stack of NaN and a loop that cannot close": lambda: of_far_loop(np.stack([Q * NAN, Q, Q, 1e13 + Q, Q - 1e13])),
     "external as a list": lambda: asked(external=[1.0]),
     "external of five numbers": lambda: asked(external={"crank": np.zeros(5)}),
     "external with NaN": lambda: asked(external={"crank": [NAN] * 6}),

@@ -68,9 +68,13 @@ def written():
         own + share * across
         for own, share in zip(POINTS[3] * [[-1], [-1], [1], [1]], (0.95, 1.1, 1.9, 2.2), strict=True)
     ]
+    # The last one is not known.
+    strong = [ep.Actuator("linear", pull_limit=300.0, push_limit=push) for push in (300.0, 200.0, None)]
+    drives = [ep.Limb("UPU", actuator=each, **HALVES) for each in strong]
     return in_turn(
         {
             **{part: lambda part=part: text(wrist(), part) for part in PARTS},
+            "strong": lambda: re.findall('effort="([^"]*)"', mechanism_urdf(wrist("UUU", limbs=drives))[0]),
             "bare": lambda: text(wrist("UUU"), visuals=False),
             "light": lambda: text(light),
             "assumed": lambda: text(light, "whole", AssumedMasses()),

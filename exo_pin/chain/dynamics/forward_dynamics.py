@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, SolverFailed
 from ...core.records import Record
-from ...core.validation import FloatArray, as_mapping, as_real, frozen
+from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from .equations.equation_kernels import missed
 from .equations.equations_of_motion import (
@@ -206,11 +206,12 @@ def forward_dynamics(
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
-    """Efforts as an array of shape (nv,)."""
+    """Efforts as an array of shape (nv,), of any size: those of a controller may be large where a trial step leads."""
     if tau is None:
         return np.zeros(state.nv)
     if type(tau) is np.ndarray or not isinstance(tau, Mapping):
-        return state.vector("tau", tau, state.nv).copy()
+        given = state.sized("tau", as_real("tau", tau), state.nv)
+        return given if np.isfinite(given).all() else as_finite("tau", tau, (state.nv,))
     efforts = np.zeros(state.model.nv)
     for joint, value in tau.items():
         own = state.velocity_slice(joint)

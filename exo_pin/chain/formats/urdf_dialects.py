@@ -87,7 +87,7 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
         elif all(end in table for end in ends):
             stated[frozenset(model.frames[table[end]].parentJoint for end in ends)] = closure.name
     names = {closure.name for closure in closures.closures}
-    found: list[Closure] = []
+    found: dict[str, _Loop] = {}
     before: dict[frozenset[Any], _Loop] = {}
     for loop in reader.loops():
         own = loop.closure
@@ -101,8 +101,10 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
             left.named(loop.refused, str(loop.problem), "state it in the closures file", refuse, loop.paste)
         if loop.refused == "loops":
             continue
-        other = before.setdefault(bodies, loop)
-        if other.element.tag != loop.element.tag or any(own.name == each.name for each in found):
+        twin, other = found.get(own.name), before.setdefault(bodies, loop)
+        if twin is not None and twin is not other:
+            raise loop.element.error(f"{twin.element.place} on line {twin.element.line} has this name, too")
+        if twin is not None or other.element.tag != loop.element.tag:
             raise loop.element.error(
                 f"the loop between {' and '.join(map(repr, loop.ends))} is stated on line {other.element.line}, too, "
                 f"by {other.element.place}: take one of the two out, or state it in the closures file{loop.paste}"
@@ -118,13 +120,13 @@ def with_dialects(closures: Closures, root: Element, model: pin.Model, left: Lef
             continue
         if loop.note:
             left.say(loop.note, loop.element.place)
-        found.append(own)
+        found[own.name] = loop
     taken = names | set(model.names)
-    found = [
-        each if each.name not in taken else replace(each, name=free_name(f"{each.name}_closure", taken))
-        for each in found
+    more = [
+        loop.closure if name not in taken else replace(loop.closure, name=free_name(f"{name}_closure", taken))
+        for name, loop in found.items()
     ]
-    return replace(closures, closures=(*closures.closures, *found)) if found else closures
+    return replace(closures, closures=(*closures.closures, *more)) if more else closures
 
 
 @dataclass(frozen=True)

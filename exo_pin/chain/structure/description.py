@@ -372,6 +372,7 @@ class Closures:
         require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         require_distinct("closure", names)
+        require_distinct("cable", [cable.name for cable in self.cables])
         for limb in self.roles.limbs:
             as_choice("closure", limb.closure, names, f"limb {limb.name!r}")
 

@@ -17,8 +17,9 @@ from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
-from .any_device.arm_actions import ArmState, arm_loads
+from .any_device.arm_actions import Body
 from .any_device.padding import displacements
+from .arm_wrench import acceleration, carried, cuff_wrench, external_load, needed_moment, posture_of
 from .drives import MuscleDrive
 from .equations.drive_kernels import MOTOR_COLUMNS
 from .run_summary import muscle_cautions, summary
@@ -278,76 +279,14 @@ class Run(Result, ReadOnly):
         >>> bool(np.allclose(run.load().moment, run.friction_moment + run.stop_moment))  # N m, about O
         True
         """
-        force, moment = self._carried
+        tables = self.plant.tables
+        force, moment = carried(self, Body(tables.mass, tables.centre, tables.inertia))
         return Load(force + self.wearer_force, moment + self.wearer_moment + self.friction_moment + self.stop_moment)
 
-    @property
-    def _carried(self) -> tuple[FloatArray, FloatArray]:
-        """Force and moment about O of the given force, payloads with inertia, and the torso, shape (N, 3) each."""
-        motion = self.rotations.as_matrix(), self.angular_velocity, self.angular_acceleration
-        return arm_loads(self.plant, self.times, *motion)
-
-    @property
-    def needed_moment(self) -> FloatArray:
-        """What device and wearer together put on the arm about O, shape (N, 3), N m, base frame.
-
-        It moves the arm, with the torso, and bears its weight, payloads, the given force, and friction and stops.
-        """
-        tables, R = self.plant.tables, self.rotations.as_matrix()
-        own, along = (np.einsum("kji,kj->ki", R, part) for part in (self.angular_velocity, self.angular_acceleration))
-        rate = along @ tables.inertia.T + np.cross(own, own @ tables.inertia.T)
-        inertial, weight = np.einsum("kij,kj->ki", R, rate), np.cross(R @ tables.centre, tables.mass * tables.gravity)
-        return np.asarray(inertial - weight - self._carried[1] - self.friction_moment - self.stop_moment)
-
-    @property
-    def cuff_wrench(self) -> FloatArray:
-        """Force of the device on the arm, N, and its moment about O, N m, shape (N, 6), base frame.
-
-        The moment is what the arm needs less what the wearer makes; it depends on no split. The force is that of
-        :attr:`shoulder_force`.
-        """
-        tables, load = self.plant.tables, self.load()
-        force = tables.mass * (self._centre_acceleration - tables.gravity) - load.force - self.shoulder_force
-        return np.concatenate([force, self.needed_moment - self.wearer_moment], axis=1)
-
+    needed_moment = property(needed_moment)
+    cuff_wrench = property(cuff_wrench)
+    external_load = external_load
     summary = summary
-
-    @property
-    def _centre_acceleration(self) -> FloatArray:
-        """Of the arm's centre of mass, shape (N, 3), m/s²."""
-        C, w = self.rotations.apply(self.plant.tables.centre), self.angular_velocity
-        return np.cross(self.angular_acceleration, C) + np.cross(w, np.cross(w, C))
-
-    def external_load(self, rows: Any = slice(None)) -> Load:
-        """What acts on the arm from outside, beside weight, device and wearer: given force, payloads, torso, pushes.
-
-        Parameters
-        ----------
-        rows : index
-            Which samples.
-
-        Returns
-        -------
-        Load
-            Of shape (k,), base frame; forces are moved to O.
-
-        Examples
-        --------
-        >>> from exo_pin import control
-        >>> exo, shove = ep.load("four-cables"), control.Push(ep.Load([20.0, 0.0, 0.0], at=(0.0, 0.0, -0.3)))
-        >>> plant = ep.Plant(exo, wearer=shove)
-        >>> run = plant.simulate(lambda t, seen: np.full(4, 0.1), 0.02, plant.held(exo.pose(), np.full(4, 40.0)))
-        >>> run.external_load().force[0]  # N
-        array([20.,  0.,  0.])
-        """
-        force, moment = (part[rows].copy() for part in self._carried)
-        pushes = [action for action in self.plant.wearer if getattr(action, "external", False)]
-        states = zip(self.times[rows], self.rotations[rows].as_matrix(), self.angular_velocity[rows], strict=True)
-        for k, (t, R, w) in enumerate(states):
-            for push in pushes:
-                found = push(float(t), ArmState(R, w))
-                force[k], moment[k] = force[k] + found[0], moment[k] + found[1]
-        return Load(force, moment)
 
     def question(self, rows: Any = slice(None)) -> Question:
         """What this motion asks of :meth:`exo_pin.ShoulderExo.reaction`, at all samples or some of them.
@@ -385,9 +324,8 @@ class Run(Result, ReadOnly):
             # What an answer lists besides drives and brakes are moments of the wearer, which are part of the load.
             more = device.limb_count - self.plant.count
             query["limits"] = given_forces(self.tensions[rows], more)
-        if self.plant.contractions is self.plant.equations and device.structure.idle:
-            # Joints that no drive moves are where the run has them, and not at rest there.
-            query["posture"] = self.configurations[rows]
+        if (posture := posture_of(self, rows)) is not None:
+            query["posture"] = posture
         return query
 
     def reaction(
@@ -441,4 +379,4 @@ class Run(Result, ReadOnly):
         span = self.rotations.as_matrix() @ tables.platform.T
         directions = (span.transpose(0, 2, 1) - tables.base) / self.lengths[..., None]
         pull = np.einsum("ki,kij->kj", self.tensions, directions)
-        return np.asarray(tables.mass * (self._centre_acceleration - tables.gravity) - self.load().force + pull)
+        return np.asarray(tables.mass * (acceleration(self, tables.centre) - tables.gravity) - self.load().force + pull)

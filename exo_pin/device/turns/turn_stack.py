@@ -33,6 +33,7 @@ from ...core.errors import LoopNotClosed
 from ...core.progress import track
 from ...core.validation import FloatArray
 from ..device_model import REACHED, SINGULAR_BEFORE, UNREACHED, DeviceModel
+from .own_ways import lacks_turns, own_way
 from .turn_rates import FREE, new_room
 from .turn_steps import followed
 
@@ -174,6 +175,10 @@ def followed_turns(
         left = stack.in_cells(left, edge) if left.size else left
     stack.straight(left, np.zeros(0))
     _end(model, stack, why)
+    if "lacks_turns" not in model.kept:
+        model.kept["lacks_turns"] = lacks_turns(model, start)
+    if model.kept["lacks_turns"]:
+        _own_ways(model, stack, why)
     there = stack.share == 1.0
     stack.q[np.ix_(there, np.arange(model.arm_q.start, model.arm_q.stop))] = poses.as_quat()[there]
     return stack.q, stack.share, why
@@ -246,6 +251,15 @@ def _end(model: DeviceModel, stack: _Stack, why: NDArray[np.int8]) -> None:
     beyond = np.minimum(1.0, stack.share[rows] + _BEYOND / angle)
     closes = _closed_beside(model, stack.q[rows], stack.turns[rows] * beyond[:, None])[1]
     why[rows] = np.where(closes, SINGULAR_BEFORE, UNREACHED)
+
+
+def _own_ways(model: DeviceModel, stack: _Stack, why: NDArray[np.int8]) -> None:
+    """Reach poses that no straight turn reaches, in place."""
+    rows = np.flatnonzero(stack.share < 1.0)
+    for k in track(rows, "poses of the device", stack.progress):
+        q, arrived = own_way(model, stack.start, stack.poses[k].as_quat())
+        if arrived:
+            stack.q[k], stack.share[k], why[k] = q, 1.0, REACHED
 
 
 def _closed_beside(model: DeviceModel, q: FloatArray, turns: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

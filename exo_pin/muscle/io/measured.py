@@ -144,7 +144,7 @@ def tables() -> list[str]:
     10
     """
     folder = files("exo_pin.muscle") / "data"
-    return sorted(f.name[6:-4] for f in folder.iterdir() if f.name.startswith("table-"))
+    return sorted(f.name[6:-4] for f in folder.iterdir())
 
 
 @cache

@@ -94,7 +94,13 @@ def test_spring_support_moves_as_its_own_plant():
     C, w = run.rotations.as_matrix() @ c, run.angular_velocity
     acceleration = np.cross(run.angular_acceleration, C) + np.cross(w, np.cross(w, C))
     np.testing.assert_allclose(run.shoulder_force, arm.mass * (acceleration - g) - pull, atol=1e-8)
-    np.testing.assert_allclose(run.cuff_wrench[:, :3], pull, atol=1e-8)
+    # The ring weighs on the device, and not on the cuff's grip of the person's arm.
+    (ring,) = (part for part in arm.parts if part.device)
+    at_ring = run.rotations.as_matrix() @ ring.centre_of_mass
+    swing = np.cross(run.angular_acceleration, at_ring) + np.cross(w, np.cross(w, at_ring))
+    np.testing.assert_allclose(run.cuff_wrench[:, :3], pull + ring.mass * (g - swing), atol=1e-8)
+    asked = run.reaction(limits="none")
+    np.testing.assert_allclose(run.cuff_wrench, asked.cuff_wrench, atol=1e-8)
 
 
 @pytest.mark.full
@@ -223,3 +229,16 @@ def test_a_run_asks_in_the_configurations_that_its_idle_joints_have():
     np.testing.assert_allclose(asked, run.reaction().shoulder_force, atol=1e-9)
     # The query leaves out how fast these joints move.
     np.testing.assert_allclose(asked, run.shoulder_force, atol=0.01)
+
+
+def test_a_joint_that_jams_stands_still():
+    """The first step after it, of which the friction is stiff, is taken again where it blows up."""
+    exo = loaded("serial-y-x-z")
+    plant = ep.Plant(exo, control.PlantOptions(joint_motor=control.JointMotor(inertia=0.05)))
+    pose = exo.pose(flexion=40.0, abduction=10.0)
+    start = plant.held(pose, exo.reaction(pose, limits="none").actuator_forces)
+    jam = ep.Fault("jam", limb=0, start=0.05)
+    run = plant.simulate(lambda t, seen: np.full(3, 0.05), 0.1, start, faults=[jam])
+    assert run.status == "completed"
+    after = run.lengths[run.times > 0.05, 0]
+    assert np.ptp(after) < 2.0 * plant.options.joint_motor.presliding  # rad: the friction holds up to there

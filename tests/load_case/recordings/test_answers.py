@@ -281,6 +281,9 @@ def columns_said():
                 "matrices": lambda: table(",".join(foreign.MATRIX), 1.003 * matrices)["angles"],
                 "no matrices": lambda: table(",".join(foreign.MATRIX), 1.006 * matrices),
                 "left-handed": lambda: table(",".join(foreign.MATRIX), -matrices),
+                "one left-handed": lambda: table(
+                    ",".join(foreign.MATRIX), np.where(np.arange(12)[:, None] == 4, -matrices, matrices)
+                ),
                 "matrices with a gap": lambda: table(
                     ",".join(foreign.MATRIX), np.where(np.arange(12)[:, None] == 4, np.nan, matrices)
                 ),

@@ -277,14 +277,24 @@ def carried_along(
     return -np.asarray(np.einsum("ci,ci->c", state.buffers.J, (bodies @ forces)[owners]))
 
 
+class Body(NamedTuple):
+    """Mass, kg, centre of mass, (3,), m, and inertia about O, (3, 3), kg m², of what turns with the arm, arm frame."""
+
+    mass: float
+    centre: FloatArray
+    inertia: FloatArray
+
+
 def arm_loads(
-    plant: Plant, times: FloatArray, R: FloatArray, w: FloatArray, e: FloatArray
+    plant: Plant, body: Body, times: FloatArray, R: FloatArray, w: FloatArray, e: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Force at O and moment about it of the given force, payloads with inertia, and the torso, shape (N, 3) each.
 
     Parameters
     ----------
     plant : Plant
+    body : Body
+        What the torso takes along: the moving part, or the person's arm alone.
     times : ndarray
         Shape (N,), s.
     R, w, e : ndarray
@@ -293,7 +303,7 @@ def arm_loads(
     tables, torso = plant.tables, plant.torso
     force = np.tile(tables.force, (len(times), 1))
     moment = np.cross(R @ tables.point, force)
-    bodies: list[tuple[Any, float, FloatArray, FloatArray]] = [(True, tables.mass, tables.centre, tables.inertia)]
+    bodies: list[tuple[Any, float, FloatArray, FloatArray]] = [(True, *body)]
     for own in plant.payloads:
         at, held = np.array(own.at), own.is_held(times, before=True)[:, None]
         arm = R @ at

@@ -192,6 +192,9 @@ class DeviceMotion:
             base = self._q
 
             def rate(t: float, Y: FloatArray, base: FloatArray = base) -> FloatArray:
+                if not np.abs(Y[:nv]).max(initial=0.0) < np.pi:
+                    # A step that has blown up is taken again, shorter: a full turn has no derivative.
+                    return np.full(len(Y), np.nan)
                 q, v = pin.integrate(state.model, base, Y[:nv]), Y[nv : 2 * nv]
                 y = np.concatenate([np.zeros(6), Y[2 * nv : 2 * nv + n]])
                 # What ends with this piece acts up to its end.

@@ -134,8 +134,8 @@ class PoseReport(Result):
 
     @cached_property
     def accuracy(self) -> PoseAccuracy:
-        """How well the drives place the arm; twins are looked for where there are closed forms."""
-        return pose_accuracy(self.device, self._pose, self.device.accelerate("rates") is not None)
+        """How well the drives place the arm."""
+        return pose_accuracy(self.device, self._pose)
 
     @cached_property
     def singular_distance(self) -> float:

@@ -34,7 +34,7 @@ def test_the_command_writes_the_table_that_ships():
     np.testing.assert_allclose(made["bare_arm_table"](), shipped, atol=0.051)
 
 
-@pytest.mark.parametrize("lean, known", [(0.0, True), (9.0, True), (12.0, False), (90.0, False), (180.0, False)])
+@pytest.mark.parametrize(("lean", "known"), [(0.0, True), (9.0, True), (12.0, False), (90.0, False), (180.0, False)])
 def test_it_is_that_of_an_upright_wearer(lean, known):
     exo = ep.load("four-linear-actuators-worn")
     lean = np.radians(lean)

@@ -33,7 +33,7 @@ COMMANDS = {
         "kinematics urdf/spherical-3rrr.urdf --flexion 20",
         "kinematics urdf/dummy-shoulder.urdf --set shoulder_x=20deg", "kinematics prototype --lengths 3.2,3.1,2",
         "kinematics urdf/dummy-shoulder.urdf --set shoulder_y=20deg --set shoulder_x=-8deg --set shoulder_z=0.3rad",
-        "kinematics prototype --lengths 262.96,330.50", "kinematics urdf/serial-y-x-z.urdf --flexion 40 --json",
+        "kinematics prototype --lengths 262.96,330.50",
         "kinematics nothing",
         "kinematics prototype --flexion forty", "kinematics prototype --set shoulder_x=20deg",
         "kinematics --flexion 200", "kinematics urdf/nesm.urdf --set flexion=40deg",

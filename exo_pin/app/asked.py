@@ -149,12 +149,8 @@ class Asked:
 
     def with_hand_at(self, place: FloatArray) -> dict[str, float]:
         """Angles of the pose that brings the hand towards a place, shape (3,), m, by the shortest turn, in degrees."""
-        here = self.pose.apply(self.hand)
-        axis = np.cross(here, place)
-        turn = np.arctan2(np.linalg.norm(axis), here @ place)
-        size = float(np.linalg.norm(axis))
-        turned = self.pose if size < 1e-9 else Rotation.from_rotvec(turn * axis / size) * self.pose
-        angles = shoulder_angles(turned, self.side, degrees=True)
+        turn, _ = Rotation.align_vectors(place, self.pose.apply(self.hand))
+        angles = shoulder_angles(turn * self.pose, self.side, degrees=True)
         return {
             name: float(np.clip(round(float(angle)), *ends))
             for (name, ends), angle in zip(ANGLES.items(), angles, strict=True)

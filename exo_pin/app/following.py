@@ -75,7 +75,7 @@ class Following:
         self._changed, self._ends = threading.Event(), False
         #: Whether joint centres of the first design can be dragged.
         self.joints = False
-        self._drawn = dict[int, tuple[Scene, Asked]]()
+        self._drawn: dict[int, tuple[Scene, Asked]]
         self._beside: tuple[Asked, ...] | None = None
         self._scale: float | None = None
         self._whole, self._working = ThreadPoolExecutor(1, "exo_pin answers"), Future[None]()

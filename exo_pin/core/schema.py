@@ -36,7 +36,7 @@ _SUFFIXES = {
     "deg_s": "°/s", "deg": "°", "mm": "mm", "m": "m", "kg": "kg", "N": "N", "kPa": "kPa", "percent": "%", "W": "W",
     "rad": "rad", "s": "s", "Nm": "N m",
 }  # fmt: skip
-_SUFFIX = re.compile(rf"_({'|'.join(_SUFFIXES)})$")
+_SUFFIX = re.compile(rf"(?<!_per)_({'|'.join(_SUFFIXES)})$")
 #: Where the unit stands, if it is that of each number.
 _ELSEWHERE = re.compile(r"own unit|ends? in|in ``unit``|by name")
 _SHAPE = re.compile(r"[Ss]hape \([^)]*\)")

@@ -116,6 +116,17 @@ def reached_postures(
         return Postures(q, np.zeros(count, dtype=bool), np.zeros(count), np.ones(count, dtype=np.int8))
 
 
+def nearest_reached(device: ChainDevice, pose: Rotation) -> Rotation | None:
+    """Where the way of a device to a pose ends that turns the arm about fewer than three axes; None of others."""
+    from .turns.own_ways import lacks_turns, own_way  # here: few devices need it
+
+    model = device_model(device)
+    start = closed_at_rest(model)
+    if not lacks_turns(model, start):
+        return None
+    return Rotation.from_quat(own_way(model, start, pose.as_quat())[0][model.arm_q])
+
+
 def _undriven(model: DeviceModel) -> int:
     """Freedoms that leave the arm and all drives at rest."""
     if "undriven" not in model.kept:

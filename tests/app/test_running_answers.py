@@ -5,6 +5,7 @@ import multiprocessing
 import re
 import signal
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest import mock
 
@@ -12,8 +13,9 @@ import pytest
 from answers import changes, each_of
 
 import exo_pin as ep
-from exo_pin.app import pose_map, serving
+from exo_pin.app import following, pose_map, serving
 from exo_pin.app.asked import Asked
+from exo_pin.app.following import Shown
 from exo_pin.app.searching import Found, Search, look
 from exo_pin.core.errors import InvalidInput
 
@@ -108,7 +110,63 @@ def followed():
     return shown, [each.words for each in shown if isinstance(each, Found)]
 
 
-ASKED = {each.__name__: each for each in (served, searched, followed)}
+def pictures():
+    """What is drawn of one question after the other, in which scene and to which scale, and what is answered."""
+    told, done, before = [], threading.Event(), {*threading.enumerate()}
+
+    class Scene:
+        def __init__(self, exo, human=True, metres_per_newton=None):
+            told.append(["scene", exo.name, human, metres_per_newton])
+            self.exo, self.metres_per_newton = exo, {"four-cables": 0.005, "prototype": 0.0005}.get(exo.name, 0.002)
+
+        def replace_exo(self, exo):
+            told.append(["another", self.exo.name, exo.name, exo.device.dimensions().get("A[1].radius_m")])
+            self.exo = exo
+
+        def show(self, pose, motion=None):
+            if pose.magnitude() > 2.0:
+                raise ZeroDivisionError
+            told.append(["pose", pose, motion is not None])
+
+        def offer(self, joints, hand):
+            told.append(["offered", [*joints], hand])
+
+    def answer(asked, moving=False):
+        told.append(["asked", asked.name, moving])
+        return Shown(asked, moving=moving)
+
+    def show(place, shown):
+        if not shown.moving and place == len(asked) - 1:
+            done.set()
+
+    other, turned = replace(CABLES, design="prototype"), replace(CABLES, flexion=40.0)
+    found = {}
+    with (
+        mock.patch.object(following, "Scene", Scene), mock.patch.object(following, "answered", answer),
+        mock.patch.object(following, "_RESTS", 0.01),
+    ):  # fmt: skip
+        asked, worker = (), following.Following(show, lambda place, scene: told.append(["new", place, scene.exo.name]))
+        for name, asked in {
+            "one": (CABLES,), "turned": (turned,), "another": (other,), "none": (replace(CABLES, design="nothing"),),
+            "changed": (CABLES.changed("A[1].radius_mm", 260.0),), "heavier": (replace(CABLES, mass=90.0),),
+            "joints": (CABLES,), "moving": (replace(CABLES, angular_velocity=(1.0, 0.0, 0.0)),), "two": (CABLES, other),
+            "two turned": (turned, other), "two changed": (turned.changed("A[1].radius_mm", 260.0), other),
+            "anew": (CABLES, other), "one wrong": (CABLES, replace(CABLES, design="nothing")), "alone": (CABLES,),
+            "fault": (replace(CABLES, flexion=140.0),), "after it": (turned,),
+        }.items():  # fmt: skip
+            if name != "one":
+                worker.joints = name in ("joints", "two")
+            if name == "anew":
+                worker.draw_anew()
+            done.clear()
+            worker.ask(*asked)
+            assert done.wait(60.0)
+            found[name], told = told, []
+        worker.close(wait=True)
+    return found, told, len({*threading.enumerate()} - before)
+
+
+ASKED = {each.__name__: each for each in (served, searched, followed, pictures)}
 
 
 @pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")

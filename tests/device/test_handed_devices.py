@@ -1,6 +1,7 @@
 """A device that is written in any format, with its device file beside it, is read as the same device."""
 
 import os
+import re
 
 import numpy as np
 import pytest
@@ -218,6 +219,27 @@ def test_a_torso_that_leans_has_its_gravity_in_every_format(form, tmp_path):
         np.testing.assert_allclose(again.device.gravity, leaning, atol=1e-12)
         np.testing.assert_allclose(again.chain.model.gravity.linear, leaning, atol=1e-12)
         assert ("the direction of gravity" in exported.beside) == (form == ".sdf")
+
+
+def test_an_endless_hinge_that_rests_elsewhere_is_read_back_from_an_sdf_with_its_zero(tmp_path):
+    text = (URDF / "serial-y-x-z.urdf").read_text(encoding="utf-8")
+    at, (same, turned) = text.index('<joint name="flexion"'), ('xyz="0.0 0.0 0.0" /', 'xyz="0 0 0" rpy="0 0.4 0" /')
+    endless = text[:at] + text[at:].replace("revolute", "continuous", 1).replace(same, turned, 1)
+    for file in URDF.glob("serial-y-x-z.*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "serial-y-x-z.urdf").write_text(endless, encoding="utf-8")
+    exo = ep.load(tmp_path / "serial-y-x-z.urdf")
+    exported = exo.export(tmp_path / "other.sdf")
+    assert not exported.lost
+    one, other = (own.chain.placements(own.chain.neutral()) for own in (exo, ep.load(exported[0])))
+    for name in ("arm", "link_1", "frame"):
+        np.testing.assert_allclose(other[name].homogeneous, one[name].homogeneous, atol=1e-9)
+    beside = tmp_path / "other.device.toml"
+    for key in ("zero", "coordinates"):
+        text = re.sub(rf"(name = \"flexion\"\n){key} = \[", r"\g<0>0.0, ", beside.read_text(encoding="utf-8"))
+        (tmp_path / "wrong.device.toml").write_text(text, encoding="utf-8")
+        with pytest.raises(ep.InvalidInput, match="expected 1 coordinates of joint 'flexion', got 3"):
+            ep.load(tmp_path / "wrong.device.toml")
 
 
 def test_limbs_without_thickness_and_a_least_tension_are_read_back_from_an_mjcf(tmp_path):

@@ -143,14 +143,16 @@ def forces():
     )
 
 
-def fit(count, spread, gap=0.0, near=1.0, **known):
+def fit(count, spread, gap=0.0, near=1.0, waves=9.0, **known):
     """Every seventh sample of a fit, of a wave that is read with some noise at uneven times."""
     rng = np.random.default_rng(count)
     x = np.arange(float(count)) + rng.uniform(-0.2, 0.2, count)
     x[count // 3 :] += gap
     x[3] = x[2] + near * (x[3] - x[2])
     x = (x - x[0]) * (count - 1) / (x[-1] - x[0])
-    y = np.stack([np.sin(9.0 * x / count), np.cos(5.0 * x / count) ** 3], axis=1) + spread * rng.normal(size=(count, 2))
+    y = np.stack([np.sin(waves * x / count), np.cos(5.0 * x / count) ** 3], axis=1) + spread * rng.normal(
+        size=(count, 2)
+    )
     found = fit_samples(x, y, **({"components": 2} | known))
     return found.values[:, ::7], found.noise, found.covariance[::7], found.penalty, found.roughness(0.3)
 
@@ -169,6 +171,7 @@ def fits():
         "no noise": fit(47, 0.02, noise=0.0),
         "from rest": [np.round(part, 3) for part in fit(60, 0.05, rest=True)[:3]],
         "with a gap": fit(60, 0.03, gap=9.0),
+        "steep with a gap": fit(40, 1e-4, gap=9.0, waves=40.0),
         "two at once": fit(60, 0.03, near=0.2),
         "almost the same time": fit(60, 0.03, near=1e-7),
     }

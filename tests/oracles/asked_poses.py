@@ -90,8 +90,15 @@ def branches():
     far = reach.copy()
     far.translation += np.array([2.0, 0.0, 0.0])
     known = limited.with_tolerance(1e-5)
-    left = five_bar().q + np.array([0.2, 0.0, 0.0, 0.0])
+    left, three = five_bar().q + np.array([0.2, 0.0, 0.0, 0.0]), planar_3rrr()
+
+    def from_afar(seed):
+        """Closed from where it takes six or more new starts, each of its angles in one turn."""
+        start = three.q + np.random.default_rng(seed).uniform(-3.0, 3.0, len(three.q))
+        return np.mod(three.chain().close(start) + 1e-7, 2 * np.pi)
+
     return all_tried(
+        from_afar=lambda: [from_afar(seed) for seed in (12, 40)],
         start=lambda: [start, other],
         held=lambda: [chain.close(turned, hold=["crank"]), chain.close(turned, hold="crank")],
         held_other=lambda: chain.close([2.2, *other[1:]], hold=["crank"]),
@@ -166,8 +173,10 @@ def assembled():
             str(found).split(" from ")[0],
         ]
 
-    few = {"starts": 3}
+    few, loop = {"starts": 3}, random_loop("revolute")
     return all_tried(
+        # How many of the starts lead to each, of which most get stuck on the way.
+        hits=lambda: loop.chain().assemblies(["left_0_joint", "left_1_joint"], loop.q, starts=96).hits.tolist(),
         crank=lambda: of(chain, ["crank"], start),
         frame=lambda: of(chain, "crank", start, frame="rocker", seed=4),
         rocker=lambda: of(chain, ["rocker"], start, seed=2),

@@ -2,6 +2,7 @@
 
 import numpy as np
 from descriptions import numbers
+from matplotlib import rcParams
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
@@ -38,6 +39,9 @@ def figure_description(figure):
     found = {"size": numbers([figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi])} if (
         figure.get_figure(root=True) is figure
     ) else {}  # fmt: skip
+    own = {name: getattr(figure.subplotpars, name) for name in ("left", "right", "bottom", "top", "wspace", "hspace")}
+    if any(value != rcParams[f"figure.subplot.{name}"] for name, value in own.items()):
+        found["subplots"] = numbers([*own.values()])
     for name in ("suptitle", "supxlabel"):
         text = getattr(figure, f"_{name}", None)
         if text is not None:

@@ -1,5 +1,6 @@
 """Every sort of figure, small: what their stored descriptions are made from."""
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -165,6 +166,12 @@ def driven(name, fault=None, controller="model"):
     return ep.load(name).track("abduction", controller, duration=0.4, **faults).plot()
 
 
+def both():
+    """Three limbs with muscles and one with a motor."""
+    exo = ep.load("four-muscle-cables")
+    return exo.replace(limbs=[*exo.limbs[:3], ep.load("four-cables").limbs[3]])
+
+
 def loop():
     names = ("time_s", "wanted_mm", "contraction_mm", "pressure_bar", "duty")
     return plot_motion({name: np.arange(5.0) + k for k, name in enumerate(names)})
@@ -219,6 +226,14 @@ def force_map(exo, **options):
 def postures(exo, *angles):
     flexion, abduction = np.transpose(angles)
     return plots.posture_drawing(exo, exo.pose(flexion, abduction), [f"posture {k}" for k in range(len(angles))])
+
+
+def thick():
+    """A robot of which one link alone has a shape, which is thicker than lines are drawn."""
+    chain = ep.load(URDF / "serial-y-x-z.urdf").chain
+    shape = next(each for each in chain.description.shapes if each.frame == "link_2")
+    description = replace(chain.description, shapes=(replace(shape, size=(0.06, *shape.size[1:])),))
+    return ep.ShoulderExo.from_chain(ep.ClosedChain(chain.model, description)).worn_by(MAN)
 
 
 #: Figures by name.
@@ -280,12 +295,14 @@ FIGURES = {
     "postures_serial": lambda: postures(robot("serial-y-x-z"), (40, 20), (0, 110)),
     "postures_spring": lambda: postures(robot("spring-support"), (50, 0), (0, 70)),
     "postures_parallel": lambda: postures(robot("3rps-passive-ball"), (40, 20)),
+    "postures_thick": lambda: postures(thick(), (40, 20)),
     "postures_nobody": lambda: postures(ep.load(URDF / "nesm.urdf"), (30, 0)),
     "muscle_map": lambda: plots.plot_force_map(muscle.muscle_model("best"), muscle.steady_states()),
     "muscle_map_short": lambda: plots.plot_force_map(muscle.muscle_model("best", 0.15)),
     "muscle_loop": loop,
     "tracking": lambda: driven("four-cables", "torn"),
     "tracking_muscles": lambda: driven("prototype"),
+    "tracking_both": lambda: both().track("abduction", duration=0.1).plot(),
     "tasks": lambda: plots.task_status_figure({"mouth": [1, 1, 0, 1], "hair": [0, 1, 0, 0]}),
     "tasks_timed": lambda: plots.task_status_figure({"mouth": [1, 0, 1]}, {"mouth": [2.0, 3.0, 6.0]}),
     "elbows": elbows,

@@ -111,9 +111,15 @@ def exchanged():
     return scene
 
 
+def wide():
+    """A device that is wider than what a page shows of a person."""
+    exo = ep.load("prototype")
+    return exo.replace(geometry=exo.geometry.replace(r_A=0.9))
+
+
 def person(name, *angles, side="left", options=None, **query):
     wearer = ep.Person(1.75, 75, "male", elbow_flexion=20, degrees=True)
-    exo = ep.load(name, side=side)
+    exo = name if isinstance(name, ep.ShoulderExo) else ep.load(name, side=side)
     return shown(exo, *angles, view={"human": None, "person": wearer} | (options or {}), **query)
 
 
@@ -181,6 +187,7 @@ PERSONS = {
     "person": lambda: person("four-cables", 30, 40),
     "person_right": lambda: person("prototype", 60, 30, side="right"),
     "person_alone": lambda: person("four-cables", 20, 60, options={"device": False}),
+    "person_alone_beyond": lambda: person(wide(), 20, 30, 150, options={"device": False}),
     "person_unseen": lambda: person("four-cables", 30, 40, options={"human": False}),
     "person_beyond": lambda: person("four-cables", 20, 30, 150),
     "person_robot": lambda: person(URDF / "spring-support.urdf", 50, 20),

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 
 import pytest
 from places import page
@@ -28,7 +29,7 @@ class _Quick:
         asked = json.loads(body)
         if asked["sample"] is None:
             return 200, b"{}"
-        return 200, json.dumps({"seq": asked["seq"]}).encode()
+        return 200, json.dumps({"seq": asked["seq"], "delay": asked["delay"]}).encode()
 
 
 def test_a_reader_that_stalls_loses_old_answers_and_holds_up_nobody():
@@ -91,7 +92,7 @@ def test_a_sample_that_no_process_has_time_for_is_answered_by_saying_so():
     assert (told["status"], told["kind"], told["detail"]) == (503, "Busy", "64 questions wait: try again")
 
 
-def test_a_sample_gives_way_to_a_newer_one_while_one_is_answered():
+def test_a_sample_gives_way_to_a_newer_one_while_one_is_answered(monkeypatch):
     async def crowd():
         sent, free = [], asyncio.Event()
 
@@ -108,6 +109,8 @@ def test_a_sample_gives_way_to_a_newer_one_while_one_is_answered():
         await stream.open(Opening({}))
         free.clear()
         for number in (0, 1, 2, 5, 4):
+            # The first came at once, the others a quarter of a second later than they were made.
+            monkeypatch.setattr(time, "monotonic", lambda k=number: 7.0 + 0.01 * k + 0.25 * (k > 0))
             stream.take(json.dumps({"t": 0.01 * number, "seq": number}))
             await asyncio.sleep(0)
             await asyncio.sleep(0)
@@ -121,6 +124,7 @@ def test_a_sample_gives_way_to_a_newer_one_while_one_is_answered():
     assert (first["seq"], second["seq"]) == (0, 5)
     assert (first["skipped"], first["lost"], first["late"]) == (2, [[3, 4]], [4])
     assert (second["skipped"], second["lost"], second["late"]) == (0, [], [])
+    assert (first["delay"], second["delay"]) == pytest.approx((0.0, 0.25), abs=1e-3)
 
 
 def free_port():

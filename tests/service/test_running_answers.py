@@ -18,6 +18,7 @@ pytest.importorskip("uvicorn", reason="needs the extra service")
 import uvicorn
 
 from exo_pin.service import workers
+from exo_pin.service.application import application
 from exo_pin.service.live import Live
 
 TOKEN = "0123456789abcdef"
@@ -196,7 +197,37 @@ def datagrams():
     return found, left, set(slept), asyncio.run(Live(Quick(), ServiceOptions()).listen())
 
 
-ASKED = {each.__name__: each for each in (prepared, served, websockets, datagrams)}
+def begun():
+    """Whether the port for datagrams is taken before the service begins, while it runs, and when it has ended."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+
+    def is_taken():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as own:
+            try:
+                own.bind(("127.0.0.1", port))
+            except OSError:
+                return True
+            return False
+
+    async def run(options, live):
+        events, sent, made = asyncio.Queue(), asyncio.Queue(), Quick()
+        app = application(made, options, Live(made, options) if live else None)
+        serving = asyncio.create_task(app({"type": "lifespan"}, events.get, sent.put))
+        found = [is_taken()]
+        for event in ("startup", "shutdown"):
+            await events.put({"type": f"lifespan.{event}"})
+            found += [(await asyncio.wait_for(sent.get(), 30.0))["type"], is_taken()]
+            await asyncio.sleep(0.01)
+        await serving
+        return [*found, is_taken()]
+
+    given = ServiceOptions(udp=port)
+    return [asyncio.run(run(*each)) for each in ((given, True), (given, False), (ServiceOptions(), True))]
+
+
+ASKED = {each.__name__: each for each in (prepared, served, websockets, datagrams, begun)}
 
 
 @each_of(ASKED, ASKED)

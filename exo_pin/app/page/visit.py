@@ -194,7 +194,7 @@ class Visit:
     def _build_device(self) -> None:
         with card("device"):
             tag("h2", "Device")
-            self._designs = {name: name for name in dict.fromkeys([self._asked.design, *presets()])}
+            self._designs = {name: name for name in (self._asked.design, *presets())}
             with ui.element("div").classes("fields"):
                 self._design = choice("Design", self._designs, self._asked.design, self._choose_design).classes("wide")
                 sides = {side: side for side in ("left", "right")}

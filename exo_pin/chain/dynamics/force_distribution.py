@@ -244,7 +244,11 @@ def interval(distribution: ForceDistribution, constant: float, effect: FloatArra
     C, c, _ = distribution.limits
     ends = []
     for sign in (1.0, -1.0):
-        found = scipy.optimize.linprog(sign * slope, A_ub=C, b_ub=c, bounds=(None, None), method="highs")
+        # HiGHS's presolve takes bounds that meet but for rounding for a contradiction.
+        options = {"presolve": False}
+        found = scipy.optimize.linprog(
+            sign * slope, A_ub=C, b_ub=c, bounds=(None, None), method="highs", options=options
+        )
         if found.status == 3:
             ends.append(-sign * np.inf)
         elif found.status == 0:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice
 from ..structure.chain_state import ChainState
 from ..structure.closures import Closure
@@ -161,12 +162,25 @@ def motion(model: pin.Model, index: int, q: FloatArray) -> pin.SE3:
     """What a joint does at its coordinates, as a placement of its child."""
     whole, data = pin.neutral(model), model.createData()
     own = q_slice(model, index)
-    if len(q) == 2 and own.stop - own.start == 1:
-        # An endless hinge with cosine and sine, which a file gives one number.
-        q = np.array([np.arctan2(q[1], q[0])])
-    whole[own] = q
+    whole[own] = as_read(model, index, q)
     pin.forwardKinematics(model, data, whole)
     return model.jointPlacements[index].inverse() * data.liMi[index]
+
+
+def as_read(model: pin.Model, index: int, q: FloatArray) -> FloatArray:
+    """Coordinates of a joint, which is read as ``index``: an endless hinge with cosine and sine may have one number.
+
+    Raises
+    ------
+    InvalidInput
+        If it has another number of coordinates.
+    """
+    count = model.nqs[index]
+    if len(q) == 2 and count == 1:
+        return np.array([np.arctan2(q[1], q[0])])
+    if len(q) != count:
+        raise InvalidInput(f"expected {count} coordinates of joint {model.names[index]!r}, got {len(q)}")
+    return q
 
 
 def _body(numbers: tuple[float, ...]) -> pin.Inertia:

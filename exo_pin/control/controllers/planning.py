@@ -30,6 +30,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_real, as_rotation, as_single_rotation, require_type
 from ...design import Mechanism
+from ...device.turns.own_ways import lacks_turns, turns_of
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...reaction.holding import least_held_forces
@@ -256,12 +257,14 @@ class DevicePlanner:
         self._plant = plant
         self._of = DeviceEquations(plant.mechanism.as_chain(), plant.drives, plant.tables)
         self._q: FloatArray | None = None
+        self._lacks = False
 
     def _at(self, pose: Rotation) -> FloatArray:
         """The closed configuration in a pose."""
         own = self._of
         if self._q is None:
             self._q = own.configuration(pose)
+            self._lacks = lacks_turns(own.model, self._q)
         q = self._q.copy()
         q[own.model.arm_q] = pose.as_quat()
         if own.state.row_count:
@@ -312,10 +315,12 @@ class DevicePlanner:
         left = open_tree(own.state, q, v, a, None)
         own.coordinates(q)
         P, (springs, _) = own.columns(), own.springs(q)
-        turns = own.following(q, np.eye(3))
+        # Moments about axes that the loops hold need no drive.
+        can = turns_of(own.model, q) if self._lacks else np.eye(3)
+        turns = own.following(q, can) @ can.T
         moment = turns.T @ (left - springs)
         if load is not None:
-            moment = moment - R.T @ load_at_shoulder(load, R)[1]
+            moment = moment - can @ (can.T @ (R.T @ load_at_shoulder(load, R)[1]))
         arms = turns.T @ P
         # Shares of the limits; a drive without any counts by newtons or newton metres.
         size = np.maximum(np.maximum(np.abs(least), np.abs(greatest)), 1e-6)

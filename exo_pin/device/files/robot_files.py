@@ -42,7 +42,7 @@ from ...chain import ClosedChain, Roles
 from ...chain.formats.closures_file import closure_values, joint_values, read_closure, read_joint, read_roles
 from ...chain.formats.joint_data import FIELDS
 from ...chain.formats.mjcf.mjcf_reading import read_mjcf
-from ...chain.formats.restated import JointRestated, Restated, restored
+from ...chain.formats.restated import JointRestated, Restated, as_read, restored
 from ...chain.formats.sdf.sdf_reading import read_sdf
 from ...chain.structure.description import Closures
 from ...core.conventions import GRAVITY
@@ -127,7 +127,7 @@ def _read(robot: str | PathLike[str], table: TomlTable, leave_out: Iterable[str]
         chain = ClosedChain(model, description)
         q = chain.neutral()
         for name, values in rest.items():
-            q[chain.configuration_slice(name)] = values
+            q[chain.configuration_slice(name)] = as_read(model, model.getJointId(name), np.asarray(values))
         model.referenceConfigurations["qpos0"] = q
     return ClosedChain(model, description)
 

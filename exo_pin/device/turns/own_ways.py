@@ -18,23 +18,38 @@ from ..balance.device_state import NONE
 from ..device_model import DeviceModel
 from .idle_joints import CLOSED, CORRECTIONS, JUMP
 
-__all__ = ["lacks_turns", "own_way"]
+__all__ = ["lacks_turns", "own_way", "turns_of"]
 
 #: Longest step and shortest, rad and characteristic lengths, and most steps.
 _LONGEST, _SHORTEST, _STEPS = 0.2, 1e-5, 200
 #: Change of the smallest singular value of the loops per rad of motion, of rows and coordinates that are scaled.
 _STEADY = 2.0
+#: Step to a configuration beside another one, in each motion, rad and characteristic lengths.
+_BESIDE = 0.02
 #: Turn that is rounding, rad; part of the turn that is left which the device must be able to make.
 _THERE, _NEARER = 1e-9, 0.02
 
 
 def lacks_turns(model: DeviceModel, start: FloatArray) -> bool:
-    """Whether a device turns the arm about fewer than three axes at a configuration."""
-    return int((np.linalg.svd(_motions(model, start)[model.arm_v], compute_uv=False) > NONE).sum()) < 3
+    """Whether a device turns the arm about fewer than three axes, at a configuration and beside it.
+
+    One that does so there alone is singular, and has no assembly mode to follow.
+    """
+    if turns_of(model, start).shape[1] == 3:
+        return False
+    motions = _motions(model, start)
+    beside = _stepped(model, start, _BESIDE * model.held.topology.column * motions.sum(axis=1))
+    return beside is not None and turns_of(model, beside).shape[1] < 3
 
 
-def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> FloatArray | None:
-    """The configuration in a pose at the end of the device's own way, shape (nq,); None where it does not get there.
+def turns_of(model: DeviceModel, q: FloatArray) -> FloatArray:
+    """Turns of the arm that its loops allow, shape (3, k), orthonormal, arm frame."""
+    U, s, _ = np.linalg.svd(_motions(model, q)[model.arm_v], full_matrices=False)
+    return np.asarray(U[:, s > NONE])
+
+
+def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
+    """The end of the device's own way to a pose, shape (nq,), and whether that is the pose.
 
     Parameters
     ----------
@@ -59,13 +74,13 @@ def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> FloatArr
         step = min(step, _LONGEST, float(s[last]) / _STEADY if last >= 0 else _LONGEST)
         length = float(np.abs(move / state.topology.column).max(initial=0.0))
         if step < min(_SHORTEST, length) or np.linalg.norm(move[model.arm_v]) < _NEARER * size:
-            return None
+            break
         there = _stepped(model, q, min(1.0, step / length) * move)
         if there is not None and np.linalg.norm(_left(model, there, pose)) < size:
             q, step = there, 2.0 * step
         else:
             step *= 0.5
-    return None
+    return q, False
 
 
 def _motions(model: DeviceModel, q: FloatArray) -> FloatArray:
@@ -97,13 +112,13 @@ def _stepped(model: DeviceModel, q: FloatArray, move: FloatArray) -> FloatArray 
     return closed if apart <= JUMP * size + CLOSED else None
 
 
-def _placed(model: DeviceModel, q: FloatArray, pose: FloatArray) -> FloatArray | None:
-    """The closed configuration with the arm exactly in the pose."""
+def _placed(model: DeviceModel, q: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
+    """The closed configuration with the arm exactly in the pose, if there is one."""
     there = q.copy()
     there[model.arm_q] = pose
     try:
         closed = nearest_closed(model.held, there, model.fixed, CLOSED, CORRECTIONS)[0]
     except LoopNotClosed:
-        return None
+        return q, False
     closed[model.arm_q] = pose
-    return closed
+    return closed, True

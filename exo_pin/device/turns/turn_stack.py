@@ -257,7 +257,8 @@ def _own_ways(model: DeviceModel, stack: _Stack, why: NDArray[np.int8]) -> None:
     """Reach poses that no straight turn reaches, in place."""
     rows = np.flatnonzero(stack.share < 1.0)
     for k in track(rows, "poses of the device", stack.progress):
-        if (q := own_way(model, stack.start, stack.poses[k].as_quat())) is not None:
+        q, arrived = own_way(model, stack.start, stack.poses[k].as_quat())
+        if arrived:
             stack.q[k], stack.share[k], why[k] = q, 1.0, REACHED
 
 

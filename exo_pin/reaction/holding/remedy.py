@@ -34,6 +34,7 @@ from ...device.accuracy.pose_accuracy import pose_accuracy
 from ...device.chain_device import ChainDevice
 from ...device.device_model import device_model
 from ...device.parts.drives import Brake
+from ...device.postures import nearest_reached
 from ...device.protocol import Device
 from ...device.turns.idle_joints import beside, idle_net, undriven_joints
 from ...device.wrist_device import as_device
@@ -166,6 +167,11 @@ def _nearest_held(
     def held(turns: FloatArray) -> NDArray[np.bool_]:
         return fits(Rotation.from_rotvec(turns) * asked)
 
+    reached = nearest_reached(device, asked) if isinstance(device, ChainDevice) else None
+    if reached is not None:
+        # No pose of a search is one of the few that such a device reaches.
+        exact = (reached, pose_accuracy(device, reached).has_twin.item()) if fits(reached).item() else None
+        return _in_whole_degrees(fits, reached, asked, device) or exact
     angles = np.arange(_STEP, _REACH + 0.5 * _STEP, _STEP)
     for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
         turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])

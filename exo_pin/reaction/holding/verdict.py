@@ -89,10 +89,10 @@ def _of_pose(
     return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
 
 
-def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, lacking: str) -> str:
+def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, reasons: tuple[str, str]) -> str:
     total, held = status.size, int(check.can_hold.sum())
     counts = [int((status == name).sum()) for name in UNSOLVED]
-    unsolved = [(n, why) for n, why in zip(counts, ("the equilibrium could not be solved", lacking), strict=True) if n]
+    unsolved = [(n, why) for n, why in zip(counts, reasons, strict=True) if n]
     if not check.asked and not check.violated.any():
         text = f'It is not known which of {total} poses the device can hold: limits were left out (limits="none")'
         return "; ".join([text, *(f"{count} have no result, because {why}" for count, why in unsolved)]) + "."
@@ -272,9 +272,10 @@ def verdict_of(answer: Reaction) -> str:
     """See :attr:`exo_pin.Reaction.verdict`."""
     poses, check, status, unheld = answer.source.poses, answer.limits, answer.status, _unheld(answer)
     if status.ndim:
-        words = _of_stack(check, status, unheld, _lacking(answer))
+        why = _unsolved(answer)[(status == "not_solved").ravel()]
+        words = _of_stack(check, status, unheld, (" or ".join(sorted(set(why))), _lacking(answer)))
     elif status in UNSOLVED:
-        why = _lacking(answer) if status == "not_evaluated" else "its equilibrium could not be solved"
+        why = _lacking(answer) if status == "not_evaluated" else str(_unsolved(answer)[0])
         words = f"It is not known whether the device can hold this pose: {why}."
     else:
         axis = poses.weak_axis(0) if answer.equilibrium_status == "singular" else None
@@ -294,8 +295,18 @@ def row_verdicts(answer: Reaction) -> tuple[NDArray[np.object_], NDArray[np.obje
         own = replace(check, **{name: value[row] for name, value in arrays.items()})
         said = _of_pose(own, str(status[row]))
         why[row] = said.partition(": ")[2].rstrip(".") or said.partition(" (")[2].rstrip(").")
-    why[status == "not_solved"] = "its equilibrium could not be solved"
+    unsolved = status == "not_solved"
+    why[unsolved] = _unsolved(answer).reshape(status.shape)[unsolved]
     return words, why
+
+
+def _unsolved(answer: Reaction) -> NDArray[np.str_]:
+    """Why poses are not solved, shape (N,): loops that close there do not allow a motion; else unknown."""
+    placed, count = answer.source.poses.placed, answer.status.size
+    still = np.zeros(count, dtype=bool)
+    if placed is not None and answer.case.motion is not None:
+        still = placed.reached & placed.evaluated & np.isnan(placed.coordinates).any(axis=1)
+    return np.where(still, "the device cannot make this motion", "its equilibrium could not be solved")
 
 
 def _unheld(answer: Reaction) -> str:

@@ -22,7 +22,7 @@ from ...core.validation import as_positive
 @functools.cache
 def viewer_script() -> str:
     """Meshcat's viewer with three.js in it, as one script."""
-    return files("meshcat").joinpath("viewer", "dist", "main.min.js").read_text(encoding="utf-8")
+    return files("meshcat").joinpath("viewer", "dist", "main.min.js").read_bytes().decode()
 
 
 def live_page() -> str:

@@ -194,13 +194,12 @@ class DrawnLimbs(DrawnDevice):
             harness, cuff = ((0.0,) * 3, (0.0,) * 3) if self._offset is None else self._offset
             self._stage.set_transform(f"/meshcat/{ROOT}/harness", placement(1.0, harness))
             self._stage.set_transform(f"/meshcat/{ROOT}/cuff", placement(matrix, matrix @ cuff))
-        if self._muscles or self._cables:
-            geometry = self._mechanism.geometry
-            ends = list(zip(geometry.base_points, inverse_kinematics(geometry, pose).platform_points, strict=True))
-            for i in self._cables:
-                self._stage.set_transform(self._path("cables", i), segment(*ends[i], _CABLE_RADIUS))
-            for i, limb in enumerate(self._mechanism.limbs if self._muscles else ()):
-                self._place_muscle(i, limb, *ends[i])
+        geometry = self._mechanism.geometry
+        ends = list(zip(geometry.base_points, inverse_kinematics(geometry, pose).platform_points, strict=True))
+        for i in self._cables:
+            self._stage.set_transform(self._path("cables", i), segment(*ends[i], _CABLE_RADIUS))
+        for i, limb in enumerate(self._mechanism.limbs if self._muscles else ()):
+            self._place_muscle(i, limb, *ends[i])
         if self.parts is not None and not np.isnan(placed.q).any():
             self.parts.show(placed.q)
         return True

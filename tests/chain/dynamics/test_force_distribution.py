@@ -1,9 +1,11 @@
 """What bounds and objective choose, against exo.reaction's own programs and against trying every set of bounds."""
 
+import contextlib
 import dataclasses
 
 import numpy as np
 import pytest
+from asked_dynamics import loaded
 from closed_motion import wrist
 from exchanged_closures import turned
 from mechanisms import random_wrist
@@ -12,7 +14,7 @@ from self_stress import Open, lexicographic
 from skeletons import four_bar_skeleton
 
 import exo_pin as ep
-from exo_pin import InfeasibleForces, thesis_rotation
+from exo_pin import InfeasibleForces, SolverFailed, thesis_rotation
 from exo_pin.chain import PULL, PUSH, ClosedChain
 from exo_pin.wrist_chain import mechanism_urdf
 
@@ -189,3 +191,28 @@ def test_two_motors_of_a_four_bar_share_its_load_as_the_least_squares_of_their_t
     other = chain.inverse_dynamics(q, effort_bounds={"A": wrong}, objective="efforts")
     assert other.effort("A")[0] == pytest.approx(0.0, abs=1e-7 * abs(alone))
     assert other.effort("B")[0] == pytest.approx(alone / rate, rel=1e-7)
+
+
+@pytest.mark.parametrize("share", [1e-12, 1e-9, 1e-7, 1e-3])
+def test_efforts_that_bounds_nearly_fix_are_within_their_intervals(share):
+    case = loaded("four-bar")
+    chain, names = case.chain, list(case.chain.model.names)[1:]
+    own = chain.inverse_dynamics(case.q, case.v, case.a, actuated=names).tau
+    bounds = {name: (tau, tau + 2.0 * share * abs(tau)) for name, tau in zip(names, own, strict=True)}
+    found = chain.inverse_dynamics(case.q, case.v, case.a, actuated=names, effort_bounds=bounds)
+    for name, tau in zip(names, own, strict=True):
+        low, high = found.effort_interval(name)[0]
+        assert low - 1e-6 <= tau <= high + 1e-6
+        assert high - low <= 2.0 * share * abs(tau) + 1e-6
+
+
+def test_intervals_within_bounds_a_billion_times_the_forces_are_solved_or_refused():
+    case = loaded("four-bar")
+    chain, names = case.chain, list(case.chain.model.names)[1:]
+    own = chain.inverse_dynamics(case.q, case.v, case.a, actuated=names)
+    bounds = dict.fromkeys(names, (-1e12, 1e12)) | {names[1]: (own.tau[1], own.tau[1])}
+    found = chain.inverse_dynamics(case.q, case.v, case.a, actuated=names, effort_bounds=bounds)
+    for name in names:
+        with contextlib.suppress(SolverFailed):
+            low, high = found.effort_interval(name)[0]
+            assert low - 1e-3 <= found.effort(name)[0] <= high + 1e-3

@@ -57,6 +57,12 @@ def slipped_coarse(factor):
     return identify_static(*states, 0.3, powers=((2, 1), (0, 1), (0, 0))).suspects
 
 
+def slipped_little(factor):
+    """Which of the states of nearly a plane are left out, of which one has another force."""
+    x, p, f = plane(off=1e-3)
+    return find_region(x, p, f * slipped(n12=factor), 0.3, powers=((1, 1), (0, 1), (0, 0))).outliers
+
+
 def told(fit):
     return fit.names, fit.coefficients, fit.cautions, fit.diameters, fit.rounding, fit.region and fit.region.misfit
 
@@ -87,6 +93,9 @@ def asked_of_fits():
         few=lambda: states(among=STATES.select(np.arange(25) < 6)),
         seven=lambda: states(among=STATES.select(np.arange(25) < 7)).suspects,
         few_of_region=lambda: told(states(among=STATES.select(np.arange(25) < 8), select="region")),
+        least_of_region=lambda: [
+            states(among=STATES.select(np.arange(25) < count), select="region").region for count in (8, 9)
+        ],
         twice=lambda: states(powers=((1, 1), (0, 1), (1, 1))),
         no_powers=lambda: states(powers=()),
         select=lambda: states(select="some"),
@@ -115,6 +124,7 @@ def asked_of_regions():
             region(slipped(66, **slip))
             for slip in ({"n40": 1.3}, {"n25": 0.7, "n41": 1.25}, {"n62": 1.4, "n41": 1.3}, {"n60": 1.06})
         ],
+        little=lambda: [slipped_little(factor) for factor in (1.03, 1.06, 1.2)],
         no_line=lambda: region(slipped(66, n28=0.6)).margin,
         short=lambda: region(powers=((1, 1), (0, 1), (0, 0))),
         dropped=lambda: [find_region(*dropped(slope), 0.3).misfit for slope in (900.0, 790.0, 750.0)],
@@ -148,6 +158,7 @@ def asked_of_doubts():
         "tube": tried(lambda v: doubts(tube=v), -0.61, -0.59, 0.98, 1.02),
         "slender": tried(lambda v: doubts(None, area=v), 0.1, 30.0, 200.0),
         "long": tried(lambda v: doubts(None, length=v), 0.079, 0.081, 1.99, 2.01),
+        "top_unit": tried(lambda v: doubts(None, top=v, area=0.018), 110.0, 137.0),
         "noisy_area": tried(lambda v: doubts(area=v, off=0.02), 16.87, 16.89),
         "noisy_tube": tried(lambda v: doubts(tube=v, off=0.01), -0.6814, -0.6801, 1.1117, 1.1131),
         "scatter": tried(lambda v: doubts(area=7.0, off=v, end=0.2), 0.09, 0.13),

@@ -104,4 +104,4 @@ def test_not_found_is_not_known(monkeypatch):
     assert not answer.limits.violated
     stack = ep.shoulder_rotation([69.46138506606732, 69.46138506606732], 9.49611787188846, 0, degrees=True)
     verdict = exo.reaction(stack, None, load, "elastic").verdict
-    assert verdict == "2 of 2 poses: not known, because the equilibrium could not be solved."
+    assert verdict == "2 of 2 poses: not known, because its equilibrium could not be solved."

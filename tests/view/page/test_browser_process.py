@@ -49,6 +49,24 @@ def program(folder, text):
     return str(path)
 
 
+#: Writes the picture that is asked for.
+DRAW = """for each in "$@"; do case "$each" in --screenshot=*) printf picture > "${each#*=}";; esac; done"""
+
+
+def test_a_browser_is_asked_again_until_it_has_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    tells = f'echo "$@" >> {tmp_path}/asked; echo \'<body data-state="drawn">\''
+    found = program(tmp_path, f"{tells}\nif [ $(wc -l < {tmp_path}/asked) -eq 2 ]; then {DRAW}; fi")
+    assert still_picture(PAGE, (120, 80), found, pixel_ratio=2.0) == b"picture"
+    first, second = (tmp_path / "asked").read_text().splitlines()
+    assert first == second
+    assert "--window-size=120,80 --force-device-scale-factor=2 " in first
+    assert first.endswith("/scene.html#still")
+    # A picture of a page that does not say that it has drawn may be of anything.
+    with pytest.raises(BrowserFailed, match="ended with status 3"):
+        still_picture(PAGE, (120, 80), program(tmp_path, f"{DRAW}\nexit 3"))
+
+
 def test_failing_browser_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     for text, reason in (

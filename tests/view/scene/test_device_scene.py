@@ -3,8 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from drawn_scenes import APART
+from parallelogram_supports import parallelogram_support
 from places import URDF
-from scenes import commands, panel, place
+from scenes import commands, panel, place, placements
 
 import exo_pin as ep
 from exo_pin.view import ChainScene, Scene
@@ -133,3 +135,16 @@ def drawn(scene):
 
 def notes(scene):
     return [note["text"] for note in panel(scene, "numbers")["notes"] if "drawn as if" in note["text"]]
+
+
+def test_a_device_apart_is_drawn_alike_whether_its_joints_or_the_arm_s_come_first():
+    first, last = [
+        parallelogram_support(3, order).view(human=False, metres_per_newton=SCALE)
+        for order in ("arm first", "arm last")
+    ]
+    for scene in (first, last):
+        scene.show(scene.exo.pose(20.0, 10.0, 5.0), centre_offset=APART, limits="none")
+    drawn, other = placements(first), placements(last)
+    assert drawn.keys() == other.keys()
+    for path, matrix in drawn.items():
+        assert other[path] == pytest.approx(matrix, abs=1e-9), path

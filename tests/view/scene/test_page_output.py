@@ -12,6 +12,7 @@ from scenes import pose
 from exo_pin.core import errors
 from exo_pin.view import Scene
 from exo_pin.view.page.browser import viewer_script
+from exo_pin.view.scene.page_output import viewpoint_of_points
 
 
 def test_a_used_port_moves_on(exo):
@@ -57,3 +58,20 @@ def test_playing_leaves_frames_out_where_drawing_is_slow(exo, monkeypatch):
     scene.play(pose(np.linspace(0.0, 10.0, 41), 0.0, 0.0), np.linspace(0.0, 0.2, 41))
     assert len(drawn) < 20
     assert drawn[-1].approx_equal(pose(10, 0, 0))
+
+
+@pytest.mark.parametrize("normal", [(0.6, 0.0, 0.8), (-0.8, 0.0, -0.6), (0.1, 0.9, -0.4), (0.0, 0.0, -1.0)])
+def test_a_flat_chain_is_looked_at_from_its_side(normal):
+    """Along the normal whose largest component is positive, a little from the right and from above."""
+    normal = np.array(normal) / np.linalg.norm(normal)
+    across = np.linalg.svd(normal[None])[2][1:]
+    points = np.array([[0.0, 0.0], [1.0, 0.1], [1.2, 0.9], [-0.2, 0.7], [0.4, 0.5]]) @ across + [0.1, 0.2, 0.3]
+    camera, target, extents = viewpoint_of_points(points, 1.5)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    assert target == pytest.approx(middle)
+    towards = normal * np.sign(normal[np.abs(normal).argmax()]) + [0.0, -0.15, 0.045]
+    towards /= np.linalg.norm(towards)
+    # A ball of that size and a third more fills a view of 32 degrees.
+    assert camera - target == pytest.approx(1.35 * 0.75 / np.sin(np.radians(16.0)) * towards)
+    aside = np.cross([0.0, 0.0, 1.0], towards)
+    assert extents[0] == pytest.approx(np.abs((points - middle) @ aside).max() / np.linalg.norm(aside) + 0.12 * 1.5)

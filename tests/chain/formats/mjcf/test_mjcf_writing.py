@@ -1,22 +1,41 @@
 """MuJoCo sees the tree and the loops that are written for it, and reads equalities as they are read here."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from closed_chains import CHAINS, off
+from exchanged_closures import exchanged
 from massive_chains import MASSIVE
 
 from exo_pin import LoopNotClosed
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Placement
 
 #: Closures that are written with a body of their own.
 HELPED = ("cylindrical", "universal", "prismatic")
 
 
-@pytest.fixture(params=MASSIVE)
+def grounded(kind, turned):
+    """A loop with its end b on the world instead of on a body, or its end a."""
+    chain, q = MASSIVE[f"loop-{kind}"]
+    (loop,) = chain.closures
+    own = pin.XYZQUATToSE3(np.array([*loop.placement_b.translation, *loop.placement_b.quaternion]))
+    there = pin.SE3ToXYZQUAT(chain.placement(q, loop.frame_b) * own).tolist()
+    loop = replace(loop, frame_b="universe", placement_b=Placement(tuple(there[:3]), tuple(there[3:])))
+    loop = exchanged(loop) if turned else loop
+    return ClosedChain(chain.model, replace(chain.description, closures=(loop,))), q
+
+
+CASES = MASSIVE | {
+    f"grounded-{kind}-{'ab'[turned]}": grounded(kind, turned) for kind in HELPED for turned in (False, True)
+}
+
+
+@pytest.fixture(params=CASES)
 def case(request):
-    return MASSIVE[request.param]
+    return CASES[request.param]
 
 
 class AsMujoco:
@@ -112,6 +131,14 @@ def test_mujoco_closes_the_same_loops(case, tmp_path):
     if not helped:
         motions = seen.velocity_map(q) @ chain.reduced_jacobian(q)
         np.testing.assert_allclose(J @ motions, 0.0, atol=1e-8 * max(1.0, np.abs(motions).max()))
+
+
+def test_a_body_that_is_written_in_parts_is_named_once_where_it_lacks_inertia(tmp_path):
+    chain, q = grounded("universal", True)
+    model = chain.model.copy()
+    model.inertias[model.getJointId("left_3_joint")] = pin.Inertia(1.0, np.zeros(3), np.zeros((3, 3)))
+    text = ClosedChain(model, chain.description).to_mjcf(tmp_path, q).read_text(encoding="utf-8")
+    assert "<!-- MuJoCo needs inertia everywhere; a millionth was added to left_3. -->" in text
 
 
 def test_an_open_loop_shows_the_same_gap_in_mujoco(tmp_path):

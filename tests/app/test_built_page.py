@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import json
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
@@ -157,6 +157,8 @@ def events(page):
         yield text, lambda text=text: page.drag(text)
     yield "shown", lambda: page.show(0, answered(BEGINS))
     yield "moving", lambda: page.show(0, answered(BEGINS, moving=True))
+    yield "elsewhere", lambda: page.show(0, answered(replace(BEGINS, flexion=50.0, abduction=70.0), moving=True))
+    yield "mapped there", lambda: page.map(0, {30.0: [40.0]})
     yield "wrong", lambda: page.show(0, answered(Asked(mass=1.0)))
     yield "nowhere", lambda: page.show(3, answered(BEGINS))
     yield "drawn", lambda: [page.draw(place, "…") for place in (0, 1)]
@@ -201,6 +203,7 @@ async def _built():
         started = said([each.args[1] for each in page.search.return_value.start.call_args_list])
         kept = Path(page.offered())
         there = kept.exists()
+        page.gone(True)
         page.visit.close()
         ends = [page.new()[0], there, kept.exists(), page.following.return_value.joints, [*page.visit.feeds]]
         # Where a given file is kept is anything.

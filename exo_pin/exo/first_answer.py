@@ -171,7 +171,8 @@ class _Lines:
         if limits.violated:
             return ("PROBABLY NOT." if limits.unknown else "NO, it cannot hold."), reason
         if self._is_cut_off():
-            return "NO WAY TO IT.", "It would hold here, but every way from rest passes a singular pose."
+            cut = "very way from rest passes a singular pose."
+            return "NO WAY TO IT.", f"It would hold here, but e{cut}" if limits.can_hold else f"E{cut}"
         if answer.source.poses.gaps.words:
             return "IT WOULD HOLD, but not as it is worn.", reason
         if limits.can_hold:

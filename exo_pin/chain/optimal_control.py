@@ -77,7 +77,7 @@ def action_model(
     require_type("chain", chain, ClosedChain)
     joints = tuple(independent)
     parts = [chain.configuration_slice(joint) for joint in joints]
-    if any(part.stop - part.start != 1 for part in parts) or len(chain.velocity_indices(joints)) != len(parts):
+    if any(part.stop - part.start != 1 for part in parts):
         raise InvalidInput(f"expected joints of one coordinate to lead, got {', '.join(joints)}")
     start = chain.close(q, hold=joints)
     # Raises where these joints do not determine the others.

@@ -108,7 +108,7 @@ def _device_kinematics(exo: Any, pose: options.Pose, files: Files) -> None:
     elif len(modes):
         header = ["joint", *(f"mode {k}" for k in range(1, 1 + min(len(modes), _MOST_MODES)))]
         parts.append("\n".join(aligned([header, *rows])))
-    seen = exo.accuracy(poses, twins=False)
+    seen = exo.accuracy(poses)
     parts.append(filled(str(seen)))
     files.deliver("\n\n".join(parts), data=lambda: joined(Kinematics, exo, modes=modes, accuracy=seen), exo=exo)
 
@@ -159,7 +159,7 @@ def _device_singularity(exo: Any, pose: options.Pose, files: Files) -> None:
         f"reactions that equilibrium does not determine                  {int(state.self_stresses):8d}",
     ]
     axis = describe_axis(state.lost_direction)
-    seen = filled(str(exo.accuracy(pose.of(exo), twins=False)))
+    seen = filled(str(exo.accuracy(pose.of(exo))))
     text = "\n\n".join([head, "\n".join(lines), f"The drives resist a moment least about {axis}.", seen])
     files.deliver(text, data=state.document, exo=exo)
 

@@ -215,7 +215,7 @@ def _deliver(model: StaticModel, columns: dict[str, FloatArray], digits: Sequenc
         lines.append("* outside the validity range of the model")
     files.deliver(
         "\n".join(lines),
-        columns=lambda: {name: np.ma.getdata(column) for name, column in columns.items()},
+        columns=lambda: columns,
         figure=lambda: plot_force_map(model),
     )
 

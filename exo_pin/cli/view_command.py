@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _FRAMES_A_SECOND = 30
 #: What --plot writes.
 _FILES = (".html", ".png")
+#: Duration of a motion, s, and size of a picture, where they are not said.
+_SECONDS, _PIXELS = 3.0, "1280x800"
 
 
 def view(
@@ -42,14 +44,14 @@ def view(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     to: Annotated[str | None, options.called("F,A,I")] = None,
-    seconds: options.Seconds = 3.0,
+    seconds: options.Seconds = _SECONDS,
     set: options.Joints = (),
     worn: options.Worn = options.Worn(),
     limbs: Annotated[str, Parameter(choices=tuple(LIMB_STYLES))] = "rods",
     mannequin: bool = False,
     no_human: bool = False,
     scale: options.Newtons | None = None,
-    size: Annotated[str, options.called("WxH")] = "1280x800",
+    size: Annotated[str, options.called("WxH")] = _PIXELS,
     port: Annotated[int | None, options.called("N")] = None,
     open: bool = False,
     plot: Annotated[
@@ -90,6 +92,15 @@ def view(
     exo-pin view four-cables --person 1.75,75,male --flexion 60 --open
     exo-pin view four-cables --to 90,0,0 --plot lift.html
     """
+    is_picture = plot is not None and plot.suffix.lower() == ".png"
+    if to is None:
+        options.refuse("--to was not given", seconds=None if seconds == _SECONDS else seconds)
+    if is_picture:
+        options.refuse("a picture shows one pose", to=to)
+    else:
+        options.refuse("no picture is drawn", size=None if size == _PIXELS else size)
+    if plot is not None:
+        options.refuse("--plot writes a file and serves no page", port=port, open=open)
     exo, pixels = worn.load(design, side), _size(size)
     scene: Scene | ChainScene
     path: _Path | None = None
@@ -97,12 +108,13 @@ def view(
         if exo.wrist is not None:
             raise InvalidInput("--set is for robots that are not wrists: give a wrist's pose by --flexion and so on")
         why = f"{exo.name} is drawn by its joints, without person and forces: give them by --set"
-        options.refuse(why, **options.given(pose), scale=scale, to=to, person=worn.person)
+        style = None if limbs == "rods" else limbs
+        options.refuse(why, **options.given(pose), scale=scale, to=to, person=worn.person, limbs=style)
         scene = ChainScene(exo.chain, exo.urdf)
         scene.move({joint: value for joint, value, _ in map(joint_value, set)})
         said = [f"{exo.name}: drawn as a closed chain, without forces", *scene.messages]
     else:
-        if plot is not None and plot.suffix.lower() == ".png":
+        if is_picture:
             find_browser()  # a missing one is told before anything is drawn
         drawn = worn.person is not None and not mannequin and not no_human
         looks: dict[str, Any] = {}
@@ -122,7 +134,7 @@ def view(
     if plot is None:
         _serve(scene, path, said, port, open)
         return
-    if plot.suffix.lower() == ".png":
+    if is_picture:
         page, ratio = pixels
         scene.save_png(plot, page, pixel_ratio=ratio)
     elif path is None:

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.optional_packages import optional
 from ..core.validation import FloatArray, as_positive
 from .controllers.planning import planner_of
@@ -98,7 +100,10 @@ class ShoulderEnv(_Env):
     ) -> None:
         self.plant = Plant(exo, options, wearer=wearer, payloads=payloads)
         self.duration, self.rate = as_positive("duration", duration), as_positive("rate", rate)
+        if not callable(reference):
+            raise InvalidInput(f"expected a Reference, or a function that draws one, got {echo(reference)}")
         self._given = reference
+        self.state: Any = None
         self.run: Run | None = None
         self._plans = planner_of(self.plant)
         n = self.plant.count
@@ -139,6 +144,8 @@ class ShoulderEnv(_Env):
         True
         """
         super().reset(seed=seed)
+        if options:
+            raise InvalidInput(f"expected no options of reset, got {', '.join(map(echo, options))}")
         draws = not hasattr(self._given, "duration")
         given: Any = self._given
         self.reference: Any = given(self.np_random) if draws else given
@@ -171,6 +178,8 @@ class ShoulderEnv(_Env):
         >>> sorted(env.step(np.full(4, 0.1))[4]), env.run.status
         (['F_s', 'error'], 'completed')
         """
+        if self.state is None:
+            raise InvalidInput("expected reset() before the first step")
         run = self.run = self.plant.simulate(lambda t, seen: action, 1.0 / self.rate, self.state, self.rate)
         self.state = run.state(float(run.times[-1]))
         seen = self._seen(run.lengths[-1], run.length_rates[-1])

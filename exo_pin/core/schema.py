@@ -36,7 +36,7 @@ _SUFFIXES = {
     "deg_s": "°/s", "deg": "°", "mm": "mm", "m": "m", "kg": "kg", "N": "N", "kPa": "kPa", "percent": "%", "W": "W",
     "rad": "rad", "s": "s", "Nm": "N m",
 }  # fmt: skip
-_SUFFIX = re.compile(rf"_({'|'.join(_SUFFIXES)})$")
+_SUFFIX = re.compile(rf"(?<!_per)_({'|'.join(_SUFFIXES)})$")
 #: Where the unit stands, if it is that of each number.
 _ELSEWHERE = re.compile(r"own unit|ends? in|in ``unit``|by name")
 _SHAPE = re.compile(r"[Ss]hape \([^)]*\)")
@@ -280,7 +280,7 @@ def _json_type(hint: Any) -> Any:
     origin, inner = get_origin(hint), get_args(hint)
     if hint is np.ndarray or origin is np.ndarray:
         kinds = {"b": "Flags", "U": "Texts", "O": "Texts"}
-        dtype = get_args(inner[1])[0] if len(inner) > 1 and get_args(inner[1]) else float
+        dtype = get_args(inner[1])[0] if inner and get_args(inner[1]) else float
         return _reference(kinds.get(np.dtype(dtype).kind if isinstance(dtype, type) else "f", "Numbers"))
     if hint is Rotation:
         return _reference("Rotation")

@@ -171,7 +171,8 @@ class _Lines:
         if limits.violated:
             return ("PROBABLY NOT." if limits.unknown else "NO, it cannot hold."), reason
         if self._is_cut_off():
-            return "NO WAY TO IT.", "It would hold here, but every way from rest passes a singular pose."
+            cut = "very way from rest passes a singular pose."
+            return "NO WAY TO IT.", f"It would hold here, but e{cut}" if limits.can_hold else f"E{cut}"
         if answer.source.poses.gaps.words:
             return "IT WOULD HOLD, but not as it is worn.", reason
         if limits.can_hold:
@@ -273,8 +274,10 @@ class _Lines:
     def _bare_arm(self) -> list[str]:
         """What the joint of a bare arm carries, where the wearer's own muscles are not counted."""
         low, high = self.report.bare_arm_share
-        if self.contact is not None or np.isnan(low):
+        if self.contact is not None:
             return []
+        if np.isnan(low):
+            return self._labelled("In the joint", "not known without --person, which counts the wearer's own muscles")
         share = f"{low:.0f} to {high:.0f} %" if round(low) != round(high) else f"about {high:.0f} %"
         text = f"{share} of body weight without a device, by the wearer's own muscles; --person counts them"
         return self._labelled("In the joint", text)

@@ -24,7 +24,8 @@ class PoseNumbers:
     twin_difference_rss : float or None
         Root of the sum of squares of what the drives' positions differ by in that pose, m or rad.
     bare_arm_share : tuple of float or None
-        Least and greatest joint force of bare arms in this pose, measured by implants, % of body weight.
+        Least and greatest joint force of a bare arm at this elevation, % of body weight, computed for abduction and
+        flexion; None with a load, a motion, a bent elbow or a torso that leans.
     wearer : dict of str to float or None
         Height and mass by name, m and kg.
     percent_of_limits : ndarray

@@ -5,6 +5,7 @@ Forces, what would make the pose possible, the load with the wearer's muscles, a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 
 #: Shares of their activation that muscles may keep: of the EMG of wearers 36 to 91 % is left (:data:`MEASURED`).
 KEPT = (0.3, 0.6)
+#: Bend of the elbow and lean of the torso, rad, up to which what the joint of a bare arm carries is that of its table.
+_STRAIGHT, _UPRIGHT = math.radians(20.0), math.radians(10.0)
 #: How near the limbs come, and the directions of a force.
 _CLEAR_LIMBS = "Limbs are {} mm clear of the wearer and of one another."
 _DIRECTIONS = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
@@ -131,8 +134,8 @@ class PoseReport(Result):
 
     @cached_property
     def accuracy(self) -> PoseAccuracy:
-        """How well the drives place the arm; twins are looked for where there are closed forms."""
-        return pose_accuracy(self.device, self._pose, self.device.accelerate("rates") is not None)
+        """How well the drives place the arm."""
+        return pose_accuracy(self.device, self._pose)
 
     @cached_property
     def singular_distance(self) -> float:
@@ -144,9 +147,20 @@ class PoseReport(Result):
 
     @property
     def bare_arm_share(self) -> tuple[float, float]:
-        """Load of the joint without a device at this elevation, least and greatest percent of body weight, or NaN."""
+        """Load of the joint without a device at this elevation, least and greatest percent of body weight, or NaN.
+
+        It is that of a straight arm at rest with an empty hand beside an upright torso, and not known of others.
+        """
         low, high = bare_arm_share(self._pose)
-        return float(low), float(high)
+        return (float(low), float(high)) if self._is_bare else (float("nan"), float("nan"))
+
+    @property
+    def _is_bare(self) -> bool:
+        case, wearer, g = self.answer.case, self.wearer, self.device.gravity
+        other = case.load is not None or case.motion is not None
+        if wearer is not None:
+            other = other or wearer.payload > 0.0 or wearer.elbow_flexion > _STRAIGHT
+        return not other and bool(-g[2] >= math.cos(_UPRIGHT) * np.linalg.norm(g))
 
     @property
     def pose_in_words(self) -> str:

@@ -194,7 +194,7 @@ def understood(asked: Any, files: bool = True) -> tuple[str, ShoulderExo, dict[s
         checked_identifier(asked, ["batch_question"])
     name = as_choice("question", asked.get("question"), QUESTIONS)
     design, worn = asked.get("design", DEFAULT_PRESET), asked.get("worn_by")
-    if not files and not isinstance(design, dict):
+    if not files and isinstance(design, str):
         as_choice("design", design, presets())
     side = asked.get("side")
     require_type("side", side, (str, type(None)), "left or right")
@@ -205,6 +205,8 @@ def understood(asked: Any, files: bool = True) -> tuple[str, ShoulderExo, dict[s
         if key not in allowed:
             raise UnknownName(f"argument of {name}", key, (*allowed, *OWN))
     _complete("the question", getattr(exo, name), given)
+    if name != "workspace" and "poses" in given:
+        _object("poses", given["poses"])  # a workspace takes a step in degrees, too
     return name, exo, {key: _argument(exo, key, value) for key, value in given.items()}
 
 
@@ -250,9 +252,7 @@ def _stated(design: dict[str, Any], side: Any) -> ShoulderExo:
 def _argument(exo: ShoulderExo, name: str, value: Any) -> Any:
     """An argument of a method from plain data."""
     if name == "poses" and isinstance(value, dict):
-        if "quaternions_xyzw" in value:
-            return _rotation(value)
-        return _made(exo.pose, name, value)
+        return _rotation(value) if "quaternions_xyzw" in value else _made(exo.pose, name, value)
     if name == "person":
         from ..person import Person  # here, because few questions need it
 

@@ -251,4 +251,4 @@ def _printed(section: PagePart) -> list[str]:
             for name, computed, others in section.rows
         ]
     blocks = in_blocks([section.head, *section.rows], screen_width(WIDTH))
-    return [line for block in blocks for line in aligned(block, words=section.words if len(blocks) == 1 else 1)]
+    return [line for block in blocks for line in aligned(block, words=1)]

@@ -272,7 +272,7 @@ def _drives(
     if not count:
         return ()
     effort = np.where(counted[:, None], answer.actuator_forces, np.nan)[:, :count]
-    rate = speed * np.linalg.norm(exo.jacobian(box).reshape(len(box), -1, 3), axis=-1)[:, :count]
+    rate = speed * np.linalg.norm(exo.jacobian(box), axis=2)[:, :count]
     limits = answer.source.poses.limits
     upper, lower = (np.broadcast_to(each, answer.actuator_forces.shape) for each in (limits.upper, limits.lower))
     low, high = length_limits(device)

@@ -118,7 +118,7 @@ class _Print:
 
     def _text(self, text: str, points: float, bold: bool = False) -> None:
         height = self._font(points, bold)
-        self._pdf.multi_cell(_WIDE, height, text, align="L", new_x="LMARGIN", new_y="NEXT")
+        self._pdf.multi_cell(_WIDE, height, text, align="L", new_x="LMARGIN")
 
     def _footer(self, text: str) -> None:
         self._pdf.set_y(-_MARGIN + 3.0)

@@ -97,6 +97,7 @@ class LiveSession:
             raise InvalidInput("expected a question without poses: the samples are the poses")
         asked = {"question": "reaction", **opening.open, "poses": {"flexion": 0.0}}
         self.name, self.exo, self._arguments = understood(asked, files=False)
+        getattr(self.exo, self.name)(**self._arguments)  # a question that is wrong of every pose opens no stream
         self._arguments.pop("poses")
         self._poses = SamplePoses(opening, self.exo.side)
 

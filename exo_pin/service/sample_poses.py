@@ -24,6 +24,7 @@ _WINDOW, _EVERY, _FEWEST = 1000, 100, 50
 _OTHER = {"w-first": [1, 2, 3, 0], "w-last": [3, 0, 1, 2]}
 #: Samples of the still arm that count, and most that are kept; longest time of it, s.
 _STILL, _MOST_STILL, _LONGEST = 40, 20_000, 60.0
+_AXES = ("x", "y", "z", "-x", "-y", "-z", "+x", "+y", "+z")
 
 
 def opening_of(message: bytes | str, token: str | None) -> Opening | bytes:
@@ -50,7 +51,7 @@ class SamplePoses:
     Raises
     ------
     InvalidInput
-        If the still time of sensors is not positive, or too long.
+        If the still time of sensors is not positive, or too long, or their axis or the reading is unknown.
     """
 
     def __init__(self, opening: Opening, side: str) -> None:
@@ -58,8 +59,12 @@ class SamplePoses:
         #: Why no arm moves like the last samples, and what they may be instead; None without a doubt.
         self.doubt: str | None = None
         self._sensors, self._reading = opening.sensors, opening.reading
-        if self._sensors is not None and not 0.0 < self._sensors.still <= _LONGEST:
-            raise InvalidInput(f"expected still of up to {_LONGEST:g} s, got {self._sensors.still:g}")
+        if self._reading:
+            as_choice("reading", self._reading, (AS_NAMED, *_OTHER, *of_orientations(Rotation.identity(), side)))
+        if self._sensors is not None:
+            as_choice("forward", self._sensors.forward, _AXES)
+            if not 0.0 < self._sensors.still <= _LONGEST:
+                raise InvalidInput(f"expected still of up to {_LONGEST:g} s, got {self._sensors.still:g}")
         self._still: list[tuple[float, FloatArray, FloatArray]] = []
         self._seen: deque[tuple[float, FloatArray]] = deque(maxlen=_WINDOW)
         self._count, self._order = 0, ""
@@ -89,23 +94,24 @@ class SamplePoses:
         return pose
 
     def _named(self, sample: Sample) -> Rotation | None:
-        if self._sensors is not None:
-            return self._pose_of_sensors(sample)
         quaternion, angles = sample.quaternion("quaternion"), sample.angles
-        if quaternion is not None and angles is None:
-            return Rotation.from_quat(quaternion)
-        if quaternion is None and angles is not None:
-            return shoulder_rotation(*angles, self.side, degrees=True)
-        raise InvalidInput("expected quaternion_xyzw, quaternion_wxyz or angles in a sample")
-
-    def _pose_of_sensors(self, sample: Sample) -> Rotation | None:
-        """The arm against the trunk, as of a record of the still samples and this one; None while it is still."""
         arm, trunk = sample.quaternion("arm"), sample.quaternion("trunk")
-        if arm is None or trunk is None:
-            raise InvalidInput("expected orientations of the sensors arm and trunk in a sample")
+        count = sum(each is not None for each in (quaternion, angles, arm, trunk))
+        if self._sensors is not None:
+            if arm is None or trunk is None or count > 2:
+                raise InvalidInput("expected orientations of the sensors arm and trunk in a sample, and nothing else")
+            return self._pose_of_sensors(sample.t, arm, trunk)
+        if quaternion is not None and count == 1:
+            return Rotation.from_quat(quaternion)
+        if angles is not None and count == 1:
+            return shoulder_rotation(*angles, self.side, degrees=True)
+        raise InvalidInput("expected quaternion_xyzw, quaternion_wxyz or angles in a sample, and nothing else")
+
+    def _pose_of_sensors(self, time: float, arm: FloatArray, trunk: FloatArray) -> Rotation | None:
+        """The arm against the trunk, as of a record of the still samples and this one; None while it is still."""
         assert self._sensors is not None
-        row = (sample.t, trunk, arm)
-        if not self._still or sample.t - self._still[0][0] <= self._sensors.still:
+        row = (time, trunk, arm)
+        if not self._still or time - self._still[0][0] <= self._sensors.still:
             if len(self._still) == _MOST_STILL:
                 raise InvalidInput(
                     f"{_MOST_STILL} samples came within still, {self._sensors.still:g} s: t stands still"

@@ -125,8 +125,8 @@ def _orientation() -> list[Row]:
     circles = preset("prototype").geometry.circles
     assert circles is not None
     alpha, geometry = circles.alpha_A, preset("prototype").geometry
-    A = np.stack([circles.r_A * np.cos(alpha), -circles.h_A + 0 * alpha, circles.r_A * np.sin(alpha)], axis=-1)
-    B = np.stack([circles.r_B * np.cos(alpha), circles.r_B * np.sin(alpha), -circles.h_B + 0 * alpha], axis=-1)
+    A = np.stack([circles.r_A * np.cos(alpha), -circles.h_A + 0 * alpha, circles.r_A * np.sin(alpha)], axis=1)
+    B = np.stack([circles.r_B * np.cos(alpha), circles.r_B * np.sin(alpha), -circles.h_B + 0 * alpha], axis=1)
     lengths = np.linalg.norm(B @ R.T - A, axis=1)
     four = forward_kinematics(geometry, inverse_kinematics(geometry, pose).lengths)
     closest = float((four.rotations[four.valid] * pose.inv()).magnitude().min())
@@ -141,8 +141,8 @@ def _orientation() -> list[Row]:
     return [
         row("chapter_4.real_solutions_from", most),
         row("chapter_4.l_i_of_the_prototype", inverse_kinematics(geometry, pose).lengths, printed=lengths),
-        row("chapter_4.A_i_and_B_i_of_the", np.vstack([geometry.base_points, geometry.platform_points]),
-            printed=np.vstack([A, B])),
+        row("chapter_4.A_i_and_B_i_of_the", [geometry.base_points, geometry.platform_points],
+            printed=[A, B]),
         row("chapter_4.R_at_20_30_10", R, printed=turned),
         row("chapter_4.R_at_20_30_10_entry", R, printed=written),
         row("chapter_4.error_of_the_closest", np.degrees(closest), values=(int(four.count),)),
@@ -157,12 +157,9 @@ def _joints(e: _Example) -> list[Row]:
     """
     in_joint = np.einsum("nji,nj->ni", e.frames, e.t)
     cx, sx, cy, sy = np.cos(e.x), np.sin(e.x), np.cos(e.y), np.sin(e.y)
-    right = np.stack([cx * sy, -sx, cx * cy], axis=-1)
-    wrong = np.stack([-sx, cx * sy, cx * cy], axis=-1)
-    zero = 0 * cx
-    written = np.stack(
-        [np.stack([cy, zero, -sy], -1), np.stack([sx * sy, cx, sx * cy], -1), np.stack([cx * sy, -sx, cx * cy], -1)], 1
-    )
+    right = np.stack([cx * sy, -sx, cx * cy], axis=1)
+    wrong = np.stack([-sx, cx * sy, cx * cy], axis=1)
+    written = np.stack([-sy, sx * cy, cx * cy], axis=1)
     proper = np.array([_about(1, b).T @ _about(0, a).T for a, b in zip(e.x, e.y, strict=True)])
     geometry = preset("prototype").geometry
     circles = geometry.circles
@@ -172,11 +169,11 @@ def _joints(e: _Example) -> list[Row]:
     vectors = e.B @ e.R.T - e.A
     return [
         row("chapter_4.limb_vectors_at", e.l[:, None] * e.t, printed=vectors),
-        row("chapter_4.third_column_of", in_joint, printed=written[:, :, 2], mended=proper[:, :, 2]),
+        row("chapter_4.third_column_of", in_joint, printed=written, mended=proper[:, :, 2]),
         row("chapter_4.limb_vector_in_A_i", in_joint, printed=wrong, mended=right),
         row("chapter_4.R_Ai_of_the_prototype", geometry.base_frames, printed=frames),
         row("chapter_4.limb_vector_in_O_A", vectors,
-            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2]),
+            printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written),
             mended=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])),
         row("chapter_4.K_i_against_R_B_i", e.B @ e.R.T,
             printed=e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A),
@@ -222,9 +219,8 @@ def _scenario_two(e: _Example) -> list[Row]:
         4 * cy**2 * e.l**2 * (e.AR[:, 2] ** 2 * cx**2 + e.AR[:, 2] ** 2 * sx**2)
         - 4 * cy * e.l * e.AR[:, 2] * cx * alone + alone**2 - 4 * e.l**2 * cx**2 * e.AR[:, 0] ** 2
     )  # fmt: skip
-    # (4-32) divides by this and (4-34) has it above and below: zero in every pose, whatever rounding makes of it.
-    vanishing = np.abs(e.AR[:, [0, 2]]).max()
-    undefined = np.full(3, np.nan if vanishing < 1e-15 else vanishing)
+    # (4-32) divides by the first and third of e.AR and (4-34) has them above and below: zero in every pose.
+    undefined = np.full(3, np.nan)
     quartic = (
         e.l**4 - 2 * e.l**3 * sx * e.AR[:, 1] + e.l**2 * (2 * e.A2 - 2 * e.B2 + sx**2 * e.AR[:, 1] ** 2)
         - 2 * e.l * sx * e.AR[:, 1] * (e.A2 - e.B2) + (e.A2 - e.B2) ** 2

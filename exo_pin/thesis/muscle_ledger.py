@@ -255,8 +255,8 @@ def _errors() -> Iterator[Row]:
         agreeing = []
         for i, j in np.argwhere(np.isfinite(cells.errors_percent)):
             printed, value = float(cells.errors_percent[i, j]), float(own[i, j])
-            # The force is printed to 0.01 N and the error to 0.1 % (17 %: to 1 %).
-            slack = 0.5 / float(cells.columns[j]) + (0.5 if printed == 17 else 0.05) + 1e-9
+            # The force is printed to 0.01 N and the error to 0.1 %.
+            slack = 0.5 / float(cells.columns[j]) + 0.05
             # Where the model gives the printed error, the force beside it is the misprint.
             if abs(printed - value) <= slack:
                 agreeing.append((printed, value, slack))

@@ -46,8 +46,8 @@ def _fitted_lengths() -> FloatArray:
 
     def lengths(p: FloatArray) -> FloatArray:
         r, h, alpha = RIG_RADIUS * np.sin(p[0]), RIG_RADIUS * np.cos(p[0]), p[1:]
-        A = np.stack([r * np.cos(alpha), -h + 0 * alpha, r * np.sin(alpha)], axis=-1)
-        B = np.stack([r * np.cos(alpha), r * np.sin(alpha), -h + 0 * alpha], axis=-1)
+        A = np.stack([r * np.cos(alpha), -h + 0 * alpha, r * np.sin(alpha)], axis=1)
+        B = np.stack([r * np.cos(alpha), r * np.sin(alpha), -h + 0 * alpha], axis=1)
         return np.linalg.norm(np.einsum("kij,nj->kni", matrices, B) - A, axis=-1)
 
     rng = np.random.default_rng(0)

@@ -4,8 +4,9 @@ import asyncio
 import contextlib
 import json
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.resources import files
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
@@ -28,11 +29,16 @@ class Page:
     """A page with widgets that tell what they are given, and questions that nobody answers."""
 
     def __init__(self, stack):
-        self.ui, self.following, self.search, self.feed = (mock.MagicMock() for _ in range(4))
-        self.slider, self.called = self.ui.slider, 0
+        self.ui, self.following, self.search, self.feed, self.mapped = (mock.MagicMock() for _ in range(5))
+        for name in ("following", "search", "feed", "mapped"):
+            self.ui.attach_mock(getattr(self, name), name)
+        self.slider, self.called, self.slid = self.ui.slider, 0, []
+        # A slider that is moved by the page tells where to.
+        slides = property(lambda _: None, lambda _, value: self.slid.append(value))
+        type(self.slider.return_value.props.return_value).value = slides
         for module in (answer_view, live_input, playing, visit, widgets):
             stack.enter_context(mock.patch.object(module, "ui", self.ui))
-        self.mapped, self.ui.run_javascript = mock.MagicMock(), mock.AsyncMock(return_value="ws://here/")
+        self.ui.run_javascript = mock.AsyncMock(return_value="ws://here/")
         for module, name, other in (
             (visit, "Following", self.following), (visit, "Search", self.search), (visit, "Slider", self.slider),
             (playing, "Slider", self.slider), (answer_view, "PoseMap", self.mapped),
@@ -44,7 +50,7 @@ class Page:
         classed.props.return_value.is_deleted = self.ui.element.return_value.classes.return_value.is_deleted = False
         self.search.return_value.works = False
         self.visit = visit.Visit(BEGINS)
-        self.show, _ = self.following.call_args.args
+        self.show, self.draw = self.following.call_args.args
         (self.find,), (self.drag,) = self.search.call_args.args, self.feed.call_args.args
 
     async def make(self, function, asked):
@@ -71,6 +77,11 @@ class Page:
         bound = self.ui.label.return_value.classes.return_value.bind_text_from.call_args
         self.ui.written(bound.args[2](number))
 
+    def gone(self, is_gone):
+        """Close the browser's page, or not."""
+        made = self.ui.label.return_value.classes.return_value.props.return_value
+        made.is_deleted = self.ui.element.return_value.classes.return_value.is_deleted = is_gone
+
     def offered(self):
         """What the list of designs shows."""
         return self.ui.select.return_value.props.return_value.classes.return_value.set_options.call_args.kwargs["value"]
@@ -88,12 +99,14 @@ class Page:
         ]
         self.called = len(self.ui.mock_calls)
         own = [
-            {key: value for key, value in asdict(each).items() if value != getattr(Asked(), key)}
+            {key: value for key, value in asdict(each).items() if value != getattr(Asked(), key) or key == "changes"}
             for each in self.following.return_value.ask.call_args.args
         ]
         # A style sheet by one of its rules.
         shown = [(name, [".board {" in given[0]] if name == "add_css" else given, more) for name, given, more in calls]
-        return [[name, *said(given), *said([*more.items()])] for name, given, more in shown], own
+        slid, self.slid = [["slides", *sorted(self.slid)]] * bool(self.slid), []
+        told = [[name, *said(given), *said([*more.items()])] for name, given, more in shown]
+        return told + slid, own
 
     def choose(self, kind, label, value):
         """Change the widget of that kind and label."""
@@ -144,12 +157,20 @@ def events(page):
         yield text, lambda text=text: page.drag(text)
     yield "shown", lambda: page.show(0, answered(BEGINS))
     yield "moving", lambda: page.show(0, answered(BEGINS, moving=True))
+    yield "elsewhere", lambda: page.show(0, answered(replace(BEGINS, flexion=50.0, abduction=70.0), moving=True))
+    yield "mapped there", lambda: page.map(0, {30.0: [40.0]})
     yield "wrong", lambda: page.show(0, answered(Asked(mass=1.0)))
     yield "nowhere", lambda: page.show(3, answered(BEGINS))
+    yield "drawn", lambda: [page.draw(place, "…") for place in (0, 1)]
+    yield "closed", lambda: page.gone(True)
+    yield "shown to nobody", lambda: page.show(0, answered(BEGINS))
+    yield "mapped for nobody", lambda: page.map(0, {20.0: [10.0]})
+    yield "found for nobody", lambda: page.find(Found(96, 0.4, 0.3, {"cuff_height_mm": 202.0}))
+    yield "open", lambda: page.gone(False)
     yield "emptied", lambda: page.fill("Mass, kg", None)
     yield "number", lambda: page.fill("Mass, kg", 61)
     yield "turned", lambda: page.slide("Abduction, °", 12)
-    yield "written", lambda: page.write(-12.5)
+    yield "written", lambda: [page.write(number) for number in (-12.5, 30.0)]
     yield "resized", lambda: page.slide("Cuff below shoulder, mm", 190)
     yield "picked", lambda: page.ui.echart.call_args.kwargs["on_point_click"](SimpleNamespace(value=[3, 7, 12.5]))
     yield "not saved", lambda: page.give("Save design")
@@ -165,6 +186,9 @@ def events(page):
     yield "large", lambda: page.load("mine.toml", bytes(LARGEST_DESIGN + 1))
     yield "own", lambda: page.choose("select", "Design", page.offered())
     yield "own beside", lambda: page.choose("select", "Beside it", page.offered())
+    yield "another beside", lambda: page.choose("select", "Beside it", "prototype")
+    yield "drawn beside", lambda: [page.draw(place, "…") for place in (0, 1, 2)]
+    yield "lower", lambda: page.slide("Cuff below shoulder, mm", 210)
 
 
 async def _built():
@@ -177,8 +201,11 @@ async def _built():
             await asyncio.sleep(0.0)
             told[name] = page.new()
         started = said([each.args[1] for each in page.search.return_value.start.call_args_list])
+        kept = Path(page.offered())
+        there = kept.exists()
+        page.gone(True)
         page.visit.close()
-        ends = [page.following.return_value.close.called, page.search.return_value.stop.call_count, [*page.visit.feeds]]
+        ends = [page.new()[0], there, kept.exists(), page.following.return_value.joints, [*page.visit.feeds]]
         # Where a given file is kept is anything.
         return json.loads(re.sub(r"/[^\" ]*exo_pin_app_[^/]+/[^/]+/", "…/", json.dumps([told, started, ends])))
 

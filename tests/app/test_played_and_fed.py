@@ -31,7 +31,7 @@ class Played:
 
     def __init__(self, stack):
         self.ui, self.told, self.tasks, self.now, self.called = mock.MagicMock(), [], [], 100.0, 0
-        self.timer = self.ui.timer.return_value
+        self.timer, self.muscles = self.ui.timer.return_value, True
         self.timer.active = False
         self.timer.activate.side_effect = lambda: setattr(self.timer, "active", True)
         self.timer.deactivate.side_effect = lambda: setattr(self.timer, "active", False)
@@ -39,7 +39,8 @@ class Played:
         strip.is_deleted, strip.id = False, 7
         self.ui.echart.return_value.props.return_value.run_chart_method.side_effect = self.marked
         for place, other in (
-            ("ui", self.ui), ("Slider", self.ui.slider), ("workers", lambda: self), ("has_muscles", lambda: True),
+            ("ui", self.ui), ("Slider", self.ui.slider), ("workers", lambda: self),
+            ("has_muscles", lambda: self.muscles),
             ("time", SimpleNamespace(monotonic=lambda: self.now)), ("run.io_bound", self.read),
         ):  # fmt: skip
             stack.enter_context(mock.patch(f"{playing.__name__}.{place}", other))
@@ -111,6 +112,7 @@ def steps(own):
     yield "late", lambda: (ask(OTHER), own.tasks[-1].set_running_or_notify_cancel(), ask(CABLES))
     yield "old", lambda: own.tasks[-2].set_result(FOUND)
     yield "dropped", lambda: (ask(OTHER), own.told.append(own.tasks[-2].cancelled()))
+    yield "no muscles", lambda: (setattr(own, "muscles", False), ask(CABLES))
     yield "play", own.play
     yield "ticked", lambda: own.tick(100.13)
     yield "slow", lambda: own.tick(100.2)
@@ -121,8 +123,9 @@ def steps(own):
     yield "begun", lambda: own.tick(103.07)
     yield "scrubbed", lambda: own.scrub(0.27)
     yield "beyond", lambda: own.scrub(9.0)
+    yield "asked anew", lambda: ask(OTHER, CABLES)
     yield "other side", lambda: ask(Asked("four-cables", side="right"))
-    yield "closed", own.player.close
+    yield "closed", lambda: (own.player.close(), own.told.append([each.cancelled() for each in own.tasks]))
 
 
 async def _played():

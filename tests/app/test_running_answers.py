@@ -112,7 +112,7 @@ def followed():
 
 def pictures():
     """What is drawn of one question after the other, in which scene and to which scale, and what is answered."""
-    told, done = [], threading.Event()
+    told, done, before = [], threading.Event(), {*threading.enumerate()}
 
     class Scene:
         def __init__(self, exo, human=True, metres_per_newton=None):
@@ -163,7 +163,7 @@ def pictures():
             assert done.wait(60.0)
             found[name], told = told, []
         worker.close(wait=True)
-    return found, told
+    return found, told, len({*threading.enumerate()} - before)
 
 
 ASKED = {each.__name__: each for each in (served, searched, followed, pictures)}

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from mechanisms import five_bar
+from spatial_mechanisms import delta
 
+from exo_pin import ExoPinError, InvalidInput, UndeterminedMotion
 from exo_pin.chain import action_model
 
 crocoddyl = pytest.importorskip("crocoddyl", reason="crocoddyl is not installed")
@@ -45,6 +47,52 @@ def test_derivatives_of_motion_and_cost_are_differences(motors):
     np.testing.assert_allclose(
         np.vstack([np.reshape(data.Fu, (2, -1)), data.Lu]), by_u, rtol=0, atol=1e-6 * np.abs(by_u).max()
     )
+
+
+def test_the_cost_is_that_of_state_and_effort_and_at_the_end_of_the_state_alone():
+    model, x, u = model_of(five_bar(), CRANKS, CRANKS), np.array([0.3, -0.2, 0.5, 0.7]), np.array([0.4, -0.6])
+    x[:2] += model.start[[0, 2]]
+    data, end = model.createData(), model.createData()
+    model.calc(data, x, u)
+    model.calc(end, x)
+    of_state = np.sum((x - 0.1) ** 2)  # half of the weight of 2
+    assert data.cost == pytest.approx(of_state + 0.25 * np.sum(u**2))
+    assert end.cost == pytest.approx(of_state)
+    model.calcDiff(end, x)
+    np.testing.assert_allclose(end.Lx, 2.0 * (x - 0.1))
+    assert np.isfinite(end.xout).all()
+    assert np.isfinite(end.Fx).all()
+    # And it moves as the chain does.
+    q = model.configuration(x[:2])
+    v, _ = model.chain.dependent_motion(q, CRANKS, x[2:])
+    there = model.chain.forward_dynamics(q, v, dict(zip(CRANKS, u, strict=True))).a
+    np.testing.assert_allclose(data.xout, there[[0, 2]], rtol=1e-9)
+
+
+def test_it_starts_with_its_joints_where_they_are_given_and_they_have_to_lead():
+    chain, q = five_bar().chain(), five_bar().q.copy()
+    q[[0, 2]] += [0.2, -0.1]
+    model = action_model(chain, q, CRANKS, CRANKS, lambda state, count: crocoddyl.CostModelSum(state, count))
+    np.testing.assert_allclose(model.start[[0, 2]], q[[0, 2]], atol=1e-12)
+    for leading in (CRANKS[:1], CRANKS[:1] * 2):
+        with pytest.raises(UndeterminedMotion):
+            action_model(chain, q, leading, CRANKS, None)
+    flying = delta()
+    with pytest.raises(InvalidInput, match="joints of one coordinate to lead, got flight"):
+        action_model(flying.chain(), flying.q, ["flight"], ["flight"], None)
+
+
+def test_where_the_loops_do_not_close_it_answers_nan():
+    model = model_of(five_bar(), CRANKS, CRANKS)
+    far, u = np.concatenate([model.start[[0, 2]] + [0.75, -1.5], np.zeros(2)]), np.zeros(2)
+    with pytest.raises(ExoPinError):
+        model.configuration(far[:2])
+    data = model.createData()
+    model.calc(data, far, u)
+    model.calcDiff(data, far, u)
+    assert np.isnan(data.xout).all()
+    assert np.isnan(data.Fx).all()
+    assert np.isnan(data.Fu).all()
 
 
 @pytest.mark.full

@@ -8,6 +8,16 @@ from asked_commands import MAN, POSE, QUICK, WOMAN, answered_in_turn
 
 TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n100,20,30\n"
 SEARCH = "four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60"
+BENT = (
+    f"time_s,{TABLE.splitlines()[0]},elbow_flexion_deg\n"
+    + """0,20,-80,5,10
+0.1,21,-83,5,30
+0.2,22,-86,5,20
+0.3,23,-89,5,20
+0.4,24,-89.5,5,40
+0.5,2,-2,5,50
+"""
+)
 QUESTIONS = """{"ask": "reaction", "design": "four-cables", "flexion": 60}
 {"ask": "nothing"}
 
@@ -21,7 +31,8 @@ COMMANDS = {
         f"kinematics prototype {POSE} --out lengths.json",
         "kinematics prototype --lengths 262.96,330.50,384.21 --json", f"kinematics urdf/nesm.urdf {POSE}",
         "kinematics urdf/spherical-3rrr.urdf --flexion 20",
-        "kinematics urdf/dummy-shoulder.urdf --set shoulder_x=20deg",
+        "kinematics urdf/dummy-shoulder.urdf --set shoulder_x=20deg", "kinematics prototype --lengths 3.2,3.1,2",
+        "kinematics urdf/dummy-shoulder.urdf --set shoulder_y=20deg --set shoulder_x=-8deg --set shoulder_z=0.3rad",
         "kinematics prototype --lengths 262.96,330.50",
         "kinematics nothing",
         "kinematics prototype --flexion forty", "kinematics prototype --set shoulder_x=20deg",
@@ -39,6 +50,7 @@ COMMANDS = {
         f"reaction four-cables {POSE} --to -30,110,40 --poses 2 --require-hold",
         f"reaction four-cables {POSE} --to 60,20,0 --poses 2 --require-hold",
         "reaction four-cables --trajectory examples/lift.csv --static --out path.csv",
+        "reaction urdf/3rps-passive-ball.urdf --flexion 10 --posture cuff_slide_mm=4",
         f"reaction urdf/nesm.urdf {POSE} --over-postures", f"reaction prototype {POSE} --split best",
         f"reaction prototype {POSE} --limits some", "reaction four-cables --to 90,0",
         "reaction four-cables --trajectory nothing.csv",
@@ -54,6 +66,7 @@ COMMANDS = {
         "workspace four-cables --step 0",
         "workspace four-cables --step 30 --fits 1.5,50,female --elbow-range 0,90 --gap 5 --cuff-pull 80 --pull-out 60",
         "workspace urdf/serial-y-x-z.urdf --step 30", "tasks four-cables --step 40",
+        "workspace urdf/3rps-passive-ball.urdf --step 90 --posture cuff_slide_mm=4",
         f"tasks four-cables --movement lifting=examples/lift.csv --no-ranges {WOMAN} --out tasks.csv",
         "tasks --day --step 40 --out day.csv", "tasks four-cables --movement lifting",
         "parts four-cables --step 40 --drive-mass 0.3 --with-masses heavy.toml",
@@ -79,6 +92,7 @@ COMMANDS = {
         "check prototype --out checked.json", "check urdf/nesm.urdf --leave-out nothing",
         "mobility prototype --abduction 90", f"mobility urdf/spherical-3rrr.urdf {POSE}",
         "mobility urdf/dummy-shoulder.urdf --set shoulder_x=20deg", "mobility four-cables",
+        "mobility urdf/appendix-d-wrist.urdf --abduction 40",
         "forces prototype --flexion 45 --out joints.json",
         "forces urdf/prototype.urdf --external arm=0,0,-20 --joint limb_1_base",
         f"forces urdf/serial-y-x-z.urdf {POSE} {WOMAN} --json", "forces urdf/prototype.urdf --external hand=0,0,-20",
@@ -113,6 +127,7 @@ COMMANDS = {
         "record examples/lift.csv", "record examples/lift.csv --angles isb --out isb.csv",
         "record examples/lift.csv --against examples/lift.csv --json", "record nothing.csv",
         "record examples/measured.csv", "record table.csv", "track --list",
+        "record bent.csv --reading as-named --angles isb --out bent_isb.csv",
         "track four-cables --trajectory quick.csv --no-progress --out run.csv",
         "track prototype --trajectory quick.csv --fault burst,3,0.2 --no-progress",
         "track four-cables --trajectory quick.csv --fault torn,1,0.1 --lost-beyond 10 --lower-in 3 --json",
@@ -197,7 +212,8 @@ COMMANDS = {
         "track scenario-one --trajectory quick.csv", "track prototype --trajectory quick.csv --fault burst,nan,2",
         "track --experiment abduction --fault burst,3,99", "track --experiment abduction --supply 400000",
         "view prototype --to 1,2", "view prototype --to 1,2,3 --seconds 1e9 --plot x.html", "view --port 70000",
-        "view prototype --no-human --plot x.png --size big", "view prototype --scale 0",
+        "view prototype --no-human --plot x.png --size big", "view prototype --scale 0", "view --seconds 2",
+        "view --plot x.html --open", "view --plot x.html --size 9x9", "view --to 9,0,0 --plot x.png",
         "workspace prototype --payload 1 --step 45", "workspace four-cables --json --limb-table",
         "workspace appendix-d --criteria shoulder_range --step 45", "workspace prototype --fits tall",
         "workspace four-linear-actuators-worn --step 45 --limb-loss",
@@ -222,7 +238,7 @@ DOCUMENTS = {
     "old_json": '{"schema": "exo_pin.reaction/0"}', "new_json": '{"schema": "exo_pin.reaction/2"}', "no_json": "{",
     "misspelt_json": '{"schema": "exo_pin.reacton/1"}', "list_json": "[]",
 }  # fmt: skip
-FILES = {"table_csv": TABLE, "questions_jsonl": QUESTIONS, "quick_csv": QUICK} | DOCUMENTS
+FILES = {"table_csv": TABLE, "questions_jsonl": QUESTIONS, "quick_csv": QUICK, "bent_csv": BENT} | DOCUMENTS
 
 ASKED = {name: functools.partial(answered_in_turn, lines, **FILES) for name, lines in COMMANDS.items()}
 

@@ -80,6 +80,19 @@ def test_a_warning_is_one_line(tmp_path):
     assert ".py" not in done.stderr
 
 
+@pytest.mark.full
+def test_orientations_are_doubted_where_they_are_those_of_an_arm(tmp_path):
+    exo, path = ep.load("prototype"), tmp_path / "turned.csv"
+    orientations = exo.pose([0, 20, 40, 10, 50, 30, 60], [10, 0, 30, 50, 20, 60, 40], [0, 0, 0, 0, 0, 0, 150])
+    lengths = exo.inverse_kinematics(orientations).lengths + 1e-4 * np.sin(np.arange(21)).reshape(7, 3)
+    control.write_run(control.MeasuredRun(orientations, lengths), path)
+    asked = ["calibrate", "prototype", str(path), "--length-noise", "0.3", "--unknowns"]
+    with pytest.warns(ep.SuspectMeasurements, match="outside the range of a left shoulder"):
+        assert cli.main([*asked, "length_scale"]) == 0
+    # Sensors may be mounted in any way.
+    assert cli.main([*asked, "length_scale,arm_mounting"]) == 0
+
+
 def outputs():
     """Every command with every file that it can write, and words for what it needs."""
     for name in COMMANDS:

@@ -10,6 +10,7 @@ from asked_events import FLAT
 from asked_poses import crank_rocker
 from mechanisms import sliders
 from places import URDF
+from scipy.spatial.transform import Rotation
 from singular_poses import POSES
 
 import exo_pin as ep
@@ -48,6 +49,8 @@ def spoiled():
     muscles, serial, cables = ep.load("prototype"), load("serial-y-x-z"), load("four-cables")
     joints = [drive.joint for drive in serial.device.drives]
     turned = {angle: ep.thesis_rotation(angle, 0, 0, degrees=True) for angle in (90.0, 60.0, 20.0)}
+    # From here one of the poses that are looked at is singular.
+    turned["to a singular one"] = Rotation.from_rotvec([-0.505805, -0.69539964, -0.5793751])
     neutral = {angle: muscles.geometry.replace(neutral=turn) for angle, turn in turned.items()}
     ways = [Route.over(("universe", at), ("arm", [0.02, 0.0, -0.2])) for at in ([0.3, 0, 0], [0, 0.3, 0])]
     springs = [Spring("top", TableLaw((0.1, 0.35), (1.0, 2.0)), route=ways[0]),
@@ -120,7 +123,7 @@ def chains():
     # Loops are closed to 1e-12, and within twenty tolerances, over lengths below 1 m; differences agree to 1.8336e-8.
     robots += [wrong(gap=gap, tolerance=1e-5) for gap in (2.84e-4, 2.87e-4)]
     robots += [wrong(gap=gap, tolerance=1e-5, length=1.3) for gap in (1.95e-4, -2.05e-4)]
-    robots += [wrong(gap=gap, tilt=tilt) for gap, tilt in ((0.95e-12, 1.832e-8), (1.1e-12, 1.8355e-8))]
+    robots += [wrong(gap=gap, tilt=tilt) for gap, tilt in ((0.95e-12, 1.832e-8), (1.1e-12, 1.8355e-8), (0.0, -1e-7))]
     robots += [POSES["kite folded"].chain(digits) for digits in (None, 5)]
     robots += [heavy(fits, (1.0, 1.0, 1.0, most)) for most in (2.0 + 2.2e-9, 2.0 + 1.9e-9, -1.1e-9, -0.9e-9)]
     robots += [

@@ -43,3 +43,13 @@ def test_the_reference_is_drawn_by_the_seed():
         env.reset(seed=seed)
         ends.append(env.reference(0.5).orientation.magnitude())
     assert ends[0] == ends[1] != ends[2]
+
+
+def test_what_is_no_episode_is_refused():
+    env = ShoulderEnv(ep.load("four-cables"), lift)
+    with pytest.raises(ep.InvalidInput, match="reset"):
+        env.step(np.zeros(4))
+    with pytest.raises(ep.InvalidInput, match="options"):
+        env.reset(options={"pose": 1})
+    with pytest.raises(ep.InvalidInput, match="Reference"):
+        ShoulderEnv(ep.load("four-cables"), 3)

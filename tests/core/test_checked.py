@@ -77,18 +77,32 @@ def test_inherited_methods_are_checked_in_the_class_that_is_decorated():
         def twice(self, number: float) -> float:
             return 2.0 * number
 
+        @classmethod
+        def thrice(cls, number: float) -> float:
+            return 3.0 * number
+
     # Only what the package defines is decorated.
-    Base.twice.__module__ = "exo_pin.example"
+    Base.twice.__module__ = Base.thrice.__func__.__module__ = "exo_pin.example"
 
     @checked
     class Child(Base):
         pass
 
-    assert Child().twice(2.0) == 4.0
+    assert (Child().twice(2.0), Child.thrice(2.0)) == (4.0, 6.0)
     with pytest.raises(InvalidInput, match="expected number to be of type float, got None"):
         Child().twice(None)
     with pytest.raises(TypeError):
         Base().twice(None)
+
+
+def test_a_flag_that_is_given_by_name_alone_is_no_part_of_a_row():
+    @checked
+    def row(*parts: float, loud: bool = False) -> float:
+        return sum(parts) * (-1.0 if loud else 1.0)
+
+    assert (row(1.0, 2.0), row(1.0, 2.0, loud=True)) == (3.0, -3.0)
+    with pytest.raises(InvalidInput, match="expected loud to be True or False, got 1"):
+        row(1.0, loud=1)
 
 
 def run(code, **environment):

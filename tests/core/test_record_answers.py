@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, make_dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, NamedTuple
 
@@ -156,6 +156,10 @@ class Answer(Result):
         return float(self.force_N.sum())
 
 
+#: An answer of twenty texts.
+Wide = make_dataclass("Wide", [(f"limb_{k}", str) for k in range(20)], bases=(Result,), repr=False)
+
+
 def some_answer(**changes):
     values = {
         "status": np.array(["ok", "ok", "no"]),
@@ -222,6 +226,7 @@ def asked_of_results():
         "long": [
             len(repr(some_answer(kind="k" * n, status="s" * 900, count="c" * 70, share="d" * 70))) for n in (1, 70)
         ],
+        "widest": [len(repr(Wide(*["a" * 50] * 19, "a" * last))) for last in (16, 17)],
         "repr": repr(answer),
         "plain": plain(
             {
@@ -248,6 +253,19 @@ class Bare(Result):
     a: NDArray[np.float64]
     b: NDArray[np.float64]
     c: float
+
+
+@dataclass(frozen=True, repr=False)
+class Either(Result):
+    """An answer that is one of two records.
+
+    Attributes
+    ----------
+    one : Part or Corner
+        Of it.
+    """
+
+    one: Part | Corner
 
 
 def asked_of_frames():
@@ -326,6 +344,7 @@ def asked_of_schemas():
         "asked": {name: [member.text, member.unit, member.required] for name, member in s.members(Asked).items()},
         "schema": s.schema_of(Answer),
         "named": s.schema_of(Part, "own")["$id"],
+        "either": s.schema_of(Either)["$defs"]["EitherDocument"]["properties"]["one"],
         "inputs": s.input_schemas(Asked),
         "checked": in_turn(
             {str(k): lambda d=d: s.checked_identifier(d, ["answer", "part"]) for k, d in enumerate(documents)}

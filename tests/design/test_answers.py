@@ -92,6 +92,9 @@ def parameters():
     """Designs with other values of their parameters, in whatever units, of limbs and of all."""
     circles, points = ep.load("prototype").device, ep.load("four-cables").device
     pressed = ep.load("four-linear-actuators").device
+    bare = circles.replace(
+        limbs=[replace(each, stroke=replace(each.stroke, end_fitting=None)) for each in circles.limbs]
+    )
 
     def changed(device, side="left", **values):
         own = device if side == "left" else device.mirrored()
@@ -127,6 +130,7 @@ def parameters():
                 changed(points, cuff_height=0.26)["points"],
             ),
             "scale": lambda: (changed(circles, scale=1.1), changed(pressed, scale=0.9)["limbs"]),
+            "scale without fitting": lambda: changed(bare, scale=1.1)["limbs"],
             "joint": lambda: changed(
                 points, **{"A[2].radius_mm": 260.0, "B[1].drop_m": 0.3, "A[3].elevation_deg": 10.0}
             ),

@@ -96,7 +96,7 @@ def geometries():
     points = WristGeometry(POINTS, ENDS, neutral=Rotation.from_rotvec([0.1, -0.2, 0.3]))
     split = WristGeometry.from_circles(0.14, 0.12, 0.08, 0.20, [0.5, 1.0, 2.0], [0.4, 1.1, 2.2], "right")
     turned = points.replace(base_axis=[0.1, 1.0, 0.2], platform_axis=[0.0, 0.1, 1.0])
-    nearly = WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 6e-10]]])
+    nearly = WristGeometry(POINTS, np.r_[ENDS[:3], [[-0.2, -0.1, -0.12 + 3.17e-10]]])
 
     def of(geometry):
         names = ("base_points", "platform_points", "base_frames", "platform_frames", "base_axis", "platform_axis")

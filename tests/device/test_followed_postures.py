@@ -138,3 +138,14 @@ def test_two_hinges_go_their_own_way_where_they_cannot_turn_straight():
     still = two.reaction(poses[0], ep.Motion([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]), limits="none")
     assert still.verdict.endswith("the device cannot make this motion.")
     assert two.track("flexion", duration=0.1).cautions == three.track("flexion", duration=0.1).cautions
+
+
+def test_three_hinges_of_which_two_are_alike_at_rest_have_no_way_of_their_own(tmp_path):
+    text = (URDF / "serial-y-x-z.urdf").read_text(encoding="utf-8")
+    first, innermost, rest = text.partition('name="internal_rotation"')
+    (tmp_path / "r.urdf").write_text(
+        first + innermost + rest.replace('axis xyz="0.0 0.0 1.0"', 'axis xyz="0.0 1.0 0.0"', 1), encoding="utf-8"
+    )
+    (tmp_path / "r.closures.toml").write_bytes((URDF / "serial-y-x-z.closures.toml").read_bytes())
+    exo = ep.load(tmp_path / "r.urdf")
+    assert exo.reaction(exo.pose(30.0, 20.0)).status == "beyond_singular"

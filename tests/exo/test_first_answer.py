@@ -9,6 +9,7 @@ import pytest
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.exo.first_answer import first_answer
 from exo_pin.exo.pose_report import KEPT, report_on_pose
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
@@ -33,6 +34,8 @@ QUICK = (40, 17, 38, 2, 10, 16, 30, 0, 7, 33, 36)
 DRAWN = [*QUICK, *(pytest.param(seed, marks=pytest.mark.full) for seed in range(60) if seed not in QUICK)]
 
 
+#: A limb that has no limit here.
+LONG = ep.Limb(actuator=ep.Actuator("linear", 1e6, 1e6), stroke=ep.Stroke(0.3, 0.01, 2.0, 0.0))
 #: Rare answers by what stands in them.
 MADE = {
     "a singular pose is 0.0095° away": lambda: report(
@@ -57,6 +60,12 @@ MADE = {
         kept={share: each if share > 0.5 else lost(each) for share, each in there.kept.items()},
     ),
     "device off by (4, -3, 2) mm, pushed with 5.0 N": lambda: pushed(),
+    "NO WAY TO IT. flexion 60° left arm It would hold here, but every way": lambda: report(
+        ep.load("prototype").replace(limbs=[LONG] * 3), 60, person=None
+    ),
+    "NO WAY TO IT. flexion 60° left arm Every way from rest": lambda: report(
+        ep.load("prototype").replace(limbs=[replace(LONG, stroke=None)] * 3), 60, person=None
+    ),
 }
 
 
@@ -101,6 +110,11 @@ def test_drawn_first_answers_are_read_back(seed):
     told = first_answers.drawn_case(seed)
     assert first_answers.read_back(told) == []
     assert explained_answers.explained(told) == []
+
+
+def test_the_sentence_on_a_better_pose_is_shortened_before_other_texts():
+    lines = first_answer(first_answers.drawn_case(96), 100).splitlines()
+    assert len([line for line in lines if line[:1] != " " or line[1:2] == " "]) == 10
 
 
 def test_muscles_that_keep_tension_are_relieved_less(worn):

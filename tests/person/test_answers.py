@@ -239,6 +239,7 @@ def refused_contact():
         wrench, np.zeros(2), zeros),
         crossed=lambda: one(np.zeros(6), wrench, zeros + 2.0, zeros), sides=lambda: one(np.zeros(6), wrench, zeros,
         zeros, side_forces=2), least=lambda: one(np.zeros(6), wrench, zeros, zeros, least="force"),
+        constant=lambda: one([0, 0, np.nan, 0, 0, 0], wrench, zeros, zeros),
         poses=lambda: MAN.joint_contact(POSES[:2], device=ACTION),
         weak=lambda: replace(MAN, strength=0.0).joint_contact(POSES, device=ACTION),
         outside=lambda: MAN.joint_contact(ep.shoulder_rotation([-110, 150, 40], [44, -62, 30], [73, 106, 10], "left",

@@ -7,6 +7,7 @@ import pytest
 from places import SCRIPTS
 
 import exo_pin as ep
+from exo_pin.exo.pose_report import PoseReport
 from exo_pin.person.bare_arm import bare_arm_share
 
 
@@ -31,3 +32,13 @@ def test_the_command_writes_the_table_that_ships():
     made = runpy.run_path(str(SCRIPTS / "bare_arm.py"))
     shipped = np.loadtxt(made["TABLE"], delimiter=",", skiprows=1)
     np.testing.assert_allclose(made["bare_arm_table"](), shipped, atol=0.051)
+
+
+@pytest.mark.parametrize(("lean", "known"), [(0.0, True), (9.0, True), (12.0, False), (90.0, False), (180.0, False)])
+def test_it_is_that_of_an_upright_wearer(lean, known):
+    exo = ep.load("four-linear-actuators-worn")
+    lean = np.radians(lean)
+    leaning = exo.replace(gravity=[-9.81 * np.sin(lean), 0.0, -9.81 * np.cos(lean)])
+    report = PoseReport(leaning.reaction(exo.pose(60.0)), None, None)
+    assert np.isfinite(report.bare_arm_share).all() == known
+    assert ("of body weight without a device" in str(report)) == known

@@ -17,6 +17,7 @@ from free_humerus import jacobians
 from exo_pin.person.contact.query import _length_rates
 from exo_pin.person.limb.limb_state import angles_of, limb_lengths, limb_state, model_axes, placed, thorax_to_base
 from exo_pin.person.limb.myoarm import glenoid_surface, myoarm
+from exo_pin.person.limb.skeleton import bone_meshes
 
 
 def orientation_of(angles):
@@ -104,6 +105,11 @@ def test_glenoid_is_fitted_to_the_mesh():
     assert np.ptp(spots @ axes[0]) < 0.2 * width
     joint = myoarm().model.body("scapphant_r").pos
     assert (joint - centre) @ axes[0] == pytest.approx(0.0306, abs=0.0005)
+
+
+def test_faces_of_every_bone_join_its_corners_up_to_the_last():
+    for vertices, faces in bone_meshes("right").values():
+        assert (faces.min(), faces.max()) == (0, len(vertices) - 1)
 
 
 def test_rates_of_lengths_are_those_along_the_motion():

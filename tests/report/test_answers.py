@@ -6,12 +6,15 @@ from pathlib import Path
 from unittest import mock
 
 import fpdf
+import matplotlib as mpl
+import numpy as np
 import pytest
 from answers import changes, each_of
 from asked_in_turn import in_a_folder, refused
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.report.hazards import hazards_of
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
 
@@ -39,7 +42,7 @@ def pages():
 
 @in_a_folder
 def laid_out():
-    """Where on the pages every text and picture begins, in what size, and how wide and high it is."""
+    """Where on the pages every text and picture begins, in what size and face, and how wide and high it is."""
     found = []
 
     def noted(name):
@@ -47,7 +50,8 @@ def laid_out():
 
         def call(self, *places, **more):
             sizes = [each for each in (*places, *more.values()) if type(each) in (int, float)]
-            here = [name, [self.page, self.get_x(), self.get_y(), self.font_size_pt, *sizes]]
+            looks = f"{self.font_style} {more.get('align', '')} {[*map(round, self.fill_color.colors255)]}"
+            here = [name, [self.page, self.get_x(), self.get_y(), self.font_size_pt, *sizes], looks]
             found.extend([here] * (here not in found))
             return method(self, *places, **more)
 
@@ -55,13 +59,21 @@ def laid_out():
 
     exo = load("four-linear-actuators-worn").worn_by(MAN)
     names = ("add_page", "cell", "image", "multi_cell")
-    with mock.patch.multiple(fpdf.FPDF, **{name: noted(name) for name in names}):
+    # Pictures are of pixels, whatever the user's own are.
+    pixels = mpl.rc_context({"savefig.format": "svg"})
+    with pixels, mock.patch.multiple(fpdf.FPDF, **{name: noted(name) for name in names}):
         report = exo.report(ep.Wearer(1.6, 55, "female"), 45.0)
         report.save("report.pdf")
-        written = [*found]
+        text, size = Path("report.pdf").read_text("latin-1"), np.frombuffer(report.picture[16:24], ">u4")
+        written = [*found, [*size], re.findall(r"/(?:Title|Creator) [^\d\n]*", text)]
         # In no size of print it has room.
         replace(report, assumed=("No friction. " * 200,) * 40).save("long.pdf")
-    return written, sorted({size for _, (_, _, _, size, *_) in found})
+    # Drives that do not move the arm, and of which no use is known.
+    unused = tuple(replace(each, used_from=np.nan, used_to=np.nan) for each in report.drives)
+    other = replace(report, weakest_rate=0.0, drives=unused)
+    changed = [line for line in str(other).splitlines() if line not in str(report).splitlines()]
+    changed += [each.computed for each in hazards_of(other) if each not in report.hazards]
+    return written, sorted({size for _, (_, _, _, size, *_), _ in found}), changed
 
 
 def refusals():

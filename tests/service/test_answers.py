@@ -60,7 +60,7 @@ def replies():
         {"poses": {"flexion": [1, 2], "abduction": [1, 2, 3]}}, {"poses": {"flexion": 1}, "person": {"height": 1.6}},
         {"poses": {"flexion": 1}, "limits": "some"}, b"", b"{", b"NaN", b"\xff",
         {"design": "four-cables", "poses": {"flexion": 1}, "split": "elastic"}, {"poses": {"flexion": 1}, "beauty": 1},
-        {"poses": {"flexion": 1}, "design": "/etc/passwd"},
+        {"poses": {"flexion": 1}, "design": "/etc/passwd"}, {"poses": {"flexion": 1}, "design": None}, {"poses": 3},
     ]  # fmt: skip
     return [(name, *replied(name, question)) for name, question in given], [
         replied("reaction", question) for question in wrong
@@ -108,7 +108,8 @@ def poses():
     ]  # fmt: skip
     wrong = {
         "none": {}, "both": {"quaternion_xyzw": q, "quaternion_wxyz": q},
-        "mixed": {"quaternion_xyzw": q, "flexion": 3.0}, "long": {"quaternion_xyzw": [1.03 * each for each in q]},
+        "mixed": {"quaternion_xyzw": q, "flexion": 3.0}, "sensor": {"flexion": 3.0, "arm_xyzw": q},
+        "long": {"quaternion_xyzw": [1.03 * each for each in q]},
     }  # fmt: skip
     rough, doubts = plain(), []
     for k in range(250):
@@ -124,6 +125,8 @@ def poses():
         reading=lambda: plain(reading="upside-down").pose(one), first=lambda: plain(reading="w-first").pose(one),
         inverse=lambda: plain(reading="w-last").pose(Sample(t=0.0, quaternion_wxyz=q)), still=lambda: still(0.0),
         minutes=lambda: still(61.0), sensors=lambda: still(0.5).pose(Sample(t=0.0, arm_xyzw=q)),
+        angles=lambda: still(0.5).pose(Sample(t=0.0, arm_xyzw=q, trunk_xyzw=q, flexion=3.0)),
+        axis=lambda: plain(sensors=Sensors("w")),
     )  # fmt: skip
     return [plain().pose(Sample(t=0.0, **form)) for form in forms], doubts, plain().calibrating, refused
 
@@ -150,7 +153,8 @@ def sessions():
         Request("a", sample=Sample(t=0.2, flexion=40.0, internal_rotation=-200.0)), Request("a", sample=Sample(t=0.2)),
         Request("a"), Request("a", sample=Sample(t=0.3, flexion=1.0)),
         Request("b", Opening(open={"poses": {"flexion": 1}})), Request("b", Opening(open={"question": "workspace"})),
-        Request("b", Opening(open={"design": "nothing"})), Request("b", contact),
+        Request("b", Opening(open={"design": "nothing"})), Request("b", Opening(open={"split": "best"})),
+        Request("b", contact),
         Request("b", sample=Sample(t=0.1, flexion=40.0)),
         Request("b", sample=Sample(t=0.1, flexion=40.0, abduction=-150.0)),
     ]  # fmt: skip

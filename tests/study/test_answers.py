@@ -168,6 +168,14 @@ def beyond():
     )  # fmt: skip
 
 
+def unreached():
+    """Slides that come to no pose."""
+    arm = ep.Arm(4.1, [0.01, 0.0, -0.27], np.diag([0.1, 0.1, 0.004]))
+    slides, cables = named("3rps-passive-ball", "four-cables")
+    table = compare(slides, cables, poses=cables.pose(162.0, -32.0, 82.0), person=arm, detailed=True)
+    return [table[name] for name in ("reach", "effort_N", "stroke_mm", "stroke_deg", "blank")]
+
+
 def of_limits():
     """What is left after a failure with limits of a question, of one pose and of several."""
     four, three = named("four-linear-actuators", "three-linear-actuators")
@@ -225,6 +233,7 @@ ASKED = {
     "refusals": refusals,
     "on_one_arm": on_one_arm,
     "beyond": beyond,
+    "unreached": unreached,
     "of_limits": of_limits,
     "overloaded": overloaded,
     "without_data": without_data,
@@ -233,7 +242,7 @@ ASKED = {
 
 
 #: Those that take longer than 0.15 s.
-LONGER = {"four_kinds", "of_limits", "overloaded", "beyond", "without_data"}
+LONGER = {"four_kinds", "unreached", "of_limits", "overloaded", "beyond", "without_data"}
 
 
 @each_of(ASKED, LONGER)

@@ -27,6 +27,8 @@ def test_several_designs_of_any_kind_share_one_table(capsys):
     poses = adl_box(50.0)
     table = first.compare(*others, poses=poses)
     assert list(table["design"]) == ["four-cables", "serial-y-x-z", "spherical-3rrr"]
+    with pytest.raises(ValueError, match="read-only"):
+        table["can_hold"][0] = 1.0
     answers = [exo.reaction(poses) for exo in (first, *others)]
     common = np.all([answer.held for answer in answers], axis=0)
     assert 0 < common.sum() < common.size

@@ -61,12 +61,13 @@ def soft_guides():
 def asked_of_soft_parts():
     exo = guiding()
     serial = device("serial-y-x-z").replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    harness = serial.replace(interfaces=ep.Interfaces(harness=ep.Interface.of(2e4, 300.0, at=(-0.1, 0.0, 0.1))))
+    springs = CERTAIN | {"springs_percent": 30.0}
     stated = {"offset_mm": 0.0, "guides_percent": 25.0, "B_mm": 0.0, "pose_deg": 0.0, "centre_of_mass_mm": 3.0}
     return in_turn(
         guides=lambda: told(exo.uncertainty(exo.pose(60, 30), split="elastic", uncertainties=stated)),
-        cuff=lambda: told(
-            serial.uncertainty(serial.pose(50, 30), split="elastic", uncertainties=CERTAIN | {"springs_percent": 30.0})
-        ),
+        cuff=lambda: told(serial.uncertainty(serial.pose(50, 30), split="elastic", uncertainties=springs)),
+        harness=lambda: told(harness.uncertainty(serial.pose(50, 30), split="elastic", uncertainties=springs)),
     )
 
 
@@ -156,6 +157,7 @@ def asked_of_all_at_once():
         nothing=lambda: total(WORN, 8, uncertainties=CERTAIN | NO_PLACES),
         stack=lambda: WORN.total_uncertainty(WORN.pose([60, 50], 30)),
         wrong=lambda: total(WORN, uncertainties={"mas_percent": 3.0}),
+        little_tone=lambda: total(WORN, 8, uncertainties=CERTAIN | NO_PLACES | {"tone_percent": 0.5})[0],
         tone=lambda: total(WORN, 8, uncertainties=CERTAIN | NO_PLACES | {"tone_percent": 20.0, "mass_percent": 4.0}),
     )
 

@@ -41,9 +41,10 @@ def searched(size, determinant=unknown, answered=None, held=None):
     return worst, least
 
 
-def test_from_the_centre_alone_a_search_would_end_at_a_saddle():
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_from_the_centre_alone_a_search_would_end_at_a_saddle(side):
     """Two peaks on the ball, either side of where the force grows at its centre, and none of the directions asked."""
-    up = np.cross(SKEW, [0.1, 0.9, -0.3])
+    up = side * np.cross(SKEW, [0.1, 0.9, -0.3])
     up /= np.linalg.norm(up)
     worst, least = searched(lambda x: 40.0 + 2.0 * x @ up + 30.0 * (x @ SKEW) ** 2)
     assert worst.magnitude == pytest.approx(70.0 + 2.0**2 / 120.0, rel=1e-6)

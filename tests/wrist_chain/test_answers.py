@@ -82,6 +82,10 @@ def written():
             "no arm": lambda: text(circles, "wrist", masses),
             "no arm in whole": lambda: text(circles),
             "point mass": lambda: text(wrist("UUU", arm=ep.Arm(3.0, [0, 0, -0.3])), "whole", masses, False),
+            "point mass alone": lambda: text(wrist("UUU", arm=ep.Arm(3.0, [0, 0, -0.3])), visuals=False),
+            "shallow": lambda: text(
+                wrist().replace(geometry=ep.WristGeometry(POINTS, ENDS * [1, 1, 0.3], [0, 1, 0.1], [0, 0, 1]))
+            ),
             "one half": lambda: text(
                 wrist("SSS", halves={"base_body": HALVES["base_body"]}), "floating", masses, False
             ),

@@ -51,7 +51,7 @@ class Player:
         self._of: tuple[Asked, ...] = ()
         self._known: list[dict[str, Any] | None] = []
         self._tasks: list[Future[dict[str, Any]]] = []
-        self._now = self._stamp = 0.0
+        self._now: float
 
     def build_upload(self) -> None:
         """The widget that takes a recording."""

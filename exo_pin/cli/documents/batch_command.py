@@ -35,8 +35,8 @@ def batch(
     Notes
     -----
     members of a line, whose names are those of the Python call exo_pin.load(design, side).QUESTION(poses, ...):
-      question       reaction, joint_contact, workspace, uncertainty, remedy, inverse_kinematics, singularity, accuracy
-                     or check
+      question       reaction, joint_contact, workspace, uncertainty, remedy, inverse_kinematics, singularity, accuracy,
+                     check or report
       design, side   as in exo_pin.load (default: the design of exo-pin reaction); or the texts of its files,
                      {"toml": "..."} or {"urdf": "...", "closures": "...", "device": "..."}
       worn_by        whose arm it is, such as {"height": 1.75, "mass": 75, "sex": "male"}

@@ -197,7 +197,7 @@ class Target(NamedTuple):
     descriptor : int or None
         Number of the descriptor of this process that the path names, if it names one.
     status : os.stat_result or None
-        Of the path; None for a descriptor and for a file that does not exist.
+        Of the path; None for a file that does not exist.
     """
 
     path: str
@@ -246,7 +246,7 @@ def find_target(path: str | PathLike[str]) -> Target:
         if status is not None and stat.S_ISDIR(status.st_mode):
             raise InvalidInput(f"expected a file to write, got the folder {name!r}")
         place, descriptor = _followed(name)
-        return Target(place, descriptor, status if descriptor is None else None)
+        return Target(place, descriptor, status)
     except OSError as error:
         raise FileNotWritten(name, error) from error
 

@@ -152,9 +152,9 @@ def _entries(lines: Iterable[str]) -> dict[str, str]:
     """``name=value`` and ``name: value`` lines of a header."""
     found = {}
     for line in lines:
-        name, sign, value = re.split(r"([=:])", line, maxsplit=1) if re.search("[=:]", line) else ("", "", "")
-        if sign:
-            found[name.strip(" :").lower()] = value.strip(" ,\t=:")
+        name, *value = re.split("[=:]", line, maxsplit=1)
+        if value:
+            found[name.strip(" :").lower()] = value[0].strip(" ,\t=:")
     return found
 
 

@@ -24,13 +24,22 @@ __all__ = ["lacks_turns", "own_way", "turns_of"]
 _LONGEST, _SHORTEST, _STEPS = 0.2, 1e-5, 200
 #: Change of the smallest singular value of the loops per rad of motion, of rows and coordinates that are scaled.
 _STEADY = 2.0
+#: Step to a configuration beside another one, in each motion, rad and characteristic lengths.
+_BESIDE = 0.02
 #: Turn that is rounding, rad; part of the turn that is left which the device must be able to make.
 _THERE, _NEARER = 1e-9, 0.02
 
 
 def lacks_turns(model: DeviceModel, start: FloatArray) -> bool:
-    """Whether a device turns the arm about fewer than three axes at a configuration."""
-    return turns_of(model, start).shape[1] < 3
+    """Whether a device turns the arm about fewer than three axes, at a configuration and beside it.
+
+    One that does so there alone is singular, and has no assembly mode to follow.
+    """
+    if turns_of(model, start).shape[1] == 3:
+        return False
+    motions = _motions(model, start)
+    beside = _stepped(model, start, _BESIDE * model.held.topology.column * motions.sum(axis=1))
+    return beside is not None and turns_of(model, beside).shape[1] < 3
 
 
 def turns_of(model: DeviceModel, q: FloatArray) -> FloatArray:

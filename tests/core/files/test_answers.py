@@ -279,6 +279,7 @@ def asked_of_paths():
             "two": tried(lambda path: require_ending("it", path, (".csv", ".toml")), "own.txt"),
             "stream": [is_stream(path) for path in ("pipe", "own.txt", "new", ".", "link", 3, "")],
             "writable": tried(require_writable, "pipe", "own.txt", "new", ".", "no/new", "link", "loop"),
+            "files": tried(lambda folder: write_files(folder, {}), "own.txt", "own.txt/x", 3, "a\0"),
             "folder": tried(require_folder, ".", "new/newer", "own.txt", "own.txt/x", 3, "a\0"),
             "read": tried(read_file, "own.txt", "no.txt", ".", "pipe", "-", "a\0b", 3),
             "text": tried(read_text, "own.txt", "latin.txt"),

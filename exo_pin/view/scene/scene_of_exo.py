@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
+from ...core.tables import NOTES
 from ...core.validation import FloatArray, as_choice, as_positive, as_rotation, as_single_rotation, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
@@ -101,6 +102,7 @@ class Scene(Pages):
         self._device = device
         self._style, self._asked_scale = limbs, metres_per_newton
         self._without_forces: list[str] = []
+        self._cautions: list[str] = []
         self._orientation = Rotation.identity()
         self._asked: Question = {}
         self._sliders = PoseSliders(self._stage, exo.side, lambda pose: self.show(pose, **self._asked))
@@ -124,12 +126,12 @@ class Scene(Pages):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why, and parts that pass through the wearer."""
+        """What could not be drawn, and why, parts that pass through the wearer, and cautions of the answer."""
         own: list[str] = []
         if self._device:
             offset = None if self._offset is None else (np.array(self._offset[:1]), np.array(self._offset[1:]))
             touching = self._exo.device.gaps(self._orientation.as_matrix()[None], offset).words
-            own = [*self._drawn.notes, *([touching] if touching else [])]
+            own = [*self._drawn.notes, *([touching] if touching else []), *self._cautions]
         return (*self._figure.notes, *self._without_forces, *own)
 
     @property
@@ -266,6 +268,7 @@ class Scene(Pages):
     def _frames(self, poses: Rotation, query: Question) -> tuple[Reaction | None, list[Frame]]:
         """The answer for poses of shape () or (k,), and 1 or k frames."""
         answer = None if self._exo.device.arm is None else self._exo.reaction(poses, **query)
+        self._cautions = [] if answer is None else [text for text in answer.cautions if not text.startswith(NOTES)]
         frames = []
         off = offsets(query.get("centre_offset"), poses, query.get("split", "spherical"))
         places = self._drawn.places(poses, off)

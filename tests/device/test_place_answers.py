@@ -217,6 +217,7 @@ def placed():
             "two": lambda: asked(serial.replace(drives=serial.device.drives[:2]), 20, 30),
             "none": lambda: asked(serial.replace(drives=()), 20, 30),
             "singular": lambda: asked(serial, 0, 90),
+            "kinds": lambda: serial.singularity(serial.pose([0, 0, 0, 30], [90, 89.99, 60, 90])).kind,
             "wrist": lambda: asked(wrist, 40, 25, 5),
             "stack": lambda: asked(wrist, [40, 70], [[25], [50]], 5),
             "six": lambda: asked(doors.shipped("six-cables"), 40, 25, 5),

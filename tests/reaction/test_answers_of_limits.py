@@ -91,6 +91,9 @@ def verdicts():
         "pull": lambda: bare.reaction(bare.pose([30.0, 0.0, 60.0], [20.0, 90.0, 10.0]), limits="pull"),
         "minimal": lambda: bare.reaction(bare.pose([30.0, 60.0], [80.0, 10.0]), split="minimal"),
         "steep": lambda: bare.reaction(bare.pose(30.0, 84.0), split="minimal", constraint_bounds=None),
+        "heavy": lambda: bare.reaction(
+            bare.pose([5.0, 60.0], [20.0, 30.0]), load=ep.Load([[0.0, 0.0, -10.0], [0.0, 0.0, -1e5]]), split="minimal"
+        ),
         "alone": lambda: cables.reaction(cables.pose(30.0), split="standalone"),
         "nesm": lambda: nesm.reaction(nesm.pose([30.0, 170.0], [20.0, 150.0])),
         "brakes": lambda: nesm.reaction(nesm.pose(20.0, 170.0, 90.0)),
@@ -212,8 +215,16 @@ def corners():
     def sides(bounds):
         return lambda: four.reaction_map(poses, load=HEAVY, split="minimal", constraint_bounds=bounds, limits="pull")
 
+    def light():
+        """Forces of least tensions alone."""
+        exo = cables.replace(arm=ep.Arm(1e-15, [0.0, 0.0, -0.2]))
+        found = exo.reaction(
+            exo.pose([40.0, 80.0], [30.0, 60.0]), split="minimal", constraint_bounds=5.0, limits=(20, 60)
+        )
+        return found.status, found.actuator_forces[0]
+
     return in_turn(
-        tension=sides("actuator"), soft=soft, many=lambda: seven.reaction(
+        light=light, tension=sides("actuator"), soft=soft, many=lambda: seven.reaction(
             poses[0], split="minimal", constraint_bounds=20.0, limits=(-50.0, 250.0)
         ).range(), actuators=lambda: four.reaction_map(
             poses, load=HEAVY, split="minimal", constraint_bounds="actuator", limits=[Pulls()] * 4
@@ -260,7 +271,14 @@ def devices():
         found = own.reaction(own.pose(60, 20), limits="none")
         return found.actuator_forces, found.cautions
 
+    def tiny():
+        """All limits below one."""
+        drives = [replace(drive, upper=0.4 + 0.1 * k, lower=-0.2) for k, drive in enumerate(hinges.device.drives)]
+        own = hinges.replace(drives=[*drives, Drive("cable", route=way, upper=0.9)])
+        return own.reaction(own.pose(60, 20), limits="none").actuator_forces
+
     return in_turn(
+        tiny=tiny,
         small=lambda: shared({"upper": 0.4}, upper=60.0), unknown=lambda: shared({}, upper=60.0),
         still=lambda: shared({"lower": 0.0, "upper": 0.0}, upper=60.0), loose=lambda: shared({"upper": 0.4}),
         muscle=lambda: shared({"upper": 0.4}, actuator=muscle, stroke=ep.Stroke(0.25, 0.7, 1.1, 0.15)),

@@ -48,5 +48,9 @@ def test_a_map_has_what_was_kept(exo):
     assert list(exo.reaction_map(poses, keep=("magnitude",)).to_dataframe()) == [*CLINICAL_ANGLES, "F_s_N"]
     margin = exo.reaction_map(poses, keep=("margin", "actuator_forces"))
     assert list(margin.to_dataframe()) == [*CLINICAL_ANGLES, "f_1_N", "f_2_N", "f_3_N", "margin"]
+    for answer in (exo.reaction(poses), exo.reaction_map(poses)):
+        words = {name: answer.columns()[name].tolist() for name in ("verdict", "status")}
+        assert words == {"verdict": ["not held"] * 2, "status": ["out_of_stroke"] * 2}
+        assert {type(word) for column in words.values() for word in column} == {str}
     with pytest.raises(errors.InvalidInput, match="magnitude"):
         _ = margin.peak

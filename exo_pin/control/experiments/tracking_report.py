@@ -283,8 +283,7 @@ def _worst(tracking: Tracking, when: Callable[[FloatArray], FloatArray]) -> str:
     """Greatest |F_s| and error in some of the time, beside those of the run without faults."""
     found = []
     for each in (tracking, tracking.without_faults):
-        at = np.zeros(0, dtype=bool) if each is None else when(each.times)
-        if each is not None and at.any():
+        if each is not None and (at := when(each.times)).any():
             force = np.linalg.norm(each.shoulder_force[at], axis=1).max()
             found.append((f"{force:.0f} N", f"{np.degrees(each.error[at].max()):.0f}°"))
     force, off = found[0]

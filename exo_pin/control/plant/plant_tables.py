@@ -115,7 +115,7 @@ def _polynomial(model: StaticModel) -> FloatArray:
     strain, bar = np.linspace(0.0, 0.4, 12), np.linspace(0.0, 4.5, 6)
     values = model.unchecked_force(strain[:, None] * model.length, bar * BAR)
     by_strain, by_bar = np.vander(strain, 6, increasing=True), np.vander(bar, 3, increasing=True)
-    table = np.round(np.linalg.pinv(by_strain) @ values @ np.linalg.pinv(by_bar).T, 9) + 0.0
+    table = np.round(np.linalg.pinv(by_strain) @ values @ np.linalg.pinv(by_bar).T, 9)
     error = np.abs(by_strain @ table @ by_bar.T - values).max()
     if not error < 1e-8:
         raise InvalidInput(

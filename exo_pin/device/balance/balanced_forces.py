@@ -199,9 +199,10 @@ def fill_forces(
     if motions.idle is not None:
         held, free, held_count = held_motions(motions, efforts, moments, model.none)
         rows = min(held.shape[2], state.moment.shape[1] - 3)
-        state.moment_of_f[:, 3 : 3 + rows, :own] = held[:, :, :rows].mT @ efforts
-        state.moment_of_g[:, 3 : 3 + rows, :twists] = -held[:, :, :rows].mT @ scaled[..., sides]
-        state.moment[:, 3 : 3 + rows] = (held[:, :, :rows].mT @ load)[..., 0]
+        idle, along = slice(3, 3 + rows), held[:, :, :rows].mT
+        state.moment_of_f[:, idle, :own] = along @ efforts
+        state.moment_of_g[:, idle, :twists] = -along @ scaled[..., sides]
+        state.moment[:, idle] = (along @ load)[..., 0]
         _find_unheld(model, loads, motions.motions, free, load, unheld)
     # What a column lacks to balance the turns of the arm acts on the arm itself, whoever makes it. What it lacks to
     # balance idle motions is left out: nothing of that is left of the sum in equilibrium.

@@ -272,7 +272,7 @@ def _of_digits(source: AnswerSource) -> Iterator[str]:
 def _slack(mechanism: Mechanism, source: AnswerSource, held: NDArray[np.bool_]) -> Iterator[str]:
     """Limbs that only pull, have no least tension and pull with nothing."""
     f = source.values[held, : mechanism.limb_count]
-    none = np.abs(f) <= 1e-9 * np.abs(f).max(axis=1)[:, None]
+    none = f <= 1e-9 * np.abs(f).max(axis=1)[:, None]
     none &= source.poses.limits.lower[held] == 0.0
     counts = {i: int(none[:, i].sum()) for i, limb in enumerate(mechanism.limbs) if limb.actuator is not None}
     loose = {limb: count for limb, count in counts.items() if count}

@@ -92,7 +92,9 @@ def verdicts():
         "minimal": lambda: bare.reaction(bare.pose([30.0, 60.0], [80.0, 10.0]), split="minimal"),
         "steep": lambda: bare.reaction(bare.pose(30.0, 84.0), split="minimal", constraint_bounds=None),
         "heavy": lambda: bare.reaction(
-            bare.pose([5.0, 60.0], [20.0, 30.0]), load=ep.Load([[0.0, 0.0, -10.0], [0.0, 0.0, -1e5]]), split="minimal"
+            bare.pose([5.0, 60.0], [20.0, 30.0]),
+            load=ep.Load([[0.0, 0.0, -10.0], [0.0, 0.0, -1e5]], at=[0.0, 0.0, -0.3]),
+            split="minimal",
         ),
         "alone": lambda: cables.reaction(cables.pose(30.0), split="standalone"),
         "nesm": lambda: nesm.reaction(nesm.pose([30.0, 170.0], [20.0, 150.0])),

@@ -290,7 +290,7 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
     worst = np.zeros(len(kept))
     # A pose that does not follow in one direction is asked in no more: a search that finds nothing takes longest.
     for asked in np.split(DIRECTIONS, [_ASKED_FIRST]):
-        left = np.flatnonzero(np.isfinite(worst))
+        left = np.flatnonzero(~np.isinf(worst))
         if not left.size:
             break
         # The aligned device first: that is where a search for the others begins.
@@ -298,9 +298,11 @@ def _worst_change(exo: ShoulderExo, poses: Rotation, split: dict[str, Any]) -> t
         every = Rotation.from_quat(np.broadcast_to(kept[left], (len(offsets), left.size, 4)))
         moved = exo.reaction(every, limits="none", centre_offset=offsets[:, None], **split)
         change = np.linalg.norm(moved.shoulder_force[1:] - moved.shoulder_force[0], axis=-1)
-        worst[left] = np.maximum(worst[left], np.where(_answered(moved)[1:], change, np.inf).max(axis=0))
         # Where data of a spring end within the offset, it is not known what the offset does.
-        worst[left[(moved.status == "not_evaluated").any(axis=0)]] = np.nan
+        unknown = (moved.status == "not_evaluated")[1:]
+        fails = ~_answered(moved)[1:] & ~unknown
+        change = np.maximum(worst[left], np.where(unknown, np.nan, change).max(axis=0))
+        worst[left] = np.where(fails.any(axis=0), np.inf, change)
     follows = np.isfinite(worst)
     if not follows.any():
         return 0.0 if np.isinf(worst).any() else np.nan, np.nan

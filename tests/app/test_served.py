@@ -7,6 +7,7 @@ import pytest
 pytest.importorskip("nicegui", reason="needs the extra app")
 pytest.importorskip("websockets", reason="needs the extra service")
 import httpx
+import nicegui
 import uvicorn
 from nicegui import Client
 from websockets.asyncio.client import connect
@@ -102,6 +103,8 @@ def test_pages_scenes_and_sockets_are_given_to_who_has_the_address(monkeypatch, 
 
     monkeypatch.setattr(uvicorn.Server, "run", lambda *given, sockets: asyncio.run(both(*given, sockets)))
     monkeypatch.setattr(visit, "Visit", Visit)
+    # An application that has served is one that has not, for the tests that come later.
+    monkeypatch.setattr(nicegui.app, "middleware_stack", None)
     monkeypatch.setattr("exo_pin.app.serving.warnings.simplefilter", [].append)
     serve_app(CABLES, 0, said=said.append)
     assert len(asked) == 1

@@ -5,6 +5,7 @@ import functools
 import pytest
 from answers import changes, each_of
 from asked_commands import MAN, POSE, QUICK, WOMAN, answered_in_turn
+from urdf_knee import GOOD
 
 TABLE = "flexion_deg,abduction_deg,internal_rotation_deg\n20,30,5\n50,60,-10\n100,20,30\n"
 SEARCH = "four-cables --refine --vary cuff_height_mm=150:250 --budget 12 --run-length 12 --step 60"
@@ -219,6 +220,12 @@ COMMANDS = {
         "workspace four-linear-actuators-worn --step 45 --limb-loss",
         "schema old.json", "schema new.json", "schema no.json", "schema misspelt.json", "schema list.json",
     ],
+    "seldom": [
+        "kinematics prototype --lengths -0.2,-0.3,-0.3", "reaction urdf/six-cables.urdf --over-postures --json",
+        "track --experiment abduction --payload 1", "forces left.urdf --set knee=20deg", "mobility left.urdf",
+        f"sweep four-cables --vary cuff_height_mm=150,170 --flexion 50 {MAN} --payload-at 0,0,-0.4",
+        f"sweep four-cables --vary cuff_height_mm=150,170 --flexion 50 {MAN} --muscles",
+    ],
     "persons": [
         "person prototype --flexion 40 --share 0.5 --least effort",
         f"person four-cables {POSE} --range --out range.csv",
@@ -238,7 +245,14 @@ DOCUMENTS = {
     "old_json": '{"schema": "exo_pin.reaction/0"}', "new_json": '{"schema": "exo_pin.reaction/2"}', "no_json": "{",
     "misspelt_json": '{"schema": "exo_pin.reacton/1"}', "list_json": "[]",
 }  # fmt: skip
-FILES = {"table_csv": TABLE, "questions_jsonl": QUESTIONS, "quick_csv": QUICK, "bent_csv": BENT} | DOCUMENTS
+LEFT = GOOD.replace("</joint>", '<safety_controller k_velocity="1"/></joint>')
+FILES = {
+    "left_urdf": LEFT,
+    "table_csv": TABLE,
+    "questions_jsonl": QUESTIONS,
+    "quick_csv": QUICK,
+    "bent_csv": BENT,
+} | DOCUMENTS
 
 ASKED = {name: functools.partial(answered_in_turn, lines, **FILES) for name, lines in COMMANDS.items()}
 

@@ -45,7 +45,7 @@ from .model_controller import FeedbackGains, ModelController, gains_for
 def gravity_compensation(
     plant: Plant, share: float = 1.0, rate: float = 100.0, fault_aware: bool = False
 ) -> ModelController:
-    """A controller that carries a share of the arm's weight, wherever the arm is.
+    """A controller that carries a share of the weight of the person's arm, and the device, wherever the arm is.
 
     Parameters
     ----------

@@ -45,6 +45,7 @@ from ...design import Mechanism
 from ...device import Device
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, ValveUnit, mass_flow
+from ..plant.arm_wrench import person_arm
 from ..plant.equations.drive_kernels import air_volume, tension
 from ..plant.plant import Plant
 from ..trajectories.paths import Turn
@@ -147,7 +148,8 @@ class FeedbackGains:
     air_ahead : bool
         Whether valves also pass the air that the reference is going to need.
     weight_share : float
-        Share of the arm's weight that the device carries, 0 to 1; the wearer carries the rest.
+        Share of the weight of the person's arm that the device carries besides itself, 0 to 1; the wearer carries the
+        rest.
     dead_zone : float
         Angle from the reference within which the spring does nothing, rad.
     forgetting_time : float
@@ -275,6 +277,7 @@ class ModelController:
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
         self._valves = ValveLoop(plant, self.gains.pressure)
+        self._arm = person_arm(plant)
         self._motors, self.plans = MotorLoop(plant.drives, self.gains.bandwidth), planner_of(plant)
         self.reset()
 
@@ -314,7 +317,7 @@ class ModelController:
         turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
         # The part along the arm's own axis is reduced; the weight that is left to the person is not borne.
         turned -= (1.0 - g.axial_share) * (R[:, 2] @ turned) * R[:, 2]
-        weight = np.cross(R @ tables.centre, tables.mass * tables.gravity)
+        weight = np.cross(R @ self._arm.centre, self._arm.mass * tables.gravity)
         feedback = turned + self._integral + (1.0 - g.weight_share) * weight
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
         load = Load(tables.force, -feedback, tables.point)

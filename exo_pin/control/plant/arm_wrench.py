@@ -11,6 +11,7 @@ from ...load_case import Load
 from .any_device.arm_actions import ArmState, Body, arm_loads
 
 if TYPE_CHECKING:
+    from .plant import Plant
     from .run import Run
 
 
@@ -35,9 +36,9 @@ def posture_of(run: Run, rows: Any) -> FloatArray | None:
     return run.configurations[rows] if is_chain and run.plant.mechanism.structure.idle else None
 
 
-def _arm(run: Run) -> Body:
+def person_arm(plant: Plant) -> Body:
     """The person's arm; of a dummy without one, all that moves."""
-    arm = run.plant.mechanism.arm
+    arm = plant.mechanism.arm
     own = arm.person or arm
     return Body(own.mass, own.centre_of_mass, own.inertia_about_origin)
 
@@ -48,7 +49,7 @@ def needed_moment(self: Run) -> FloatArray:
     It moves the arm, with the torso, and bears its weight, payloads, the given force, and friction and stops. Parts
     of the device that turn with the arm are the device's; a dummy without a person's arm is taken whole.
     """
-    arm, R = _arm(self), self.rotations.as_matrix()
+    arm, R = person_arm(self.plant), self.rotations.as_matrix()
     own, along = (np.einsum("kji,kj->ki", R, part) for part in (self.angular_velocity, self.angular_acceleration))
     rate = along @ arm.inertia.T + np.cross(own, own @ arm.inertia.T)
     inertial = np.einsum("kij,kj->ki", R, rate)
@@ -63,7 +64,7 @@ def cuff_wrench(self: Run) -> FloatArray:
     a person's arm is taken whole. The moment is what the arm needs less what the wearer makes; it depends on no
     split. The force is that of :attr:`shoulder_force`.
     """
-    arm = _arm(self)
+    arm = person_arm(self.plant)
     others = carried(self, arm)[0] + self.wearer_force + self.shoulder_force
     force = arm.mass * (acceleration(self, arm.centre) - self.plant.tables.gravity) - others
     return np.concatenate([force, self.needed_moment - self.wearer_moment], axis=1)
@@ -91,7 +92,7 @@ def external_load(self: Run, rows: Any = slice(None)) -> Load:
     >>> run.external_load().force[0]  # N
     array([20.,  0.,  0.])
     """
-    force, moment = (part[rows].copy() for part in carried(self, _arm(self)))
+    force, moment = (part[rows].copy() for part in carried(self, person_arm(self.plant)))
     pushes = [action for action in self.plant.wearer if getattr(action, "external", False)]
     states = zip(self.times[rows], self.rotations[rows].as_matrix(), self.angular_velocity[rows], strict=True)
     for k, (t, R, w) in enumerate(states):

@@ -8,14 +8,14 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ...load_case import Load
-from .any_device.arm_actions import ArmState, Body, arm_loads
+from .any_device.arm_actions import ArmBody, ArmState, arm_loads
 
 if TYPE_CHECKING:
     from .plant import Plant
     from .run import Run
 
 
-def carried(run: Run, body: Body) -> tuple[FloatArray, FloatArray]:
+def carried(run: Run, body: ArmBody) -> tuple[FloatArray, FloatArray]:
     """Force and moment about O of the given force, payloads with inertia, and the torso, shape (N, 3) each."""
     motion = run.rotations.as_matrix(), run.angular_velocity, run.angular_acceleration
     return arm_loads(run.plant, body, run.times, *motion)
@@ -36,11 +36,11 @@ def posture_of(run: Run, rows: Any) -> FloatArray | None:
     return run.configurations[rows] if is_chain and run.plant.mechanism.structure.idle else None
 
 
-def person_arm(plant: Plant) -> Body:
+def person_arm(plant: Plant) -> ArmBody:
     """The person's arm; of a dummy without one, all that moves."""
     arm = plant.mechanism.arm
     own = arm.person or arm
-    return Body(own.mass, own.centre_of_mass, own.inertia_about_origin)
+    return ArmBody(own.mass, own.centre_of_mass, own.inertia_about_origin)
 
 
 def needed_moment(self: Run) -> FloatArray:

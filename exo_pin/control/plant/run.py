@@ -17,7 +17,7 @@ from ...load_case import Case, CentreOffset, CentrePath, Load, Motion
 from ...reaction import Assumptions, ConstraintBounds, GlenoidCone, Limits, Reaction, Split, Weights, solve
 from ...reaction.assumptions import Question
 from ...reaction.constraints.given_limits import given_forces
-from .any_device.arm_actions import Body
+from .any_device.arm_actions import ArmBody
 from .any_device.padding import displacements
 from .arm_wrench import acceleration, carried, cuff_wrench, external_load, needed_moment, posture_of
 from .drives import MuscleDrive
@@ -280,7 +280,7 @@ class Run(Result, ReadOnly):
         True
         """
         tables = self.plant.tables
-        force, moment = carried(self, Body(tables.mass, tables.centre, tables.inertia))
+        force, moment = carried(self, ArmBody(tables.mass, tables.centre, tables.inertia))
         return Load(force + self.wearer_force, moment + self.wearer_moment + self.friction_moment + self.stop_moment)
 
     needed_moment = property(needed_moment)

@@ -277,7 +277,7 @@ def carried_along(
     return -np.asarray(np.einsum("ci,ci->c", state.buffers.J, (bodies @ forces)[owners]))
 
 
-class Body(NamedTuple):
+class ArmBody(NamedTuple):
     """Mass, kg, centre of mass, (3,), m, and inertia about O, (3, 3), kg m², of what turns with the arm, arm frame."""
 
     mass: float
@@ -286,14 +286,14 @@ class Body(NamedTuple):
 
 
 def arm_loads(
-    plant: Plant, body: Body, times: FloatArray, R: FloatArray, w: FloatArray, e: FloatArray
+    plant: Plant, body: ArmBody, times: FloatArray, R: FloatArray, w: FloatArray, e: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Force at O and moment about it of the given force, payloads with inertia, and the torso, shape (N, 3) each.
 
     Parameters
     ----------
     plant : Plant
-    body : Body
+    body : ArmBody
         What the torso takes along: the moving part, or the person's arm alone.
     times : ndarray
         Shape (N,), s.

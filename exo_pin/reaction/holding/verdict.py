@@ -89,10 +89,10 @@ def _of_pose(
     return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
 
 
-def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, reasons: tuple[str, str]) -> str:
+def _of_stack(check: HoldCheck, status: NDArray[np.str_], unheld: str, unknown: tuple[str, str]) -> str:
     total, held = status.size, int(check.can_hold.sum())
     counts = [int((status == name).sum()) for name in UNSOLVED]
-    unsolved = [(n, why) for n, why in zip(counts, reasons, strict=True) if n]
+    unsolved = [(n, why) for n, why in zip(counts, unknown, strict=True) if n]
     if not check.asked and not check.violated.any():
         text = f'It is not known which of {total} poses the device can hold: limits were left out (limits="none")'
         return "; ".join([text, *(f"{count} have no result, because {why}" for count, why in unsolved)]) + "."

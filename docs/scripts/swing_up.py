@@ -2,7 +2,7 @@
 
 ::
 
-    pip install '.[optimal_control,robots]'
+    pip install '.[optimal-control,robots]'
     python docs/scripts/swing_up.py
 
 Crank and follower turn about two pivots 0.1 m apart and carry a rod between their ends. Held out level, the arm needs

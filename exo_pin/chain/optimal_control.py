@@ -1,4 +1,4 @@
-"""A closed chain as an action model of Crocoddyl, in its independent coordinates (extra ``optimal_control``).
+"""A closed chain as an action model of Crocoddyl, in its independent coordinates (extra ``optimal-control``).
 
 The state is x = (q_i, v_i) of the joints that lead; all others follow on the closed loops, so that an optimal motion
 opens none and no constraint is left to the solver. The controls are the efforts of the motors.
@@ -73,7 +73,7 @@ def action_model(
     >>> data.xout.round(4)  # rad/s², - m g l sin q over the inertia of 0.6 kg m²
     array([-6.367])
     """
-    optional("optimal_control", "crocoddyl")
+    optional("optimal-control", "crocoddyl")
     require_type("chain", chain, ClosedChain)
     joints = tuple(independent)
     parts = [chain.configuration_slice(joint) for joint in joints]

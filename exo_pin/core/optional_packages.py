@@ -20,7 +20,7 @@ _MODULES = {
     "report": ("fpdf", "matplotlib"),
     "app": ("nicegui",),
     "service": ("starlette", "uvicorn", "websockets", "prometheus_client"),
-    "optimal_control": ("crocoddyl",),
+    "optimal-control": ("crocoddyl",),
     "gym": ("gymnasium",),
     "test": ("pytest",),
 }

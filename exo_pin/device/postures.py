@@ -117,7 +117,10 @@ def reached_postures(
 
 
 def nearest_reached(device: ChainDevice, pose: Rotation) -> Rotation | None:
-    """Where the way of a device to a pose ends that turns the arm about fewer than three axes; None of others."""
+    """Where the way of a device to a pose ends that turns the arm about fewer than three axes; None of others.
+
+    The device's centre is the shoulder's.
+    """
     from .turns.own_ways import lacks_turns, own_way  # here: few devices need it
 
     model = device_model(device)

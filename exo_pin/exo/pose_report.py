@@ -157,7 +157,9 @@ class PoseReport(Result):
     @property
     def _is_bare(self) -> bool:
         case, wearer, g = self.answer.case, self.wearer, self.device.gravity
-        other = case.load is not None or case.motion is not None
+        acting = [] if case.load is None else [case.load.force, case.load.moment]
+        acting += [] if case.motion is None else [case.motion.angular_velocity, case.motion.angular_acceleration]
+        other = any(np.any(part) for part in acting)
         if wearer is not None:
             other = other or wearer.payload > 0.0 or wearer.elbow_flexion > _STRAIGHT
         return not other and bool(-g[2] >= math.cos(_UPRIGHT) * np.linalg.norm(g))

@@ -130,6 +130,16 @@ def test_two_hinges_go_their_own_way_where_they_cannot_turn_straight():
     found, other = (exo.reaction(poses, limits="none") for exo in (two, three))
     assert found.status.tolist() == ["ok"] * 4 + ["out_of_reach"]
     np.testing.assert_allclose(found.shoulder_force[:4], other.shoulder_force[:4], atol=1e-9)
+    # The same on the other side, and of a file whose digits leave the geometry open.
+    right, rounded = (
+        two.mirrored(),
+        ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held.with_tolerance(1e-5))),
+    )
+    turned = right.pose([40.0, 60.0, 90.0, 20.0], [10.0, 45.0, 45.0, -20.0])
+    mirrored = right.reaction(turned, limits="none").shoulder_force * [1.0, -1.0, 1.0]
+    np.testing.assert_allclose(mirrored, found.shoulder_force[:4], atol=1e-9)
+    again = rounded.reaction(poses[:4], limits="none").shoulder_force
+    np.testing.assert_allclose(again, found.shoulder_force[:4], atol=1e-6)
     alone = [two.configurations(pose) for pose in poses[:4]]
     np.testing.assert_array_equal(two.configurations(poses[:4]), alone)
     nearest = two.remedy(poses[4]).nearest

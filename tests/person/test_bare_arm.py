@@ -42,3 +42,10 @@ def test_it_is_that_of_an_upright_wearer(lean, known):
     report = PoseReport(leaning.reaction(exo.pose(60.0)), None, None)
     assert np.isfinite(report.bare_arm_share).all() == known
     assert ("of body weight without a device" in str(report)) == known
+
+
+@pytest.mark.parametrize("force", [0.0, 30.0])
+def test_a_load_of_nothing_is_none(force):
+    exo = ep.load("four-linear-actuators-worn")
+    report = PoseReport(exo.reaction(exo.pose(60.0), load=ep.Load([0.0, 0.0, -force], at=[0.0, 0.0, -0.5])), None, None)
+    assert np.isfinite(report.bare_arm_share).all() == (force == 0.0)

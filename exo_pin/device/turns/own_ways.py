@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from ...chain.kinematics.closing import nearest_closed
 from ...core.errors import LoopNotClosed
 from ...core.validation import FloatArray
-from ..balance.device_state import NONE
 from ..device_model import DeviceModel
 from .idle_joints import CLOSED, CORRECTIONS, JUMP
 
@@ -45,7 +44,7 @@ def lacks_turns(model: DeviceModel, start: FloatArray) -> bool:
 def turns_of(model: DeviceModel, q: FloatArray) -> FloatArray:
     """Turns of the arm that its loops allow, shape (3, k), orthonormal, arm frame."""
     U, s, _ = np.linalg.svd(_motions(model, q)[model.arm_v], full_matrices=False)
-    return np.asarray(U[:, s > NONE])
+    return np.asarray(U[:, s > model.none])
 
 
 def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
@@ -62,14 +61,14 @@ def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> tuple[Fl
     """
     state, q, step = model.held, start, _LONGEST
     s = np.linalg.svd(model.scaled_rows(start)[:, model.moving], compute_uv=False)
-    last = int((s > NONE * s.max(initial=0.0)).sum()) - 1
+    last = int((s > model.none * s.max(initial=0.0)).sum()) - 1
     for _ in range(_STEPS):
         left = _left(model, q, pose)
         size = float(np.linalg.norm(left))
         if size <= _THERE:
             return _placed(model, q, pose)
         motions = _motions(model, q)
-        move = state.topology.column * (motions @ np.linalg.lstsq(motions[model.arm_v], left, rcond=NONE)[0])
+        move = state.topology.column * (motions @ np.linalg.lstsq(motions[model.arm_v], left, rcond=model.none)[0])
         s = np.linalg.svd(model.scaled_rows(q)[:, model.moving], compute_uv=False)
         step = min(step, _LONGEST, float(s[last]) / _STEADY if last >= 0 else _LONGEST)
         length = float(np.abs(move / state.topology.column).max(initial=0.0))
@@ -87,7 +86,7 @@ def _motions(model: DeviceModel, q: FloatArray) -> FloatArray:
     """Motions of all joints that keep the loops closed, shape (nv, k), orthonormal, characteristic lengths and rad."""
     own = np.union1d(model.moving, np.arange(model.arm_v.start, model.arm_v.stop))
     _, s, Vt = np.linalg.svd(model.scaled_rows(q)[:, own])
-    free = Vt[int((s > NONE * s.max(initial=0.0)).sum()) :]
+    free = Vt[int((s > model.none * s.max(initial=0.0)).sum()) :]
     out = np.zeros((model.held.nv, len(free)))
     out[own] = free.T
     return out

@@ -124,8 +124,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
     low_relief, high_relief = np.zeros(n), np.zeros(n)
     quick = not bound and not pose.has_side_moments
     if quick:
-        margin = _margin(pose, low_relief, high_relief)
-        if margin >= -HELD * scale * pose.radius:
+        if _margin(pose, low_relief, high_relief) >= 0.0:
             return None
     program, target = _closest(pose, scale, bound)
     solution = solve(program)

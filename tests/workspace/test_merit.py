@@ -10,7 +10,7 @@ import exo_pin as ep
 from exo_pin import BodyShape
 from exo_pin.workspace import Criteria, lifting_poses
 from exo_pin.workspace.optimisation.merit import OBJECTIVES, Merit, judged
-from exo_pin.workspace.optimisation.search_poses import DesignVariables
+from exo_pin.workspace.optimisation.search_poses import DesignVariables, SearchPoses
 from exo_pin.workspace.optimisation.starting_designs import fitted_strokes
 
 pytest.importorskip("optuna")
@@ -146,3 +146,11 @@ def test_objectives_on_the_full_grid_are_those_of_the_workspace():
     assert values["mean_shoulder_force"] == pytest.approx(forces.mean())
     assert values["peak_shoulder_force"] == forces.max() < 150.0
     assert values["median_moment_margin"] == np.median(moments)
+
+
+@pytest.mark.parametrize("weights", [[1.0, -0.1], [0.0, 0.0], [1.0], [1.0, 1.0, 1.0], [[1.0, 1.0]], [1.0, np.nan]])
+def test_poses_of_a_search_have_a_weight_each(weights):
+    poses = POSES.poses[:2]
+    assert SearchPoses(poses, [3.0, 1.0]).weights.tolist() == [0.75, 0.25]
+    with pytest.raises(ep.InvalidInput, match="weight"):
+        SearchPoses(poses, weights)

@@ -114,7 +114,7 @@ class Merit(Record):
         self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
         self.names = criteria.off_grid().chosen(self._built(variables.device), False)[0]
-        # Where no muscle's pull depends on its stroke, and each limb counts, windows do without a record of each design.
+        # Where no pull depends on the stroke, and each limb counts, windows do without a record of each design.
         muscles = [limb.actuator.force_law for limb in record.limbs if limb.actuator] if record is not None else []
         self._by_record = any(muscles) or criteria.stroke_rule != "each"
 

@@ -1,6 +1,7 @@
 """Answers of the service as they are stored: replies, streams of samples, messages of ROS, its description."""
 
 import json
+import logging
 import re
 
 import msgspec
@@ -92,7 +93,7 @@ def streams():
         (5.1, None, 1.1),
     ]
     return taken(None, *numbered), taken(100.0, *timed), taken(None, *timed), in_turn(
-        rate=lambda: Stream(0.0), fast=lambda: Stream(1.1e5), edge=lambda: Stream(1e5),
+        rate=lambda: Stream(0.0), slow=lambda: Stream(0.5), fast=lambda: Stream(1.1e5), edge=lambda: Stream(1e5),
         time=lambda: Stream().take(Sample(t=float("nan")), 0.0),
     )  # fmt: skip
 
@@ -245,6 +246,7 @@ def application():
     from asked_application import TellingWorkers, asked
 
     from exo_pin.service.application import application as made
+    from exo_pin.service.problems import LOG
 
     app = made(TellingWorkers(), ServiceOptions(host="127.0.0.1", token="0123456789abcdef", body=20, names=("lab",)))
     key = {"Authorization": "Bearer 0123456789abcdef"}
@@ -264,6 +266,11 @@ def application():
     told = {name: asked(app, **key, **job) for name, job in jobs.items()}
     for name, more in (("none", {}), ("bad", {"Authorization": "Bearer 0123456789abcdeg"})):
         told[name] = asked(app, **more)
+    log = logging.Handler()
+    log.emit = lambda record: told.update(log=[record.getMessage(), record.exc_info[0].__name__])
+    LOG.addHandler(log)
+    told["broken"] = asked(app, **key, body=b"break")
+    LOG.removeHandler(log)
     told["freely"], told["health alone"] = asked(open_app), asked(app, "GET", "/health")[0]
     counts = [line for line in asked(app, "GET", "/metrics", **key)[2].splitlines() if line.startswith("exo_pin_")]
     told["counts"] = [

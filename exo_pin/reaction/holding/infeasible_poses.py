@@ -123,10 +123,8 @@ def shortfall(pose: PoseProgram) -> Shortfall | None:
     n = len(pose.f_low)
     low_relief, high_relief = np.zeros(n), np.zeros(n)
     quick = not bound and not pose.has_side_moments
-    if quick:
-        margin = _margin(pose, low_relief, high_relief)
-        if margin >= -HELD * scale * pose.radius:
-            return None
+    if quick and _margin(pose, low_relief, high_relief) >= 0.0:
+        return None
     program, target = _closest(pose, scale, bound)
     solution = solve(program)
     if not solution.is_optimal:

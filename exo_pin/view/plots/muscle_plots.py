@@ -182,7 +182,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
         notes += f"; dotted: {names[fault.limb]}, {fault.kind} from {fault.start:g} s on"
     if not tracking.reachable.all():
         notes += "; grey: reference poses that the drives cannot hold at rest"
-    if (np.abs(np.cos(np.radians(tracking.angles()[:, 1]))) < _LOCK).any():
+    if np.isnan(reached + wanted).any():
         notes += "; near 90° of abduction flexion and internal rotation are not separate angles"
     figure.supxlabel(notes, fontsize=9, color=GREY)
     return figure

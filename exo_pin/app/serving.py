@@ -16,7 +16,7 @@ from ..core.optional_packages import optional, require_extra
 from ..view.page.browser import live_page, viewer_script
 from ..view.page.live_server import free_socket
 from .asked import Asked
-from .guard import Guard
+from .guard import TokenGuard
 from .pose_map import end_workers
 
 #: Where the search for a free port starts.
@@ -79,7 +79,7 @@ def _ended_as_by_keys() -> Iterator[None]:
             signal.signal(signal.SIGTERM, before)
 
 
-def _application(asked: Asked, token: str) -> Guard:
+def _application(asked: Asked, token: str) -> TokenGuard:
     """Page, scenes and sockets behind a token."""
     nicegui, fastapi = optional("app", "nicegui"), optional("app", "fastapi")
     from .page.visit import Visit  # here, because its module needs the extra
@@ -124,4 +124,4 @@ def _application(asked: Asked, token: str) -> Guard:
     nicegui.app.routes.append(routing.WebSocketRoute("/live/{key}", live))
     outer = fastapi.FastAPI(openapi_url=None)
     nicegui.ui.run_with(outer, mount_path=f"/{token}", show_welcome_message=False, reconnect_timeout=_AWAY)
-    return Guard(outer, token)
+    return TokenGuard(outer, token)

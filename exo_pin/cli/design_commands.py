@@ -29,7 +29,7 @@ from ..study import sweep as swept
 from ..wrist_chain import PARTS
 from . import options
 from .command import Files, writes
-from .options.recording_options import ReadAs, Recording
+from .options.recording_options import ReadAs, RecordedMotion
 
 Step = Annotated[
     options.Degrees, Parameter(help="Without poses: step of the grid over the box of daily activities, degrees.")
@@ -214,7 +214,7 @@ def _poses(
     exo: ShoulderExo,
     pose: options.Pose,
     way: options.Way,
-    recording: Recording,
+    recording: RecordedMotion,
     step: float,
     limits: str,
     split: str | None,
@@ -239,7 +239,7 @@ def sweep(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: Recording = Recording(),
+    recording: RecordedMotion = RecordedMotion(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,
@@ -324,7 +324,7 @@ def compare(
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
     way: options.Way = options.Way(),
-    recording: Recording = Recording(),
+    recording: RecordedMotion = RecordedMotion(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     step: Step = 10.0,

@@ -18,7 +18,7 @@ from ..view.plots.contact_plots import contact_over_box, contact_over_elevation,
 from ..view.plots.plot_style import figure_title
 from . import options
 from .command import Files, writes
-from .options.recording_options import Recording
+from .options.recording_options import RecordedMotion
 
 
 @writes(
@@ -34,7 +34,7 @@ def person(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: Recording = Recording(),
+    recording: RecordedMotion = RecordedMotion(),
     map: bool = False,
     step: options.Degrees = 20.0,
     range: bool = False,
@@ -138,7 +138,7 @@ class _Asked(NamedTuple):
     query: dict[str, Any]
     progress: bool
 
-    def along(self, recording: Recording) -> Any:
+    def along(self, recording: RecordedMotion) -> Any:
         """Along a measured movement: heading, answer, more columns, and what draws a figure and says what it shows."""
         moved = recording.movement(self.exo.side)
         poses = moved.poses if recording.static else moved

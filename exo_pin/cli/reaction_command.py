@@ -25,7 +25,7 @@ from ..reaction import SPLITS, ConstraintBounds, Reaction, posture_range, reacti
 from ..reaction.assumptions import Assumptions, comparable_splits
 from . import options
 from .command import Files, writes
-from .options.recording_options import Recording
+from .options.recording_options import RecordedMotion
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def reaction(
     offset: options.Offset = None,
     hand_force: options.HandForce = None,
     limits: options.LimitsText = "design",
-    recording: Recording = Recording(),
+    recording: RecordedMotion = RecordedMotion(),
     posture: options.Posture = (),
     over_postures: bool = False,
     side_force_limit: Annotated[str | None, options.called("N|actuator")] = None,
@@ -191,7 +191,9 @@ def _bounds(limit: str | None) -> ConstraintBounds:
     return (-newtons, newtons)
 
 
-def _movement(exo: ShoulderExo, query: dict[str, Any], recording: Recording, progress: bool, files: Files) -> Reaction:
+def _movement(
+    exo: ShoulderExo, query: dict[str, Any], recording: RecordedMotion, progress: bool, files: Files
+) -> Reaction:
     with warnings.catch_warnings():
         # The answer's cautions say the same.
         warnings.simplefilter("ignore", NoisyMovement)
@@ -306,7 +308,7 @@ def uncertainty(
     *,
     side: options.Side = None,
     pose: options.Pose = options.Pose(),
-    recording: Recording = Recording(),
+    recording: RecordedMotion = RecordedMotion(),
     worn: options.Worn = options.Worn(),
     limits: options.LimitsText = "design",
     offset: options.Offset = None,

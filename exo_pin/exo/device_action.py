@@ -60,7 +60,7 @@ def action_of_reaction(reaction: Reaction, poses: Rotation, words: str = "") -> 
         f[..., len(device.efforts) :] *= 0.0
         violated = blank | _beyond_own_limits(reaction, device)
     wrench = np.where(blank[..., None], 0.0, cuff)
-    caution = _caution(violated, closest=True)
+    caution = _caution(violated & (reaction.reasons == ""), closest=True)
     if lacking := [text for text in reaction.reasons.ravel().tolist() if text]:
         caution = f"{_unevaluated(lacking)} {caution}".rstrip()
     return DeviceAction(

@@ -165,8 +165,8 @@ class CentreOffset(Record):
     def __post_init__(self) -> None:
         for name in ("base", "cuff"):
             offset = as_finite(name, getattr(self, name), (3,), stack=True)
-            if np.abs(offset).max(initial=0.0) > 0.2:
-                raise InvalidInput(f"expected {name} offset in m, within 0.2 m, got {offset} (millimetres?)")
+            if (most := np.abs(offset).max(initial=0.0)) > 0.2:
+                raise InvalidInput(f"expected {name} offset within 0.2 m, got {most:g} m (millimetres?)")
             set_fields(self, **{name: offset})
 
     @classmethod

@@ -245,5 +245,5 @@ def _near_ends(t: FloatArray, reach: float, rest: bool) -> Any:
     after = np.diff(t) >= reach
     edges = t[np.concatenate([[not rest], after]) | np.concatenate([after, [not rest]])]
     edges = np.concatenate([[-np.inf], edges, [np.inf]])
-    above = np.searchsorted(edges, t).clip(1, len(edges) - 1)
+    above = np.searchsorted(edges, t)
     return np.minimum(np.abs(t - edges[above - 1]), np.abs(edges[above] - t)) < reach

@@ -139,6 +139,6 @@ def _descent(A: FloatArray, w: FloatArray, size: float) -> tuple[FloatArray, boo
     curved = values > _RANK * values[-1]
     parts = ways.T @ w
     idle = ways[:, ~curved] @ parts[~curved]
-    if np.abs(idle).max(initial=0.0) > 10.0 * _ROUNDING * size:
+    if np.abs(idle).max() > 10.0 * _ROUNDING * size:
         return -idle, False
     return -ways[:, curved] @ (parts[curved] / values[curved]), True

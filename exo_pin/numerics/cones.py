@@ -74,4 +74,4 @@ def fork_tilt(directions: FloatArray) -> tuple[FloatArray, float]:
     for first in range(0, len(directions), _BLOCK):
         most = np.maximum(most, np.abs(directions[first : first + _BLOCK] @ axes.T).max(axis=0))
     best = int(most.argmin())
-    return axes[best], float(np.arcsin(min(1.0, most[best])))
+    return axes[best], float(np.arcsin(most[best]))

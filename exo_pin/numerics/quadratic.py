@@ -211,7 +211,7 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
     A, b = np.vstack([program.A, program.E]), np.concatenate([program.b, program.E @ first.z])
     again = replace(program, E=np.eye(size), d=np.zeros(size), A=A, b=b)
     second = judged(program, _solve(_orthonormal(again)).z, first.equality, first.inequality)
-    return second._replace(unique=False) if second.kkt <= max(10.0 * first.kkt, 1e-10) else first
+    return second._replace(unique=False) if second.is_optimal else first
 
 
 def _orthonormal(program: LeastSquares) -> LeastSquares:

@@ -102,7 +102,6 @@ def device_poses(
     unreached = np.where(found.why == SINGULAR_BEFORE, BEYOND_SINGULAR, OUT_OF_REACH)
     status = np.where(found.evaluated, found.status, NOT_EVALUATED)
     status = np.where(found.reached, status, unreached).astype(np.int8)
-    lost = np.flatnonzero(status >= 2)
     bounds = UNBOUNDED
     if assumptions.constraint_bounds is not None:
         options = (query.shape, device.limb_count, limits.one_signed, False)
@@ -118,8 +117,6 @@ def device_poses(
         tensions.f[:] = found.moved.efforts
     if sharing.wearer is not None and limits.asked:
         limits = limits.allowing(sharing.wearer, tensions.f, UNFELT * arm.weight_moment(device.gravity))
-    for part in tensions:
-        part[lost] = np.nan if part is not tensions.self_stress else 0.0
     nothing = np.zeros((len(status), device.limb_count))
     poses = PoseStack(
         own, query.matrices, offset, found.state, tensions, nothing, nothing, status, found.margin,  # type: ignore[arg-type]

@@ -55,7 +55,7 @@ from ..wrist.forces.side_forces import guide_flexibility
 from ..wrist.limbs import STATUS
 from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
-from .splits.limb_and_side_forces import Pose, choose
+from .splits.limb_and_side_forces import PoseProgram, choose
 from .splits.pose_stack import Moved, PoseStack
 from .splits.split import Chosen, Spherical, Split
 
@@ -105,7 +105,7 @@ class Elastic(Split):
         """The assumption in a few words."""
         return "determined by stiffness"
 
-    def program(self, poses: PoseStack, row: int) -> Pose:
+    def program(self, poses: PoseStack, row: int) -> PoseProgram:
         """The least tensions within their limits, with side forces that follow them."""
         program = poses.program(row)
         poses.flexibility(np.array([row]))  # raises where a direction is free
@@ -356,7 +356,7 @@ class ElasticPoses(Record):
             self.x[row] = x
         return held
 
-    def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[Pose, MovedDevice]:
+    def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[PoseProgram, MovedDevice]:
         """The program of one pose at the unknowns x, and the device there."""
         device = MovedDevice(self.equations, np.array([row]), x[None])
         socket = None if poses.socket is None else poses.socket._replace(N=poses.socket.N[[row]])

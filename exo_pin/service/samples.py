@@ -15,7 +15,7 @@ from ..core.validation import FloatArray, as_finite
 _DRIFT = 2e-4
 
 
-class Sensors(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+class SampledSensors(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Sensors on trunk and arm, strapped on anyhow, as in a recording (:mod:`exo_pin.load_case.recordings.bodies`).
 
     Attributes
@@ -39,7 +39,7 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         What is asked of every sample: a question without poses.
     rate : float or None
         Samples a second, Hz; without ``seq`` in the samples lost ones are found by it.
-    sensors : Sensors or None
+    sensors : SampledSensors or None
         If the samples are of sensors; otherwise they are poses of the arm against the trunk.
     reading : str
         What holds in place of what the samples are called, as a doubt suggests ("w-first", "inverse", ...); "as-named"
@@ -50,7 +50,7 @@ class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     open: dict[str, Any]
     rate: float | None = None
-    sensors: Sensors | None = None
+    sensors: SampledSensors | None = None
     reading: str = ""
     token: str | None = None
 

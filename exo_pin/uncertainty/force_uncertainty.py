@@ -121,8 +121,8 @@ class ForceUncertainty(Result, ReadOnly):
     effects: tuple[Effect, ...]
     worst_offset: WorstOffset | None
     answer: Reaction
-    known: tuple[Known, ...] = ()
-    places_certain: bool = False
+    known: tuple[Known, ...]
+    places_certain: bool
 
     @property
     def provenance(self) -> dict[str, Any]:
@@ -233,8 +233,7 @@ def force_uncertainty(
     """How sure a shoulder force is; see :meth:`exo_pin.ShoulderExo.uncertainty`."""
     stated = as_mapping("uncertainties", uncertainties, "names of quantities to their uncertainty")
     whole = solve(device, case, assumptions)
-    worn = device if case.wearer is None else device.worn_by(case.wearer)
-    mechanism, (single, at) = as_device(worn), _at_peak(whole)
+    mechanism, (single, at) = as_device(device), _at_peak(whole)
     answer = solve(mechanism, single, assumptions)
     if not answer.has_answer:
         raise SolverFailed("uncertainty", np.inf, f"the pose has no answer: {answer.verdict}")
@@ -264,8 +263,7 @@ def force_uncertainty(
 
 def _at_peak(whole: Reaction) -> tuple[Case, tuple[int, ...]]:
     """The case of the pose of a stack with the largest |F_s| that can be held, of all if none can; and its index."""
-    # The design of the answer is on its wearer already.
-    case, shape = replace(whole.case, wearer=None), whole.status.shape
+    case, shape = whole.case, whole.status.shape
     if not shape:
         return case, ()
     rows = whole.held if whole.held.any() else whole.has_answer
@@ -302,7 +300,7 @@ def _taken_as_known(quantity: Any, magnitude: float, assumptions: Assumptions) -
         answers = [solve(device, case, assumptions) for device, case in changed]
     except ExoPinError:
         return
-    there = [float(answer.magnitude) if answer.has_answer else np.nan for answer in answers]
+    there = [float(answer.magnitude) for answer in answers]
     share = 50.0 * float(np.linalg.norm(np.subtract(there[::2], there[1::2]))) / max(magnitude, 1e-300)
     share = share if np.isfinite(share) else np.inf
     yield Known(name.replace("_", " "), 1.0, {"percent": "%"}.get(unit, unit), {"F_s_percent": share}, shows=False)

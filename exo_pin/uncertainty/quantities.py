@@ -29,6 +29,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray, as_positive
 from ..design import Arm, Interface, Interfaces, Mechanism
+from ..device.postures import nearest_reached
 from ..device.protocol import Device
 from ..device.wrist_device import as_device
 from ..load_case import Case, CentreOffset
@@ -130,7 +131,10 @@ def _known(device: Device, case: Case, elastic: bool) -> _Known:
         return device, replace(case, centre_offset=there)
 
     def turned(step: FloatArray) -> tuple[Device, Case]:
-        return device, replace(case, poses=Rotation.from_rotvec(step, degrees=True) * case.poses)
+        pose = Rotation.from_rotvec(step, degrees=True) * case.poses
+        # An arm that its device turns about fewer than three axes is where the device can bring it.
+        own = nearest_reached(device.as_chain(), pose) if device.accelerate("uncertainty") is None else None
+        return device, replace(case, poses=pose if own is None else own)
 
     def leant(step: FloatArray) -> tuple[Device, Case]:
         return device.replace(gravity=Rotation.from_rotvec(step, degrees=True).as_matrix() @ device.gravity), case

@@ -186,7 +186,9 @@ def total_uncertainty(
     found = np.array([question.answer(*draw) for draw in track(whole, "draws", progress)])
     total, parts = found[:count], found[count:].reshape(len(single), alone, 3)
     if not np.isfinite(total[:, 0]).any():
-        raise SolverFailed("uncertainty", np.inf, "no draw has an answer")
+        lost = [name for name, part in zip(single, parts, strict=True) if not np.isfinite(part[:, 0]).any()]
+        alike = f", not of {', '.join(lost)} alone either (0 takes that as certain)" if lost else ""
+        raise SolverFailed("uncertainty", np.inf, f"no draw has an answer{alike}")
     whole_spread = _variance(total[:, :2])
     whole_spread[whole_spread == 0.0] = np.nan
     shares = np.array([_variance(part[:, :2]) for part in parts]).reshape(-1, 2) / whole_spread

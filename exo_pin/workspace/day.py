@@ -148,7 +148,7 @@ class Day(Result, ReadOnly):
                     "can_do": "out of reach" if not count else "yes" if held else "no",
                     "swivels": count,
                     "inside": held / count if count else np.nan,
-                    "limited_by": max(dict.fromkeys(failed), key=failed.count) if failed else "",
+                    "limited_by": max(failed, key=failed.count) if failed else "",
                     "elbow_deg": float(np.degrees(self.elbow_flexion[k])),
                     **{name: float(column[k]) if held else np.nan for name, column in angles.items()},
                     "F_s_N": float(self.shoulder_force[k, at[k]]) if held else np.nan,

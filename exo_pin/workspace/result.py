@@ -332,6 +332,13 @@ class Workspace(Result, ReadOnly):
                 "The device's centre is off the shoulder's, in these poses by at most "
                 f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
             )
+        if total > 1 and self.fractions.get("connected", self.fractions.get("singularity")) == 0.0:
+            lines.append(
+                filled(
+                    "The device goes to none of these poses. One that turns the arm about fewer than three axes goes "
+                    "to none of a grid: give poses that it has."
+                )
+            )
         if self.unknown.any():
             lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
         if self.not_evaluated.any():

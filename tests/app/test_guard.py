@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from exo_pin.app.files import LARGEST
-from exo_pin.app.guard import Guard
+from exo_pin.app.guard import TokenGuard
 
 TOKEN = "a-secret"
 HERE = ((b"host", b"127.0.0.1:7100"),)
@@ -26,7 +26,7 @@ def answer(path=f"/{TOKEN}/", headers=HERE, kind="http"):
     async def send(message):
         sent.append(message)
 
-    asyncio.run(Guard(_page, TOKEN)({"type": kind, "path": path, "headers": headers}, receive, send))
+    asyncio.run(TokenGuard(_page, TOKEN)({"type": kind, "path": path, "headers": headers}, receive, send))
     return sent[0]
 
 

@@ -156,6 +156,7 @@ def test_a_missing_extra_is_told_before_any_work(monkeypatch, tmp_path, capsys):
 
 def test_pictures_need_no_screen(tmp_path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot", reason="needs the extra plot")
+    pyplot.close(pyplot.figure())  # a backend that is only named is switched to by the first figure
     before, chosen = pyplot.get_backend(), []
     monkeypatch.setattr(pyplot, "switch_backend", lambda name: chosen.append(name))
     assert (

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from places import URDF
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 
@@ -102,3 +104,32 @@ def test_a_soft_device_without_an_equilibrium_says_how_much_it_bears(serial):
         assert share == pytest.approx(np.pi * stiffness / asked, abs=2.0**-9)
         assert f"At {100 * share:.0f} % of load and offset what is soft gives way." in answer.verdict
     assert asked < np.pi * stiffness
+
+
+def test_an_arm_in_a_soft_cuff_turns_about_the_axis_that_two_hinges_leave_to_it():
+    """With locked drives it rests where its weight and the cuff's springs have the least energy."""
+    man = ep.Wearer(1.755, 85.0, "male", elbow_flexion=0.6, payload=0.5)
+    chain = ep.load(URDF / "serial-y-x-z.urdf").device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    two = ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held)).worn_by(man)
+    at, per_metre, per_turn = np.array([0.0, 0.0, -0.19]), 4e3, 20.0
+    soft = on_springs(two, cuff=ep.Interface.of(per_metre, per_turn, at=at))
+    pose, arm = soft.pose(45, 45), ep.Arm.of_wearer(man)
+    weight, R = arm.mass * np.array([0.0, 0.0, -9.81]), pose.as_matrix()
+
+    def turned(v):
+        return Rotation.from_rotvec(v).as_matrix() @ R
+
+    def energy(v):
+        slip = (turned(v) - R) @ at
+        return 0.5 * (per_metre * slip @ slip + per_turn * v @ v) - weight @ turned(v) @ arm.centre_of_mass
+
+    v = minimize(energy, np.zeros(3), tol=1e-13).x
+    answer = soft.reaction(pose, split="elastic_locked")
+    assert answer.held
+    np.testing.assert_allclose(answer.arm_orientation, turned(v), atol=1e-6)
+    np.testing.assert_allclose(answer.shoulder_force, per_metre * (turned(v) - R) @ at - weight, atol=1e-3)
+    kept = soft.reaction(pose, split="elastic")
+    assert not kept.held
+    assert any("elastic_locked" in caution for caution in kept.cautions)
+    assert not any("elastic_locked" in caution for caution in answer.cautions)

@@ -1,5 +1,7 @@
 """Answers of load cases and movements, as they are stored."""
 
+import warnings
+
 import foreign_records as foreign
 import numpy as np
 import planted_records as planted
@@ -9,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case import ADL_BOX, CentreOffset, CentrePath, Load, Motion, RangeOfMotion
+from exo_pin.load_case.case import beyond_motion
 from exo_pin.load_case.ranges_of_motion import DAILY_RANGES
 
 
@@ -233,17 +236,23 @@ def cases():
 
 def suspicious():
     """Warnings of angles that are radians, or that no shoulder reaches, on both sides."""
+    said = []
     for side in ("left", "right"):
         exo = ep.load("four-linear-actuators", side=side)
         for angles in (
             (1.05,), (0.0, -2.094), (0, 0, np.radians(50)), (np.radians(17), 3.0), (181.0,), (0, [-180, 10, -190]),
             (np.linspace(0, 1.3, 4),), (np.linspace(0, 1.3, 3),), (np.linspace(0, 0.5, 9),), (np.linspace(0, 3.0, 9),),
-            (np.linspace(0, 3.1, 9),), (-64.0,), (-66.0,), (0.0, -49.0), (0.0, -51.0), (19.0, -60.0), (21.5, -60.0),
+            (np.linspace(0, 3.1, 9),), (-64.0,), (-66.0,), (0.0, -49.0), (0.0, -51.0), (19.0, -60.0),
+            (42.0, -60.0), (44.0, -60.0),
             ([10.0, -70.0, -80.0], 10.0), (0, [-60.0, 20.0], 0), (4e-4,),
             *((rounded,) for rounded in (0.52, 0.524, 0.79, 0.785, 1.047, 1.57, 1.571, 2.09, 2.094)),
-            *((0, 0, angle) for angle in (-94.9, -95.1, 134.9, 135.1)),
         ):  # fmt: skip
-            exo.pose(*angles)
+            with warnings.catch_warnings(record=True) as warned:
+                warnings.simplefilter("always")
+                exo.pose(*angles)
+            said.append([str(each.message) for each in warned])
+        said.append(beyond_motion(exo.pose(0, 0, [-135.1, -134.9, 95.0, 95.2]).as_matrix(), side))
+    return said
 
 
 ASKED = {

@@ -88,6 +88,16 @@ def test_from_a_rough_answer_with_any_working_set_the_walk_ends_in_the_optimum(c
         np.testing.assert_allclose(found.z, [0.66, 0.88, 1.0], atol=1e-12)
 
 
+def test_from_the_wrong_inequality_the_walk_ends_in_the_optimum(cases):
+    for program, *_ in cases:
+        free = quadratic._orthonormal(replace(program, low=np.full(4, -np.inf), high=np.full(4, np.inf)))
+        best, held = solve(free).z, np.vstack([free.A, free.C])
+        for on in np.eye(2):
+            start = np.linalg.lstsq(held, np.concatenate([free.b, free.c - (1.0 - on)]), rcond=None)[0]
+            found = quadratic._from(free, start, np.zeros(1), on, np.zeros(4))
+            np.testing.assert_allclose(found.z, best, atol=1e-10)
+
+
 def test_of_many_best_answers_the_shortest_is_taken():
     """The shortest point of the optimal face, by an enumeration of its own."""
     rng, seen = np.random.default_rng(42), set()

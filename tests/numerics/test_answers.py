@@ -75,6 +75,17 @@ def programs():
         for seed in (5, 6)
     }
     found |= {f"judged {seed}": lambda seed=seed: judgement(seed) for seed in (7, 8, 9)}
+    inf, on = np.inf, np.array
+    endless = LeastSquares(
+        on([[-1.0, -2.0, 1.0]]), on([2.0]), np.zeros((0, 3)), NONE, on([-inf, -1.0, -inf]), on([-1.0, inf, 3.0]),
+        on([[2.0, 2.0, -2.0], [2.0, 1.0, 0.0], [0.0, -2.0, 0.0]]), on([-9.0, -5.0, 4.0]),
+    )  # fmt: skip
+    corner = LeastSquares(
+        on([[-1.0, -1, 1, 1], [1, 1, -1, -1], [0, -2, -1, -2], [-2, -2, -1, -1], [2, 2, -2, -1], [2, 2, 2, 0]]),
+        on([1.0, 1, 2, 2, -2, -1]), on([[0.0, 1, -2, -2], [0, 0, 0, -2]]), on([5.0, 4]), on([-2, -inf, 0, -2]),
+        on([inf, 1, 0, -2]), on([[0.0, 0, 1, 2], [-2, 2, 1, 2], [-2, 1, 1, 0], [-2, 0, 2, -1]]), on([-4.0, 2, 5, 6]),
+    )  # fmt: skip
+    found |= {"endless": lambda: of(solve(endless))[:2], "at a corner": lambda: of(solve(corner))[:2]}
     one = program(3)
     crossed = {
         name: LeastSquares(**(vars(one) | {name: value}))

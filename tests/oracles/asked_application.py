@@ -1,19 +1,22 @@
 """Requests to the application of the service, without a network and with workers that only tell what they are asked."""
 
 import asyncio
+import contextlib
 import json
 
 from exo_pin.service.workers import Busy
 
 
 class TellingWorkers:
-    """Answers with the name of the question and the length of its body, or is busy."""
+    """Answers with the name of the question and the length of its body, is busy, or breaks."""
 
     busy, waiting, restarts = 1, 2, 3
 
     async def answer(self, name, body):
         if body == b"wait":
             raise Busy("too many questions wait")
+        if body == b"break":
+            raise ZeroDivisionError
         return (422 if body == b"wrong" else 200), json.dumps([name, len(body)]).encode()
 
 
@@ -38,7 +41,8 @@ async def _asked(app, method, path, body, headers, parts, kind):
     async def send(message):
         sent.append(message)
 
-    await app(scope, receive, send)
+    with contextlib.suppress(ZeroDivisionError):
+        await app(scope, receive, send)
     if kind == "websocket":
         return sent
     text = b"".join(each.get("body", b"") for each in sent[1:]).decode()

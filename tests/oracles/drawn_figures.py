@@ -166,6 +166,10 @@ def driven(name, fault=None, controller="model"):
     return ep.load(name).track("abduction", controller, duration=0.4, **faults).plot()
 
 
+#: Through the angle at which two of the three turn about one axis.
+RAISED = control.AnglePath([0.0, 0.1], np.radians([[5.0, 80.0, 10.0], [5.0, 88.0, 10.0]]), title="raised to 88 degrees")
+
+
 def both():
     """Three limbs with muscles and one with a motor."""
     exo = ep.load("four-muscle-cables")
@@ -302,7 +306,8 @@ FIGURES = {
     "muscle_loop": loop,
     "tracking": lambda: driven("four-cables", "torn"),
     "tracking_muscles": lambda: driven("prototype"),
-    "tracking_both": lambda: both().track("abduction", duration=0.1).plot(),
+    "tracking_both": lambda: both().track(RAISED).plot(),
+    "tracking_joints": lambda: driven(URDF / "serial-y-x-z.urdf"),
     "tasks": lambda: plots.task_status_figure({"mouth": [1, 1, 0, 1], "hair": [0, 1, 0, 0]}),
     "tasks_timed": lambda: plots.task_status_figure({"mouth": [1, 0, 1]}, {"mouth": [2.0, 3.0, 6.0]}),
     "elbows": elbows,

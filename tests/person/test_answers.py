@@ -11,6 +11,7 @@ from contact_results import some_contact
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.device import Route, Spring, TableLaw
 from exo_pin.person import ContactRange, DeviceAction, write_external_loads
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
@@ -128,6 +129,9 @@ def of_designs():
             ep.shoulder_rotation(0.0, 0.0, 0.0),
         )
     ]
+    way = Route.over(("universe", (0.0, 0.0, -0.4)), ("arm", (0.0, 0.0, -0.2)))
+    beyond = support.replace(springs=[Spring("strut", TableLaw((0.285, 0.9), (-30.0, -10.0)), route=way)])
+    hung.append(beyond.joint_contact(ep.shoulder_rotation(0.0, 0.0, 0.0), WOMAN.on_side("left")))
     springs = [(each.assumptions, each.force, each.relief_percent, each.cautions) for each in hung]
     pose, man = POSES[:2], replace(MAN, strength=1.0)
     held = frame.joint_contact(pose, replace(man, strength=0.0), 1.0)

@@ -108,8 +108,11 @@ def test_glenoid_is_fitted_to_the_mesh():
 
 
 def test_faces_of_every_bone_join_its_corners_up_to_the_last():
-    for vertices, faces in bone_meshes("right").values():
+    bones = bone_meshes("right")
+    for vertices, faces in bones.values():
         assert (faces.min(), faces.max()) == (0, len(vertices) - 1)
+    # A picture has no more triangles than it needs.
+    assert sum(len(faces) for _, faces in bones.values()) < 50_000
 
 
 def test_rates_of_lengths_are_those_along_the_motion():

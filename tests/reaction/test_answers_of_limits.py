@@ -279,6 +279,11 @@ def devices():
         own = hinges.replace(drives=[*drives, Drive("cable", route=way, upper=0.9)])
         return own.reaction(own.pose(60, 20), limits="none").actuator_forces
 
+    def singular():
+        """Beside a pose that is none."""
+        found = hinges.reaction(hinges.pose([20, 60], [90, 20]))
+        return found.status, found.spherical_force, found.ratio, found.cuff_wrench, found.limits.force_error
+
     return in_turn(
         tiny=tiny,
         small=lambda: shared({"upper": 0.4}, upper=60.0), unknown=lambda: shared({}, upper=60.0),
@@ -288,7 +293,7 @@ def devices():
         weak=lambda: asked(idle, 3, 4, 1, limits=7.0), nearly=lambda: asked(idle, 3, 4, 1, limits=24.0),
         mixed=lambda: asked(mixed, 60, 20, cone=cone), free=lambda: asked(mixed, 60, 20),
         wearer=lambda: asked(two, 50, 20, 30, limits="none", cone=cone),
-        none=lambda: asked(two, 50, 20, 30, limits=3.0),
+        none=lambda: asked(two, 50, 20, 30, limits=3.0), singular=singular,
     )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """Answers of the service as they are stored: replies, streams of samples, messages of ROS, its description."""
 
 import json
+import logging
 import re
 
 import msgspec
@@ -16,7 +17,7 @@ from exo_pin.service.live_answers import LiveSession, Request, respond
 from exo_pin.service.problems import reply
 from exo_pin.service.ros_messages import sample_of_imus, sample_of_quaternion, wrench_of_answer
 from exo_pin.service.sample_poses import SamplePoses, opening_of
-from exo_pin.service.samples import Opening, Sample, Sensors, Stream
+from exo_pin.service.samples import Opening, Sample, SampledSensors, Stream
 
 POSE = {"flexion": [20.0, 50.0], "abduction": [30.0, 60.0], "internal_rotation": [5.0, -10.0]}
 WOMAN = {"height": 1.6, "mass": 55.0, "sex": "female", "elbow_flexion": 30.0, "degrees": True}
@@ -92,7 +93,7 @@ def streams():
         (5.1, None, 1.1),
     ]
     return taken(None, *numbered), taken(100.0, *timed), taken(None, *timed), in_turn(
-        rate=lambda: Stream(0.0), fast=lambda: Stream(1.1e5), edge=lambda: Stream(1e5),
+        rate=lambda: Stream(0.0), slow=lambda: Stream(0.5), fast=lambda: Stream(1.1e5), edge=lambda: Stream(1e5),
         time=lambda: Stream().take(Sample(t=float("nan")), 0.0),
     )  # fmt: skip
 
@@ -118,7 +119,7 @@ def poses():
         doubts += [(k, rough.doubt)] if k in (48, 49, 98, 99, 199) else []
     one, still = (
         Sample(t=0.0, quaternion_xyzw=q),
-        lambda span: SamplePoses(Opening({}, None, Sensors("x", span)), "left"),
+        lambda span: SamplePoses(Opening({}, None, SampledSensors("x", span)), "left"),
     )
     refused = in_turn(
         **{name: lambda form=form: plain().pose(Sample(t=0.0, **form)) for name, form in wrong.items()},
@@ -126,14 +127,14 @@ def poses():
         inverse=lambda: plain(reading="w-last").pose(Sample(t=0.0, quaternion_wxyz=q)), still=lambda: still(0.0),
         minutes=lambda: still(61.0), sensors=lambda: still(0.5).pose(Sample(t=0.0, arm_xyzw=q)),
         angles=lambda: still(0.5).pose(Sample(t=0.0, arm_xyzw=q, trunk_xyzw=q, flexion=3.0)),
-        axis=lambda: plain(sensors=Sensors("w")),
+        axis=lambda: plain(sensors=SampledSensors("w")),
     )  # fmt: skip
     return [plain().pose(Sample(t=0.0, **form)) for form in forms], doubts, plain().calibrating, refused
 
 
 def calibrated():
     """Orientations of sensors on arm and trunk: nothing while they calibrate, then poses of the arm."""
-    made, found = SamplePoses(Opening(open={}, sensors=Sensors("+x", 0.05)), "left"), []
+    made, found = SamplePoses(Opening(open={}, sensors=SampledSensors("+x", 0.05)), "left"), []
     trunk, mount = Rotation.from_rotvec([0.0, 0.0, 0.7]), Rotation.from_rotvec([0.2, -0.1, 1.0])
     for k in range(12):
         lift = Rotation.from_rotvec([0.0, -0.1 * max(k - 6, 0), 0.0])
@@ -245,6 +246,7 @@ def application():
     from asked_application import TellingWorkers, asked
 
     from exo_pin.service.application import application as made
+    from exo_pin.service.problems import LOG
 
     app = made(TellingWorkers(), ServiceOptions(host="127.0.0.1", token="0123456789abcdef", body=20, names=("lab",)))
     key = {"Authorization": "Bearer 0123456789abcdef"}
@@ -264,6 +266,11 @@ def application():
     told = {name: asked(app, **key, **job) for name, job in jobs.items()}
     for name, more in (("none", {}), ("bad", {"Authorization": "Bearer 0123456789abcdeg"})):
         told[name] = asked(app, **more)
+    log = logging.Handler()
+    log.emit = lambda record: told.update(log=[record.getMessage(), record.exc_info[0].__name__])
+    LOG.addHandler(log)
+    told["broken"] = asked(app, **key, body=b"break")
+    LOG.removeHandler(log)
     told["freely"], told["health alone"] = asked(open_app), asked(app, "GET", "/health")[0]
     counts = [line for line in asked(app, "GET", "/metrics", **key)[2].splitlines() if line.startswith("exo_pin_")]
     told["counts"] = [

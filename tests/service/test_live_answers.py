@@ -13,7 +13,7 @@ import exo_pin as ep
 from exo_pin.service.live_answers import LiveSession
 from exo_pin.service.problems import encoded
 from exo_pin.service.ros_messages import sample_of_quaternion, wrench_of_answer
-from exo_pin.service.samples import Opening, Sample, Sensors, Stream
+from exo_pin.service.samples import Opening, Sample, SampledSensors, Stream
 
 CABLES = {"design": "four-cables"}
 
@@ -74,7 +74,7 @@ def test_sensors_on_arm_and_trunk_give_the_poses(side):
     # The trunk does not lean while the arm hangs still.
     trunk[:still] = trunk[0]
     arm[:still] = arm[0]
-    live = session(open={**CABLES, "side": side}, sensors=Sensors("z", 0.5))
+    live = session(open={**CABLES, "side": side}, sensors=SampledSensors("z", 0.5))
     found = [
         live.answer(Sample(t=0.01 * k, arm_xyzw=tuple(a), trunk_wxyz=(b[3], *b[:3])))
         for k, (a, b) in enumerate(zip(arm, trunk, strict=True))

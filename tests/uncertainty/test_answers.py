@@ -73,6 +73,8 @@ def asked_of_soft_parts():
 
 def asked_of_devices():
     support, serial, right = device("spring-support"), device("serial-y-x-z"), device("spring-support", side="right")
+    soft = serial.replace(interfaces=ep.Interfaces(cuff=ep.Interface.upper_arm_cuff(0.19)))
+    springs = CERTAIN | {"springs_percent": 0.0}
     two = {
         "limits": "none",
         "uncertainties": CERTAIN | {"spring[strut,1]_mm": 3.0, "spring_mm": 2.0, "mass_percent": 7.0},
@@ -87,6 +89,9 @@ def asked_of_devices():
         ),
         serial=lambda: told(serial.uncertainty(serial.pose(50, 30), uncertainties=CERTAIN | {"offset_mm": 4.0})),
         rigid=lambda: told(serial.uncertainty(serial.pose(50, 30), uncertainties=CERTAIN)),
+        far=lambda: told(
+            soft.uncertainty(soft.pose(50, 30), split="elastic", uncertainties=springs | {"offset_mm": 150.0})
+        ),
     )
 
 
@@ -108,6 +113,7 @@ def asked_of_wrong_questions():
         both=lambda: asked(**{"A[1]_mm": 2.0, "A_mm": 1.0}),
         no_mapping=lambda: WORN.uncertainty(pose, uncertainties=3),
         no_arm=lambda: plain.replace(arm=None).uncertainty(plain.pose(60, 30)),
+        too_far=lambda: asked(offset_mm=400.0),
         none=lambda: WORN.uncertainty(pose, uncertainties=certain | {"lean_deg": 0.0}).worst_offset,
         stack=lambda: WORN.uncertainty(flat, uncertainties=certain | {"mass_percent": 2.0}).at,
         no_answer=lambda: soft_guides().uncertainty(pose, split="elastic"),

@@ -110,3 +110,20 @@ def test_a_wrist_without_its_closed_forms_is_as_sure():
     found = effect(whole, "offset_mm")
     assert found.least <= sizes.min() < found.least * 1.001
     assert found.greatest * 0.999 < sizes.max() <= found.greatest
+
+
+def test_two_hinges_keep_an_arm_whose_pose_is_not_certain_on_their_own_poses():
+    """A turn about the arm itself, which they cannot follow, changes nothing of three hinges either."""
+    three = ep.load(URDF / "serial-y-x-z.urdf")
+    chain = three.device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    two, three = ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held)).worn_by(MAN), three.worn_by(MAN)
+    stated = {"offset_mm": 0.0, "mass_percent": 0.0, "centre_of_mass_mm": 0.0, "pose_deg": 3.0}
+    ends = []
+    for exo in (two, three):
+        (effect,) = exo.uncertainty(exo.pose(40, 10), uncertainties=stated).effects
+        assert effect.holds
+        ends.append((effect.least, effect.greatest))
+    np.testing.assert_allclose(*ends, rtol=1e-3)
+    with pytest.raises(ep.SolverFailed, match=r"no draw has an answer, not of offset_mm alone either"):
+        two.total_uncertainty(two.pose(40, 10), draws=8)

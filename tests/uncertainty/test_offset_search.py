@@ -62,6 +62,20 @@ def test_a_search_may_run_into_offsets_without_an_answer_and_loses_its_hold_anyw
     assert not worst.holds
 
 
+def test_a_pocket_is_found_although_forces_elsewhere_are_larger():
+    """By the determinant alone: |F_s| leads away from it, where no two answers are more than a few newtons apart."""
+    pocket = lambda x: 2.0 * (((x - 0.9 * SKEW) ** 2).sum(axis=1) - 0.05**2)  # noqa: E731
+    worst, _ = searched(lambda x: 1e-3 / np.abs(pocket(x)) + 40.0 - 20.0 * x @ SKEW, pocket)
+    np.testing.assert_allclose(worst.offset, RADIUS * 0.85 * SKEW, atol=1e-5 * RADIUS)
+    assert worst.magnitude == np.inf
+
+
+def test_one_direction_that_is_not_held_is_noticed():
+    worst, _ = searched(lambda x: 40.0 + 5.0 * x @ SKEW, held=lambda x: x @ [-1.0, 0.0, 0.0] < 0.999)
+    assert worst.magnitude == pytest.approx(45.0)
+    assert not worst.holds
+
+
 def test_the_nearest_offset_of_unbounded_forces_lies_on_a_curved_surface():
     """Near the centre, where it is steep, or about a pocket that no direction hits; else forces stay bounded."""
     steep = lambda x: 1.0 - (40.0 * x @ SKEW) ** 3  # noqa: E731

@@ -105,7 +105,11 @@ def chosen():
     free = LIMITED.replace(obstacles=())
     return [
         {name: criterion.missing(design, free, False) for name, criterion in CRITERIA.items()} for design in sure
-    ] + [ep.Criteria().chosen(design, True) for design in sure]
+    ] + [
+        *(ep.Criteria().chosen(design, True) for design in sure),
+        # Columns are named after drives.
+        [list(load(name).workspace(few(load(name)), ["singularity"]).columns()) for name in kinds[3:]],
+    ]
 
 
 def criteria():

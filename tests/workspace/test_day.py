@@ -5,6 +5,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import day_reach
+from exo_pin.workspace.day import bend_to
 
 MAN = ep.Wearer(1.755, 85, "male")
 
@@ -31,6 +32,17 @@ def depth(point, capsule):
     first, last, radius = capsule[:3], capsule[3:6], capsule[6]
     share = np.clip((point - first) @ (last - first) / max((last - first) @ (last - first), 1e-18), 0.0, 1.0)
     return np.linalg.norm(point - first - share * (last - first)) - radius
+
+
+def test_a_hand_gets_no_further_than_the_arm_is_long_and_no_nearer_than_it_bends():
+    """By the law of cosines."""
+    way, long, most = np.array([0.6, 0.0, -0.8]), MAN.upper_arm_length + MAN.forearm_length, 2.6
+    short = np.sqrt(long**2 - 2.0 * MAN.upper_arm_length * MAN.forearm_length * (1.0 - np.cos(most)))
+    assert bend_to(0.9999 * long * way, MAN) < 0.05
+    assert bend_to(1.0001 * short * way, MAN) == pytest.approx(most, abs=1e-3)
+    nearest = abs(MAN.upper_arm_length - MAN.forearm_length)
+    for far in (1.0001 * long, 1.04 * long, 0.9999 * short, 1.01 * nearest, 0.9 * nearest, 0.0):
+        assert np.isnan(bend_to(far * way, MAN))
 
 
 def test_every_swivel_leaves_the_hand_where_it_is(day):

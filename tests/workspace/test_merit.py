@@ -1,11 +1,17 @@
 """What a search makes small, of designs that it was given or has found: their margins, weighed by hand."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import exo_pin as ep
 from exo_pin import BodyShape
 from exo_pin.workspace import Criteria, lifting_poses
+from exo_pin.workspace.optimisation.merit import OBJECTIVES, Merit, judged
+from exo_pin.workspace.optimisation.search_poses import DesignVariables, SearchPoses
+from exo_pin.workspace.optimisation.starting_designs import fitted_strokes
 
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -85,6 +91,50 @@ def test_merit_and_objectives_of_the_start_and_of_the_best_design():
     assert again.start is None
 
 
+def test_what_is_not_known_is_no_gain_or_a_force_that_nobody_bears():
+    nothing = dict.fromkeys(OBJECTIVES, np.nan)
+    cost = {
+        name: judged({"stroke": np.array([-1.0])}, np.array([np.nan]), np.ones(1), Criteria(), nothing, weights).merit
+        for name, weights in [("", {}), *((name, {name: 1.0}) for name in OBJECTIVES)]
+    }
+    more = {name: value - cost[""] for name, value in cost.items() if value != cost[""]}
+    # Of |F_s| 100 N count over all poses; the others as 2,000 of their units.
+    assert more == {"mean_shoulder_force": 1.0, **dict.fromkeys(("peak_shoulder_force", "contact_force"), 20.0),
+                    "device_mass": 2000.0}  # fmt: skip
+
+
+def linear():
+    return ep.load("four-linear-actuators").mechanism
+
+
+def muscles():
+    """Four that pull, by the law and with the strokes of the prototype."""
+    own, cables = ep.load("prototype").limbs[0], ep.load("four-cables").mechanism
+    return cables.replace(limbs=[replace(each, actuator=own.actuator, stroke=own.stroke) for each in cables.limbs])
+
+
+@pytest.mark.parametrize("made", [linear, muscles])
+@pytest.mark.parametrize("rule", ["each", "not all short"])
+def test_a_design_counts_as_it_is_with_the_strokes_that_fit(made, rule):
+    """By the rule that is asked, also where no force depends on the stroke; and its contact force is that of it."""
+    limits, point = Criteria(names=("forces", "stroke"), stroke_rule=rule), np.array([0.3])
+    contact = SimpleNamespace(exact=lambda design: 30.0, surrogate=lambda design: design.geometry.base_points.sum())
+
+    def merit(design, **more):
+        return Merit(DesignVariables(design, {"A[1].radius": (0.1, 0.2)}), POSES, limits, **more)
+
+    free = merit(made(), contact=contact)
+    design = free.variables.design(free.variables.values(point))
+    fitted = merit(fitted_strokes(design, free.lengths(design), POSES.weights), fit_strokes=False)
+    found, again = free.evaluate(point, {}, is_exact=False), fitted.evaluate(point, {})
+    assert found.merit == pytest.approx(again.merit, rel=1e-9)
+    for each in ("index", "worst_margin"):
+        assert found.objectives[each] == pytest.approx(again.objectives[each], rel=1e-9, nan_ok=True)
+    assert found.objectives["contact_force"] == design.geometry.base_points.sum()
+    assert free.evaluate(point, {}).objectives["contact_force"] == 30.0
+    assert np.isnan(again.objectives["contact_force"])
+
+
 def test_objectives_on_the_full_grid_are_those_of_the_workspace():
     """Every pose counts once with each offset; the index is the least of them."""
     exo, path = ep.load("four-cables"), ep.CentreOffset.together([0.01, 0.0, 0.0])
@@ -96,3 +146,11 @@ def test_objectives_on_the_full_grid_are_those_of_the_workspace():
     assert values["mean_shoulder_force"] == pytest.approx(forces.mean())
     assert values["peak_shoulder_force"] == forces.max() < 150.0
     assert values["median_moment_margin"] == np.median(moments)
+
+
+@pytest.mark.parametrize("weights", [[1.0, -0.1], [0.0, 0.0], [1.0], [1.0, 1.0, 1.0], [[1.0, 1.0]], [1.0, np.nan]])
+def test_poses_of_a_search_have_a_weight_each(weights):
+    poses = POSES.poses[:2]
+    assert SearchPoses(poses, [3.0, 1.0]).weights.tolist() == [0.75, 0.25]
+    with pytest.raises(ep.InvalidInput, match="weight"):
+        SearchPoses(poses, weights)

@@ -319,3 +319,18 @@ def test_rates_of_a_movement_are_how_fast_limbs_become_shorter():
     power = speed * exo.workspace(movement.poses, ["singularity", "forces"]).tensions
     assert table["fastest_limb_m_s"][0] == pytest.approx(np.abs(speed).max(), rel=0.01)
     assert table["largest_power_W"][0] == pytest.approx(power.max(), rel=0.01)
+
+
+def test_poses_that_two_hinges_do_not_have_are_said_to_be_no_fault_of_a_limit(serial):
+    chain = serial.device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    two = ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held)).worn_by(MAN)
+    own, others = two.pose([20, 40], [0, 10]), two.pose([20, 40], [0, 10], [30, 40])
+    assert two.workspace(own, ["singularity"]).index == 1.0
+    assert "goes to none" not in str(two.workspace(own, ["singularity"]))
+    for criteria in (["singularity"], ["singularity", "stroke"]):
+        found = two.workspace(others, criteria)
+        assert found.index == 0.0
+        assert "One that turns the arm about fewer than three axes goes to none of a grid" in str(found).replace(
+            "\n", " "
+        )

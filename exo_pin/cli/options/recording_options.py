@@ -65,7 +65,7 @@ class ReadAs:
 
 @group
 @dataclass(frozen=True)
-class Recording(ReadAs):
+class RecordedMotion(ReadAs):
     """A measured movement.
 
     Attributes

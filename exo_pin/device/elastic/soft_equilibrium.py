@@ -60,8 +60,6 @@ class LockedEquations(SoftEquations):
         super().__init__(*given)
         self._turned, self._rest = turned, (self.start.copy(), Rotation.from_matrix(self.matrix))
         drives = len(self.model.drives)
-        if not self.soft.device.holds_alone:
-            raise InvalidInput('split="elastic_locked" is of devices whose drives hold the arm about every axis')
         loads = device_loads(self.model, self.start[None], self.query)
         self._locked = loads.driven.coordinates[0].copy()
         self.columns = self._held_motions(loads.driven.B[0])
@@ -69,7 +67,7 @@ class LockedEquations(SoftEquations):
         self.size, self._ends = 3 + own + drives, (3, 3 + own)
         start = super().at(np.zeros(own), 1.0)
         # Turns of the arm, and what moves drives besides while it rests.
-        values = np.linalg.svd(start.drive_effect, compute_uv=False)
+        values = np.linalg.svd(start.drive_effect[:, :drives], compute_uv=False)
         least = self.model.none * np.linalg.norm(start.moment_of_f[:3])
         most = 3 + int((values > least).sum())
         if drives > most:
@@ -91,7 +89,8 @@ class LockedEquations(SoftEquations):
         v, own, f = np.split(x, self._ends)
         start, rest = self._rest
         turn = Rotation.from_rotvec(v) * rest
-        self.matrix, f = turn.as_matrix(), self._unit * f
+        self.matrix, drives, f = turn.as_matrix(), self._unit * f, np.zeros(self.soft.device.limb_count)
+        f[: len(drives)] = drives  # nothing of the wearer
         self.start = start.copy()
         self.start[self.model.arm_q] = turn.as_quat()
         self.query, device = self._turned(self.matrix), self.soft.device

@@ -89,9 +89,9 @@ class StaticIdentification(Record):
     sigma: float
     indistinct: tuple[str, ...]
     region: Region | None
-    rounding: float = 0.0
-    suspects: tuple[int, ...] = ()
-    doubts: tuple[str, ...] = ()
+    rounding: float
+    suspects: tuple[int, ...]
+    doubts: tuple[str, ...]
 
     @property
     def cautions(self) -> tuple[str, ...]:

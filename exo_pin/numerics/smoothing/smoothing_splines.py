@@ -306,7 +306,7 @@ def smooth_samples(
 class _Search:
     """Scores of λ for given samples."""
 
-    def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None, rest: bool = False) -> None:
+    def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None, rest: bool) -> None:
         self.x, self.y, self.components, self.noise, self.rest = x, y, components, noise, rest
         #: Largest number of times that the knots can be halved.
         self.levels = max(0, int(np.log2(len(x) / 6.0)))

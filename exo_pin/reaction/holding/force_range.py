@@ -25,7 +25,7 @@ from ...core.validation import FloatArray, ReadOnly
 from ...numerics import LeastSquares
 from ...numerics import solve as solve_program
 from ..evidence import AnswerSource
-from ..splits.limb_and_side_forces import Pose, force_scale
+from ..splits.limb_and_side_forces import PoseProgram, force_scale
 
 #: Most candidate vertices: eight limbs without side forces have 4,368.
 MOST = 60_000
@@ -120,7 +120,7 @@ class _ForceSets(NamedTuple):
     scale: float
 
 
-def _of_pose(pose: Pose, chosen: float) -> tuple[float, float, float]:
+def _of_pose(pose: PoseProgram, chosen: float) -> tuple[float, float, float]:
     """Least, greatest and greatest found |F_s| of a pose, N; ``chosen`` is the |F_s| of its answer."""
     if pose.alone:
         return 0.0, 0.0, 0.0
@@ -139,7 +139,7 @@ def _of_pose(pose: Pose, chosen: float) -> tuple[float, float, float]:
     return least, max(chosen, greatest), max(chosen, found)
 
 
-def _force_sets(pose: Pose) -> _ForceSets:
+def _force_sets(pose: PoseProgram) -> _ForceSets:
     """The sets that balance the moments of the arm within the limits."""
     scale = force_scale(pose)
     M, target = pose.moment_effect, pose.state.moment / (pose.radius * scale)

@@ -240,6 +240,13 @@ def _of_device(source: AnswerSource) -> Iterator[str]:
                 f"Counted as held: up to {left.max():.2g} N m are left to the wearer, at most {100.0 * UNFELT:g} % of "
                 f"the greatest moment of the arm's weight ({most:.3g} N m)."
             )
+    if sharing is not None and sharing.wearer is not None and source.split.moves and source.split.chooses_tensions:
+        left = np.linalg.norm(source.values[:, : len(sharing.wearer)][:, sharing.wearer], axis=1)
+        if (left > UNFELT * device.require_arm("moments").weight_moment(device.gravity)).any():
+            yield (
+                'The arm is kept in the pose also about axes that no drive turns; split="elastic_locked" lets it turn '
+                "there as far as what is soft gives way."
+            )
     if source.poses.posture:
         yield f"Posture: {source.poses.posture}."
     if device.is_upu.any() and not device.cuff_is_known:  # type: ignore[attr-defined]

@@ -16,7 +16,7 @@ from ...numerics import LeastSquares, Solution, solve
 from ...numerics.vectors import SINGULAR
 from ...wrist.forces.wrench_feasibility import margin_stack, moment_margin
 from ..evidence import AnswerSource, Infeasibility, Shortfall, infeasibility_of
-from ..splits.limb_and_side_forces import Pose, force_scale
+from ..splits.limb_and_side_forces import PoseProgram, force_scale
 
 if TYPE_CHECKING:
     from ..splits.pose_stack import PoseStack
@@ -90,7 +90,7 @@ def clearly_infeasible(poses: PoseStack, rows: NDArray[np.intp]) -> NDArray[np.b
     )
 
 
-def is_held(pose: Pose) -> bool:
+def is_held(pose: PoseProgram) -> bool:
     """Whether forces within all limits balance a pose; see :func:`shortfall`.
 
     Raises
@@ -106,7 +106,7 @@ def is_held(pose: Pose) -> bool:
     return shortfall(pose) is None
 
 
-def shortfall(pose: Pose) -> Shortfall | None:
+def shortfall(pose: PoseProgram) -> Shortfall | None:
     """What is missing in a pose; None if nothing is.
 
     Where F_s is free, the exact set of moments is tested first, and only poses that fail need a program. The closest
@@ -123,10 +123,8 @@ def shortfall(pose: Pose) -> Shortfall | None:
     n = len(pose.f_low)
     low_relief, high_relief = np.zeros(n), np.zeros(n)
     quick = not bound and not pose.has_side_moments
-    if quick:
-        margin = _margin(pose, low_relief, high_relief)
-        if margin >= -HELD * scale * pose.radius:
-            return None
+    if quick and _margin(pose, low_relief, high_relief) >= 0.0:
+        return None
     program, target = _closest(pose, scale, bound)
     solution = solve(program)
     if not solution.is_optimal:
@@ -168,12 +166,12 @@ def shortfall(pose: Pose) -> Shortfall | None:
     )
 
 
-def _is_bound(pose: Pose) -> bool:
+def _is_bound(pose: PoseProgram) -> bool:
     """Whether F_s is bound, so that forces count beside moments."""
     return pose.alone or (pose.socket is not None and pose.socket.is_hard)
 
 
-def _margin(pose: Pose, low_relief: FloatArray, high_relief: FloatArray) -> float:
+def _margin(pose: PoseProgram, low_relief: FloatArray, high_relief: FloatArray) -> float:
     """Disturbing moment that is held besides, N m, negative where the pose is not held; fills the reliefs."""
     if len(pose.state.moment) > 3:
         own = pose.state.moment_of_f, pose.state.moment, pose.f_low, pose.f_high
@@ -191,7 +189,7 @@ def _margin(pose: Pose, low_relief: FloatArray, high_relief: FloatArray) -> floa
     )
 
 
-def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, FloatArray]:
+def _closest(pose: PoseProgram, scale: float, bound: bool) -> tuple[LeastSquares, FloatArray]:
     """Least-squares balance under hard limits; rows (moment / radius), and force too where F_s is bound.
 
     Signs: the limbs must supply ``state.moment``; F_s - S z = ``state.shoulder`` is the balance of forces. A device's

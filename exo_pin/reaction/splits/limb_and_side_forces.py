@@ -46,7 +46,7 @@ class Socket(NamedTuple):
         return self.penalty is None
 
 
-class Pose(NamedTuple):
+class PoseProgram(NamedTuple):
     """The program of one pose.
 
     Attributes
@@ -165,7 +165,7 @@ class Choice(NamedTuple):
     unique: bool
 
 
-def force_scale(pose: Pose) -> float:
+def force_scale(pose: PoseProgram) -> float:
     """Scale of the forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
     f = np.linalg.lstsq(pose.moment_effect, pose.state.moment / pose.radius, rcond=None)[0]
     # Distance of an interval from zero: the far ends of wide limits are no measure of the forces.
@@ -174,7 +174,7 @@ def force_scale(pose: Pose) -> float:
     return float(np.concatenate([np.abs(pose.state.shoulder), np.abs(f), nearest, socket]).max()) or 1.0
 
 
-def choose(pose: Pose) -> Choice:
+def choose(pose: PoseProgram) -> Choice:
     """Solve one pose that is known to be feasible.
 
     Raises
@@ -197,7 +197,7 @@ def choose(pose: Pose) -> Choice:
     return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
 
 
-def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float, FloatArray | float]:
+def _program(pose: PoseProgram, scale: float) -> tuple[LeastSquares, int, float, FloatArray | float]:
     """The program in units of ``scale``.
 
     Also how many of its variables are forces f and g (the rest are slack), the factor on the square root of the cost

@@ -29,7 +29,7 @@ from ...wrist.forces.affine_state import LOOSE, AffineState, BalancedTensions
 from ...wrist.forces.displaced import PartDisplacements
 from ..constraints.actuator_limits import LimbLimits, depend_on_length, stroke_limits
 from ..constraints.given_limits import SideForceBounds
-from .limb_and_side_forces import Pose, Socket
+from .limb_and_side_forces import PoseProgram, Socket
 
 if TYPE_CHECKING:
     from ...device.equilibrium import DeviceEquilibrium
@@ -285,14 +285,14 @@ class PoseStack(NamedTuple):
         open_ = self.sharing.wearer & np.isinf(low) & np.isinf(high)
         return np.where(open_, least - room, low), np.where(open_, least + room, high)
 
-    def program(self, row: int, **choices: Any) -> Pose:
+    def program(self, row: int, **choices: Any) -> PoseProgram:
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         socket = None if self.socket is None else self.socket.row(row)
         if self.sharing is not None:
             choices["scales"] = self.sharing.scales
             low, high = self._least_of_wearer(row, low, high)
-        return Pose(state, self.mechanism.radius, low, high, socket, **choices)
+        return PoseProgram(state, self.mechanism.radius, low, high, socket, **choices)
 
 
 def limb_lengths(

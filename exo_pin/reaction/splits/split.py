@@ -23,7 +23,7 @@ from ...numerics.bounded.polytope_program import FEW, least_sum_force
 from ...numerics.quadratic import LeastSquares, judged
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
-from .limb_and_side_forces import Choice, Pose, choose
+from .limb_and_side_forces import Choice, PoseProgram, choose
 from .pose_stack import PoseStack
 
 #: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
@@ -102,7 +102,7 @@ class Split(ABC):
         return base, cuff
 
     @abstractmethod
-    def program(self, poses: PoseStack, row: int) -> Pose:
+    def program(self, poses: PoseStack, row: int) -> PoseProgram:
         """The program of one pose within its limits."""
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
@@ -266,7 +266,7 @@ class Spherical(Split):
             return self.assumption
         return "a cuff that puts no couple on the arm beyond what equilibrium needs (g = 0)"
 
-    def program(self, poses: PoseStack, row: int) -> Pose:
+    def program(self, poses: PoseStack, row: int) -> PoseProgram:
         """Tensions of least norm within their limits."""
         return poses.program(row)
 
@@ -340,7 +340,7 @@ class Minimal(Split):
             return "of the limb forces that hold the arm, those of least |F_s|"
         return "lower bound of |F_s| over the side forces within their limits"
 
-    def program(self, poses: PoseStack, row: int) -> Pose:
+    def program(self, poses: PoseStack, row: int) -> PoseProgram:
         """Least F_s, as weighted, within all limits."""
         weights, pose = poses.weights, Rotation.from_matrix(poses.matrices[row])
         low, high = poses.side_bounds.at(row, poses.tensions.f[row])
@@ -395,7 +395,7 @@ class Standalone(Split):
         """Without a ball joint the two centres of the device stay together, and only the cuff's seat counts."""
         return np.einsum("kij,kj->ki", matrices, cuff), cuff
 
-    def program(self, poses: PoseStack, row: int) -> Pose:
+    def program(self, poses: PoseStack, row: int) -> PoseProgram:
         """The shortest forces with F_s = 0 within the limits of f."""
         free = np.full(poses.upu.size, np.inf)
         return poses.program(row, g_low=-free, g_high=free, upu=poses.upu, alone=True)

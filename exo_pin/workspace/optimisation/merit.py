@@ -114,9 +114,9 @@ class Merit(Record):
         self._matrices = pose_matrices(poses.poses)[1]
         self._offsets = poses.offsets
         self.names = criteria.off_grid().chosen(self._built(variables.device), False)[0]
-        # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
-        limbs = () if record is None else record.limbs
-        self._by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
+        # Where no pull depends on the stroke, and each limb counts, windows do without a record of each design.
+        muscles = [limb.actuator.force_law for limb in record.limbs if limb.actuator] if record is not None else []
+        self._by_record = any(muscles) or criteria.stroke_rule != "each"
 
     def _built(self, mechanism: Any, is_given: ArrayLike = False) -> Any:
         """The design with strokes that fit the poses of the search."""
@@ -159,7 +159,7 @@ class Merit(Record):
         try:
             mechanism = self.variables.design(self.variables.values(point))
             fit = self.fit_strokes and "stroke" in self.names
-            if fit and self._by_length:
+            if fit and self._by_record:
                 mechanism, fit = self._built(mechanism, self.variables.sets_stroke), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
             values = values_of(mechanism, self._matrices, self.criteria, names, offsets=self._offsets)

@@ -218,9 +218,9 @@ def figures(values):
 
 
 def dynamic_questions():
-    def found(*recordings, start=VALUES, sets=None, **options):
+    def found(*recordings, start=VALUES, sets=None, clock=monotonic, **options):
         # A clock that ticks with each set of responses that is simulated.
-        clock = monotonic if sets is None else count().__next__
+        clock = clock if sets is None else count().__next__
         options = options if sets is None else options | {"time_limit": sets}
         with mock.patch("exo_pin.muscle.identification.dynamic_identification.monotonic", clock):
             fit = identify_dynamic(recordings, TRUE.static, start=start, name="mine", source="a rig", **options)
@@ -251,8 +251,9 @@ def dynamic_questions():
         "still": lambda: found(Recording(short, np.full(12, 0.059), still, 2.3)),
         "few": lambda: found(Recording([0.0, 1.0], [0.05, 0.05], still, 1.0)),
         "none": lambda: found(),
+        "mass": lambda: found(*pair, 1.3),
         "start": lambda: found(recording(samples=11), start=[1.0, 2.0]),
-        "soon": lambda: found(recording(samples=11), sets=10),
+        "soon": lambda: found(recording(samples=11), clock=count(step=30.0).__next__),
         "never": lambda: found(recording(samples=11), time_limit=0.0),
         "millimetres": lambda: found(Recording(short, np.full(12, 59.0), still, 2.3)),
         "bar": lambda: found(Recording(short, np.full(12, 0.059), PressureStep(3.6e6, 3.6e6), 2.3)),

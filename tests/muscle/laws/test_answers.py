@@ -91,6 +91,11 @@ REFUSED_LAWS = {
         .contraction_for([19.0, 21.0, -30.0, -63.0, -64.0], 2e5, "mark")
         .data
     ),
+    "rising_at_first": lambda: (
+        polynomial({(2, 0): -4e4, (1, 0): 2e3, (0, 1): 1e-4}, validity=replace(WIDE, strain=(0.0, 0.3)))
+        .contraction_for([19.5, 20.5, 44.0, 46.0], 2e5, "mark")
+        .data
+    ),
     "shapes": lambda: SHEET.force([0.0, 0.1], [1e5, 2e5, 3e5]),
 }
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exo_pin.core.errors import BrowserFailed
+from exo_pin.core.errors import BrowserFailed, InvalidInput
 from exo_pin.view.page import browser
 from exo_pin.view.page.browser import still_picture
 
@@ -65,6 +65,15 @@ def test_a_browser_is_asked_again_until_it_has_drawn(tmp_path, monkeypatch):
     # A picture of a page that does not say that it has drawn may be of anything.
     with pytest.raises(BrowserFailed, match="ended with status 3"):
         still_picture(PAGE, (120, 80), program(tmp_path, f"{DRAW}\nexit 3"))
+
+
+def test_a_picture_has_16_to_8192_pixels_each_way(tmp_path):
+    found = program(tmp_path, f"echo '<body data-state=\"drawn\">'; {DRAW}")
+    assert still_picture(PAGE, (16, 4096), found, pixel_ratio=2.0) == b"picture"
+    assert still_picture(PAGE, (32, 8192), found, pixel_ratio=0.5) == b"picture"
+    for size, ratio in (((15, 90), 2.0), ((31, 90), 0.5), ((90, 8193), 0.5), ((4097, 90), 2.0)):
+        with pytest.raises(InvalidInput, match="expected a size of 16 to 8192 pixels each way"):
+            still_picture(PAGE, size, found, pixel_ratio=ratio)
 
 
 def test_failing_browser_is_reported_and_leaves_no_files(tmp_path, monkeypatch):

@@ -163,7 +163,7 @@ def track(
     from ..control import Fault, Imu, experiments
     from ..control import experiment as named
     from ..control.controllers.model_controller import gains_for
-    from ..control.experiments.tracking_report import labelled
+    from ..control.experiments.tracking_table import labelled
 
     if list:
         print("\n".join(f"{name:38} {named(name).title}" for name in experiments()))

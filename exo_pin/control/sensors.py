@@ -111,10 +111,12 @@ class SensorError(ReadOnly):
         draw = np.random.default_rng([self.seed, CHANNELS.index(self.channel), sample])
         # Of the other entries :meth:`Sensors.__call__` keeps the true values.
         read = true + np.asarray(self.bias) + self.noise * draw.standard_normal(true.shape)
+        if turned:
+            read = (Rotation.from_rotvec(read) * value).as_rotvec()
         if self.resolution > 0.0:
             read = self.resolution * np.round(read / self.resolution)
         if turned:
-            return Rotation.from_rotvec(read) * value
+            return Rotation.from_rotvec(read)
         return float(read) if read.ndim == 0 else read
 
 
@@ -180,6 +182,8 @@ class Sensors:
             if own.limb is not None:
                 read = np.where(np.arange(len(value)) == own.limb, read, value)
             measurement = measurement._replace(**{own.channel: read})
-            lost = lost or (own.channel == "orientation" and gone)
+            # Old is a reading that was due while nothing was read, whenever it is asked.
+            late = any(start <= t - own.delay + _SAME < end for start, end in own.lost)
+            lost = lost or (own.channel == "orientation" and late)
         self.memory = sample + 1, tuple(after)
         return measurement._replace(lost=lost)

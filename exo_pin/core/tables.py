@@ -76,6 +76,13 @@ def newtons(value: float) -> str:
     return "0" if float(text) == 0.0 else text
 
 
+def percent(share: float, decimals: int = 1) -> str:
+    """A share in percent, never rounded to all or to none: "87.5 %", "100 %"."""
+    least = 10.0**-decimals
+    value = min(max(100.0 * share, least * (share > 0.0)), 100.0 - least * (share < 1.0))
+    return f"{value:.{decimals}f}".removesuffix(".0") + " %"
+
+
 def effort_column(name: str, unit: str) -> str:
     """Column of the effort of a drive, an identifier that ends in its unit: "f_2_N" of limb 2."""
     return _NO_WORD.sub("_", f"{name.replace('limb ', 'f_')}_{unit}")

@@ -24,7 +24,7 @@ from ..device.accuracy.twins import TWIN_ANGLE
 from ..device.device_singularity import device_singularity, drive_positions, position_rates, with_doubts
 from ..device.postures import assembly_modes as modes_of
 from ..device.postures import configurations_of
-from ..load_case import CentreOffset, CentrePath, Load
+from ..load_case import CentreOffset, CentrePath, Load, Movement
 from ..load_case.case import Posture, warn_outside_human_range, warn_suspicious_angles
 from ..workspace.query import workspace as workspace_of
 
@@ -279,7 +279,7 @@ def workspace(
 @checked
 def track(
     self: ShoulderExo,
-    reference: Reference | str | PathLike[str],
+    reference: Reference | Movement | str | PathLike[str],
     controller: str | Callable[[float, Any], Any] | None = None,
     *,
     options: PlantOptions | None = None,
@@ -300,9 +300,9 @@ def track(
 
     Parameters
     ----------
-    reference : Reference, str or path-like
-        A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
-        of orientations, as :func:`exo_pin.read_movement` reads it.
+    reference : Reference, Movement, str or path-like
+        A trajectory (:mod:`exo_pin.control`) or a movement; "abduction" or "flexion", the tests of Section 5.4.1; or a
+        file of orientations, as :func:`exo_pin.read_movement` reads it.
     controller : {"pi", "model"} or callable, optional
         "model" of a redundant design, unless it states that it measures lengths alone, else "pi", if left out.
         "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear

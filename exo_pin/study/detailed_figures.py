@@ -18,6 +18,7 @@ from ..person import Person
 from ..reaction import Reaction
 from ..reaction.assumptions import Question
 from ..uncertainty.offset_search import DIRECTIONS
+from .figure_words import JOINT_FIGURES
 
 if TYPE_CHECKING:
     from ..exo.shoulder_exo import ShoulderExo
@@ -187,8 +188,6 @@ def _masses(exo: ShoulderExo) -> dict[str, float]:
 
 #: Most poses whose force in the joint is computed, some milliseconds each, beside a study.
 JOINT_POSES = 100
-#: Columns of the force in the joint.
-JOINT_FIGURES = ("contact_N", "peak_contact_N", "contact_without_N", "relief")
 
 
 def joint_figures(exo: ShoulderExo, poses: Rotation, question: Question) -> dict[str, float]:

@@ -100,10 +100,6 @@ def _words(arm: Arm | None) -> str:
     return f"a {kind} of {wearer.height:.4g} m, {wearer.mass:.3g} kg, {elbow}, payload {payload:.3g} kg"
 
 
-#: Columns of :func:`evaluate`.
-FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "can_hold", "holdable", "least_margin", "one_side", "reach")
-
-
 @checked
 def evaluate(exo: ShoulderExo, poses: Rotation, **question: Unpack[Question]) -> dict[str, float]:
     """Figures of one design over poses.

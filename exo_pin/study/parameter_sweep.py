@@ -19,8 +19,9 @@ from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, r
 from ..design import Arm
 from ..design.parameters.names import DesignParameter, values_of
 from ..reaction.assumptions import Question
-from .detailed_figures import JOINT_FIGURES, joint_figures, joint_words, require_rest
-from .evaluation import FIGURES, evaluate
+from .detailed_figures import joint_figures, joint_words, require_rest
+from .evaluation import evaluate
+from .figure_words import FIGURES, JOINT_FIGURES
 from .study_table import StudyTable
 
 if TYPE_CHECKING:
@@ -125,8 +126,8 @@ def sweep(
     >>> exo = ep.load("four-cables")
     >>> table = ep.sweep(exo, {"cuff_height_mm": [180, 220]}, exo.pose([0, 30, 60, 90]))
     >>> print(table.verdict)
-    Row 1 ranks first: it holds 100.0% of the poses, peak |F_s| 68.7 N. Row 2 is second: 100.0% of the poses, peak |F_s|
-    72.9 N.
+    Cuff height 180 mm ranks first: it holds 100 % of the poses, peak |F_s| 68.7 N. Cuff height 220 mm is second: 100 %
+    of the poses, peak |F_s| 72.9 N.
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     if not isinstance(parameters, Mapping) or not parameters:

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.tables import enumerated
+from ..core.tables import enumerated, percent
 from ..core.validation import FloatArray
+from .figure_words import row_words
 
 __all__: list[str] = []
 
@@ -85,7 +86,7 @@ def rule_words(common: bool) -> str:
 def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
     """Who is first and who is next, with what decides."""
     if not columns["holdable"][groups[0][0]] > 0.0:
-        names, peak = _names(columns, groups[0], "row"), ranked_peak(columns)[groups[0][0]]
+        names, peak = _names(columns, groups[0]), ranked_peak(columns)[groups[0][0]]
         if np.isnan(peak):
             return "No design holds any of the poses."
         verb = "have" if len(groups[0]) > 1 else "has"
@@ -94,7 +95,7 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
     texts, rank = [], 1
     for group in groups[:2]:
         place = _ORDINALS[rank - 1] if rank <= len(_ORDINALS) else f"number {rank}"
-        names, held = _names(columns, group), _held(columns, group[0])
+        names, held = _names(columns, group, len(group) == 1), _held(columns, group[0])
         if len(group) > 1:
             does = "are no designs" if held == _NO_DESIGN else f"hold {held} each"
             texts.append(f"Equal {place}: {names}, which {does}.")
@@ -106,13 +107,15 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
     return " ".join(texts)
 
 
-def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int], one: str = "Row") -> str:
-    named = "design" in columns
-    shown = [str(columns["design"][row]) if named else str(row + 1) for row in group]
+def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int], begins: bool = False) -> str:
+    """The rows of a group in words; whether they begin a sentence."""
+    shown = [row_words(columns, row) for row in group]
     if len(shown) > _MOST:
         shown = [*shown[: _MOST - 1], f"{len(shown) - _MOST + 1} others"]
-    words = enumerated(shown)
-    return words if named else f"{'rows' if len(group) > 1 else one} {words}"
+    words = "; ".join(shown) if any(", " in each for each in shown) else enumerated(shown)
+    # A symbol such as r_A, and the name of a design, stay as they are.
+    plain = "design" not in columns and words.partition(" ")[0].isalpha()
+    return words[0].upper() + words[1:] if begins and plain else words
 
 
 def _held(columns: Mapping[str, NDArray[Any]], row: int) -> str:
@@ -121,9 +124,9 @@ def _held(columns: Mapping[str, NDArray[Any]], row: int) -> str:
         return _NO_DESIGN
     if not far > 0.0:
         return "none of the poses"
-    text = f"{share:.1%} of the poses"
+    text = f"{percent(share)} of the poses"
     if far > share:
-        text += f" ({far:.1%} if its unknown limits allow it)"
+        text += f" ({percent(far)} if its unknown limits allow it)"
     return text if np.isnan(peak) else f"{text}, peak |F_s| {peak:.1f} N"
 
 

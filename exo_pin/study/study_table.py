@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -20,15 +19,13 @@ from ..core.results import drawn, frame_of, plain
 from ..core.schema import identifier
 from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
-from ..design.parameters.names import parameter
 from ..reaction.columns import peak_of
+from .figure_words import with_unit
 from .ranks import places, rank_numbers, rule_words, verdict_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: A column of one component of an array.
-_COMPONENT = re.compile(r"(.*?)(_\d+)?")
 _BOTH_SIDES = (
     "the poses lie on both sides of the singular surface, where the shoulder force has no bound: peak_F_s_N and "
     "least_margin measure how near a pose of the grid comes to it; compare median_F_s_N, p95_F_s_N and can_hold."
@@ -358,16 +355,6 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             given = columns["rank"]
             columns["rank"] = [f"{each}=" if given.count(each) > 1 else each for each in given]
         return [list(columns), *(list(row) for row in zip(*columns.values(), strict=True))]
-
-
-def with_unit(column: str) -> str:
-    """A column's name with the unit of its parameter, if it has one that the name lacks."""
-    name, component = _COMPONENT.fullmatch(column).groups(default="")  # type: ignore[union-attr]
-    try:
-        full = parameter(name).full_name
-    except InvalidInput:
-        return column
-    return column if full == name else f"{name}{component}{full.removeprefix(name)}"
 
 
 def _cell(value: Any, number: Callable[[float], str]) -> str:

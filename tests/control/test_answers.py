@@ -156,6 +156,9 @@ def chains():
         slow=lambda: brief(ep.Plant(ep.load("four-cables"), lacking, wearer=TISSUE)),
         limit=lambda: ep.Plant(device("six-cables")),
         moment=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: np.full(3, np.nan))),
+        force=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: (np.full(3, np.nan), np.zeros(3)))),
+        number=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: 2.0)),
+        three=lambda: brief(ep.Plant(ep.load("four-cables"), wearer=lambda t, arm: (1.0, 2.0, 3.0)))["tensions"],
     )  # fmt: skip
 
 

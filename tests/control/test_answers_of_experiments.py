@@ -220,6 +220,7 @@ def refused_experiments():
         muscles=lambda: control.Experiment("one", "One", ep.load("prototype").mechanism, 3),
         reference=lambda: control.reference_of(3), words=lambda: repr(control.reference_of("flexion", "right")),
         file=lambda: control.reference_of("nothing.csv"),
+        movement=lambda: control.reference_of(SHORT.movement(50.0))(0.1).motion,
         unknown=lambda: control.muscle_loop(muscle_model("best"), 1.0, 0.41),
         mass=lambda: control.muscle_loop(muscle_model("best"), 0.0, 0.1),
         short=lambda: control.muscle_loop(muscle_model("best"), 1.0, 0.1, duration=0.0),

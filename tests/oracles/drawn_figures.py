@@ -307,6 +307,7 @@ FIGURES = {
     "tracking": lambda: driven("four-cables", "torn"),
     "tracking_muscles": lambda: driven("prototype"),
     "tracking_both": lambda: both().track(RAISED).plot(),
+    "tracking_joints": lambda: driven(URDF / "serial-y-x-z.urdf"),
     "tasks": lambda: plots.task_status_figure({"mouth": [1, 1, 0, 1], "hair": [0, 1, 0, 0]}),
     "tasks_timed": lambda: plots.task_status_figure({"mouth": [1, 0, 1]}, {"mouth": [2.0, 3.0, 6.0]}),
     "elbows": elbows,

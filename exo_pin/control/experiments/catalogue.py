@@ -17,13 +17,13 @@ from ...core.files.toml_tables import TomlTable, read_toml
 from ...core.validation import as_choice, require_type
 from ...design import Mechanism, WristGeometry, preset
 from ...device import Device
-from ...load_case import RecordingOptions
+from ...load_case import Movement, RecordingOptions
 from ..imu import PRINTED_DRIFT, Imu
 from ..plant.contractions import Contractions
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..trajectories.paths import AnglePath, abduction, daily_task, flexion
-from ..trajectories.reference import Reference, Trajectory, read_reference
+from ..trajectories.reference import OrientationSpline, Reference, Trajectory, read_reference
 from .experiment import Experiment
 
 #: End fittings of a limb with as much muscle as its joints leave room for, m: an assumption, two short yokes.
@@ -78,13 +78,13 @@ TASK_TIME = 20.0
 
 
 def reference_of(
-    given: Reference | str | PathLike[str], side: str = "left", reading: RecordingOptions | str | None = None
+    given: Reference | Movement | str | PathLike[str], side: str = "left", reading: RecordingOptions | str | None = None
 ) -> Reference:
-    """A reference from what a user gives: itself, "abduction" or "flexion", or a recording.
+    """A reference from what a user gives: itself, a movement, "abduction" or "flexion", or a recording.
 
     Parameters
     ----------
-    given : Reference, str or path-like
+    given : Reference, Movement, str or path-like
         What the user gives.
     side : {"left", "right"}
         Side of the body.
@@ -111,8 +111,10 @@ def reference_of(
         return REFERENCES[given](side=side)
     if isinstance(given, str | PathLike):
         return read_reference(given, side, reading=reading)
+    if isinstance(given, Movement):
+        return OrientationSpline.of_movement(given)
     if not isinstance(given, Reference):
-        raise InvalidInput(f'expected a reference, "abduction", "flexion" or a recording, got {echo(given)}')
+        raise InvalidInput(f'expected a reference, movement, "abduction", "flexion" or a recording, got {echo(given)}')
     return given
 
 

@@ -18,16 +18,8 @@ from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.planning import planner_of
 from ..plant.run import Run
-from .tracking_report import (
-    columns_of,
-    continuous_angles,
-    findings,
-    holdable,
-    known_of,
-    labelled,
-    summary_of,
-    verdict_of,
-)
+from .tracking_report import continuous_angles, findings, holdable, known_of, lengths_in, verdict_of
+from .tracking_table import columns_of, labelled, summary_of
 
 if TYPE_CHECKING:
     from .experiment import Experiment
@@ -90,9 +82,13 @@ class Tracking(Result, ReadOnly):
         14.5
         """
         wanted, plans = experiment.reference(run.times).orientation, planner_of(run.plant)
-        lengths = np.array([plans.lengths(pose) for pose in wanted]).reshape(len(wanted), run.plant.count)
-        ratios = run.plant.contractions.ratios(lengths)
+        ratios = run.plant.contractions.ratios(lengths_in(run.plant, wanted))
         return cls(experiment, run, wanted, ratios, run.contraction_ratios, plans.missing(wanted))
+
+    @cached_property
+    def wanted_lengths(self) -> FloatArray:
+        """Coordinates of the drives in the wanted poses, shape (N, n): of a limb its length, m; in a joint m or rad."""
+        return lengths_in(self.run.plant, self.wanted)
 
     @property
     def times(self) -> FloatArray:

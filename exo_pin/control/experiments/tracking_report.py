@@ -1,4 +1,4 @@
-"""What is said of a tracking, before it and after: its numbers and columns, what happened and why, and the verdict.
+"""What is said of a tracking, before it and after: what happened and why, and the verdict.
 
 Before a run it can be said whether the drives can hold its poses, and whether lengths alone tell them: a controller of
 lengths does not see the arm. Where the weakest rate is small, an error of a length turns the arm far; where another
@@ -84,12 +84,16 @@ def _measures(device: Any) -> Any:
     return None if record is None else record.measures
 
 
+def lengths_in(plant: Plant, poses: Rotation) -> FloatArray:
+    """Coordinates of the drives in poses, shape (N, n), m or rad."""
+    plans = planner_of(plant)
+    return np.array([plans.lengths(pose) for pose in poses]).reshape(len(poses), plant.count)
+
+
 def holdable(plant: Plant, poses: Rotation) -> NDArray[np.bool_]:
     """Shape (N,): whether the drives can hold a pose at rest, within the strokes of motor drives."""
-    plans = planner_of(plant)
-    lengths = np.array([plans.lengths(pose) for pose in poses]).reshape(len(poses), plant.count)
-    held = plans.missing(poses) <= HELD
-    for drive, length in zip(plant.drives, lengths.T, strict=True):
+    held = planner_of(plant).missing(poses) <= HELD
+    for drive, length in zip(plant.drives, lengths_in(plant, poses).T, strict=True):
         if drive.is_motor:
             held &= drive.spans(length)
     return np.asarray(held)
@@ -136,13 +140,22 @@ _SELDOM = 0.02
 _HALF = 0.5
 #: Angle by which the rest pose must be off to be named, degrees.
 _OFF = 2.0
-#: Largest error of lengths that counts as right, m.
-_RIGHT = 3e-3
+#: Largest error of lengths that counts as right, m, and of angles of drives, degrees.
+_RIGHT, _RIGHT_TURN = 3e-3, 0.5
 #: Movement in the last part of a run that counts as standing still, degrees a second, and the smoothing, s.
 _STILL, _WINDOW = 2.0, 0.25
 _BAR = 1e5
 #: Gauge pressure from which on a muscle counts as filled, Pa.
 _FILLED = 0.5e5
+
+
+def drive_kinds(plant: Plant) -> list[str]:
+    """What each drive moves: a "limb", whose tension shortens it, or a joint that it lets "slide" or "turn"."""
+    units = as_device(plant.mechanism).drive_units
+    return [
+        "turn" if unit == "N m" else "slide" if getattr(drive, "of_joint", False) else "limb"
+        for drive, (_, unit) in zip(plant.drives, units, strict=False)
+    ]
 
 
 def greatest_ratios(tracking: Tracking) -> np.ndarray:
@@ -172,8 +185,10 @@ def _rest(tracking: Tracking) -> list[str]:
     angles = ", ".join(f"{angle:.1f}" for angle in tracking.angles(convention="thesis")[0])
     short = " and ".join(
         f"{_name(tracking, i)} would have to be {-100.0 * value:.0f} % longer than nominal"
-        for i, value in enumerate(tracking.wanted_ratios[0], 1)
-        if value < 0.0
+        for i, (value, kind) in enumerate(
+            zip(tracking.wanted_ratios[0], drive_kinds(tracking.run.plant), strict=True), 1
+        )
+        if value < 0.0 and kind == "limb"
     )
     why = f": {short} there" if short and (tracking.ratios[0] < 0.0).any() else ""
     return [f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({angles})°{why}"]
@@ -181,23 +196,26 @@ def _rest(tracking: Tracking) -> list[str]:
 
 def _stretched(tracking: Tracking) -> list[str]:
     text = "the reference needs {} longer than its nominal length for {:.0f} % of the time, and it cannot be stretched"
-    return _often(tracking, tracking.wanted_ratios < 0.0, _SELDOM, text)
+    limbs = np.array(drive_kinds(tracking.run.plant)) == "limb"
+    return _often(tracking, (tracking.wanted_ratios < 0.0) & limbs, _SELDOM, text)
 
 
 def _beyond(tracking: Tracking) -> list[str]:
-    texts = []
-    for i, (wanted, limit) in enumerate(zip(tracking.wanted_ratios.T, greatest_ratios(tracking), strict=True), 1):
-        beyond = np.flatnonzero(wanted > limit)
+    texts, plant = [], tracking.run.plant
+    own = zip(tracking.wanted_ratios.T, greatest_ratios(tracking), drive_kinds(plant), plant.drives, strict=True)
+    for i, (wanted, limit, kind, drive) in enumerate(own, 1):
+        # A drive without ends has none to be beyond.
+        ends = not drive.is_motor or bool(np.isfinite(drive.longest) and np.isfinite(drive.shortest))
+        beyond = np.flatnonzero(ends & ((wanted > limit) | ((kind != "limb") & (wanted < 0.0))))
+        needs = f"to contract by more than the {100.0 * limit:.0f} % that it can"
+        needs = needs if kind == "limb" else "beyond the end of its range"
         if beyond.size:
             first = int(beyond[0])
             angle, name = _main(tracking, first, wanted=True)
             when = f"for {100.0 * beyond.size / len(wanted):.0f} % of the time, first at {tracking.times[first]:.2f} s"
             if beyond.size == len(wanted) - first:
                 when = f"from {tracking.times[first]:.2f} s on"
-            texts.append(
-                f"the reference needs {_name(tracking, i)} to contract by more than the {100.0 * limit:.0f} % that it "
-                f"can {when} ({name} {angle:.0f}° wanted)"
-            )
+            texts.append(f"the reference needs {_name(tracking, i)} {needs} {when} ({name} {angle:.0f}° wanted)")
     return texts
 
 
@@ -207,6 +225,8 @@ def _ends(tracking: Tracking) -> list[str]:
     for i, drive in enumerate(run.plant.drives):
         if drive.is_motor:
             short = run.drive_positions[:, i] <= drive.shortest
+            if getattr(drive, "of_joint", False):
+                short |= run.drive_positions[:, i] >= drive.longest
         else:
             short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
         if short.any():
@@ -255,12 +275,16 @@ def _alike(tracking: Tracking) -> list[str]:
     """The lengths are right and the pose is not."""
     off, run = float(np.degrees(tracking.error[-1])), tracking.run
     wanted = run.plant.contractions.lengths(tracking.wanted[-1:])[0]
-    wrong = float(np.abs(run.lengths[-1] - wanted).max(initial=0.0))
-    if off < _OFF or wrong > _RIGHT or not run.plant.count:
+    wrong, turns = np.abs(run.lengths[-1] - wanted), np.array(drive_kinds(run.plant)) == "turn"
+    if off < _OFF or not wrong.size or (wrong > np.where(turns, np.radians(_RIGHT_TURN), _RIGHT)).any():
         return []
+    along, about = wrong[~turns], np.degrees(wrong[turns])
+    within = f"{1e3 * along.max():.1f} mm" if along.size else f"{about.max():.1f}°"
+    within += f" and {about.max():.1f}°" if along.size and about.size else ""
+    what = "the drives end" if about.size else "the lengths end"
     seen = pose_accuracy(as_device(tracking.experiment.mechanism), tracking.wanted[-1:])
     return [
-        f"the lengths end within {1e3 * wrong:.1f} mm of those wanted and the arm {off:.1f}° off: "
+        f"{what} within {within} of those wanted and the arm {off:.1f}° off: "
         f"{seen.sensitivity()}; a sensor of the arm's orientation tells"
     ]
 
@@ -330,89 +354,6 @@ def _name(tracking: Tracking, number: int) -> str:
 
 
 _PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _beyond_motion, _sensor)
-
-
-#: Units that end the keys of a summary, as they are written in text.
-_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
-
-
-def labelled(key: str) -> str:
-    """A key of :meth:`.Tracking.summary` in words, with its unit after a comma."""
-    name, _, unit = key.rpartition("_")
-    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
-    return words.replace("_", " ").replace("F s", "F_s")
-
-
-def summary_of(tracking: Tracking) -> dict[str, float]:
-    """See :meth:`.Tracking.summary`."""
-    main, wanted = tracking.angles()[:, tracking.main_angle], tracking.angles(wanted=True)[:, tracking.main_angle]
-    force, run, ahead = np.linalg.norm(tracking.shoulder_force, axis=1), tracking.run, wanted - wanted[0]
-    # Backward, too: an extension, or an arm that is lowered.
-    way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
-    numbers = {
-        "start_deg": float(main[0]),
-        "end_deg": float(main[-1]),
-        "wanted_end_deg": float(wanted[-1]) + 0.0,
-        "furthest_deg": float(way * (way * main).max()),
-        "end_error_deg": float(np.degrees(tracking.error[-1])),
-        "rms_error_deg": float(np.degrees(tracking.rms_error())),
-        "reachable_share": float(tracking.reachable.mean()),
-        "rms_error_reachable_deg": float(np.degrees(tracking.rms_error(tracking.reachable))),
-        "peak_F_s_N": float(force.max()),
-        "mean_F_s_N": float(force.mean()),
-        "end_F_s_N": float(force[-1]),
-        "peak_tension_N": float(run.tensions.max(initial=0.0)),
-    }
-    if any(drive.word == "actuator" for drive in run.plant.drives):
-        numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
-    numbers["tension_work_J"] = float(run.tension_work[-1].sum())
-    if run.plant.supply is not None:
-        numbers["air_energy_J"] = float(tracking.air_energy[-1])
-        numbers["air_used_g"] = float(1e3 * run.air_used[-1])
-    if run.plant.motors.any():
-        numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
-        numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
-    span = float(tracking.times[-1] - tracking.times[0])
-    return numbers | {"mean_power_W": float(tracking.energy_in[-1]) / span if span > 0.0 else 0.0}
-
-
-def columns_of(tracking: Tracking) -> dict[str, FloatArray]:
-    """See :meth:`.Tracking.columns`."""
-    table: dict[str, FloatArray] = {"time_s": tracking.times}
-    for wanted, prefix in ((True, "wanted_"), (False, "")):
-        for name, values in zip(ANGLES, tracking.angles(wanted).T, strict=True):
-            table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
-    table["error_deg"] = np.degrees(tracking.error)
-    run = tracking.run
-    series: tuple[tuple[str, FloatArray], ...] = (
-        ("length_{}_m", run.lengths), ("wanted_ratio_{}", tracking.wanted_ratios), ("ratio_{}", tracking.ratios),
-        ("command_{}", run.commands), ("tension_{}_N", run.tensions),
-    )  # fmt: skip
-    if not run.plant.motors.all():
-        series += (("pressure_{}_Pa", run.pressures),)
-    if run.plant.motors.any():
-        series += (
-            ("drive_position_{}_m", run.drive_positions), ("motor_force_{}_N", run.motor_forces),
-            ("electric_power_{}_W", run.electric_power),
-        )  # fmt: skip
-    for name, values in series:
-        table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
-    vectors = (
-        ("angular_velocity_{}_rad_s", run.angular_velocity), ("F_s_{}_N", tracking.shoulder_force),
-        ("angular_acceleration_{}_rad_s2", run.angular_acceleration),
-        ("shoulder_moment_{}_N_m", run.friction_moment + run.stop_moment),
-    )  # fmt: skip
-    for name, values in vectors:
-        table |= {name.format(axis): part for axis, part in zip("xyz", values.T, strict=True)}
-    table |= {
-        "F_s_N": np.linalg.norm(tracking.shoulder_force, axis=1),
-        "kinetic_energy_J": run.kinetic_energy,
-        "potential_energy_J": run.potential_energy,
-        "tension_work_J": run.tension_work.sum(axis=1),
-        "shoulder_loss_J": run.shoulder_loss,
-        "energy_in_J": tracking.energy_in,
-    }
-    return table
 
 
 def verdict_of(tracking: Tracking) -> str:

@@ -234,9 +234,16 @@ class DirectDrive(LimbDrive):
         """What a brake holds, N m or N: it is open from a command of a half on."""
         return self.holds if command < 0.5 else 0.0
 
+    @property
+    def copper(self) -> float:
+        """Loss of the windings over the effort squared, W/(N m)² or W/N²; zero of a motor whose speed is not known."""
+        stall = self.parameters.stall_ratio * self.force_limit
+        return self.speed_limit / stall if np.isfinite(self.speed_limit) and stall > 0.0 else 0.0
+
     def row(self) -> FloatArray:
-        """Zeros: the equations of limbs have no part in it."""
-        return np.zeros(len(MOTOR_COLUMNS))
+        """What its electric power is made of; the equations of limbs have no part in it."""
+        own = {"copper": self.copper, "along": 1.0 if self.of_joint else -1.0}
+        return np.array([own.get(name, 0.0) for name in MOTOR_COLUMNS])
 
 
 @dataclass(frozen=True)

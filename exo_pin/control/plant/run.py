@@ -40,6 +40,7 @@ class Run(Result, ReadOnly):
     """A motion of the plant, at N instants, with n limbs.
 
     Work, losses, energy and air count from where the motion began, also in a run that goes on from another's state.
+    Lengths, speeds and forces of a drive in a joint are along its coordinate, rad and N m where it turns.
 
     Attributes
     ----------

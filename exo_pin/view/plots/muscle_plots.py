@@ -5,14 +5,16 @@ A page of plots of an experiment: what was wanted and what came, air, tensions, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...control.experiments.tracking_report import verdict_of
+from ...control.experiments.tracking_report import drive_kinds, verdict_of
 from ...core.errors import InvalidInput
+from ...core.tables import enumerated
 from ...core.validation import FloatArray, require_type
+from ...device import as_device
 from ...muscle.io.measured import SteadyStates
 from ...muscle.laws.static import BAR, StaticModel
 from ..colours import BLACK, BLUE, GREY, RED
@@ -147,23 +149,18 @@ _ANGLES = ("flexion", "abduction", "internal rotation")
 def tracking_figure(tracking: Tracking) -> Figure:
     """Six plots over time; see :meth:`exo_pin.control.Tracking.plot`.
 
-    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
-    with motors have motor forces in place of pressures. A dotted line marks the beginning of a fault.
+    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold.
+    Muscles have pressures, motors forces; drives of another unit have a scale on the right. A dotted line marks the
+    beginning of a fault.
     """
     figure, axes = new_figure(WIDEST, 8.6, nrows=3, ncols=2, sharex=True)
     run, t = tracking.run, tracking.times
-    limbs = [f"limb {i}" for i in range(1, run.tensions.shape[1] + 1)]
+    names = [name.replace("_", " ") for name, _ in as_device(run.plant.mechanism).drive_units[: run.plant.count]]
     reached, wanted = (_with_meaning(tracking.angles(wanted=which)) for which in (False, True))
     _pairs(axes[0, 0], t, reached, wanted, _ANGLES, "angle, °")
-    _pairs(axes[1, 0], t, 100.0 * tracking.ratios, 100.0 * tracking.wanted_ratios, limbs, "contraction, %")
-    axes[1, 0].axhline(0.0, color="0.6", linewidth=0.8)
     axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
-    axes[0, 1].set(ylabel="angle to the reference pose, °", ylim=(0.0, None))
-    if run.plant.motors.any():
-        _lines(axes[1, 1], t, run.motor_forces, limbs, "motor force along the limb, N")
-    else:
-        _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
-    _lines(axes[2, 0], t, run.tensions, limbs, "tension, N")
+    axes[0, 1].set(ylabel="angle to the reference, °", ylim=(0.0, None))
+    _of_drives(tracking, names, (axes[1, 0], axes[1, 1], axes[2, 0]))
     force = tracking.shoulder_force
     _lines(axes[2, 1], t, force, ("F_s x forward", "F_s y left", "F_s z up"), "shoulder on the arm, N")
     axes[2, 1].plot(t, np.linalg.norm(force, axis=1), color=BLACK, linewidth=2.2, label="|F_s|", zorder=1)
@@ -182,13 +179,51 @@ def tracking_figure(tracking: Tracking) -> Figure:
     figure_title(figure, verdict_of(tracking))
     notes = "thin: reference; thick: reached"
     for fault in faults:
-        notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"
+        notes += f"; dotted: {names[fault.limb]}, {fault.kind} from {fault.start:g} s on"
     if not tracking.reachable.all():
         notes += "; grey: reference poses that the drives cannot hold at rest"
     if np.isnan(reached + wanted).any():
         notes += "; near 90° of abduction flexion and internal rotation are not separate angles"
     figure.supxlabel(notes, fontsize=9, color=GREY)
     return figure
+
+
+#: Coordinate, what acts on it, and effort of a drive by what it moves: labels, and the scales in which they are drawn.
+_OF_DRIVES = {
+    "limb": (("contraction, %", 100.0), ("motor force along the limb, N", 1.0), ("tension, N", 1.0)),
+    "slide": (("position in the joint, mm", 1e3), ("motor force, N", 1.0), ("force in the joint, N", 1.0)),
+    "turn": (("angle of the joint, °", 180.0 / np.pi), ("motor moment, N m", 1.0), ("moment in the joint, N m", 1.0)),
+}
+_PRESSURE = ("pressure, bar", 1.0 / BAR)
+
+
+def _of_drives(tracking: Tracking, names: Sequence[str], axes: Any) -> None:
+    """Coordinates, pressures or motor forces, and efforts of the drives; each unit has a scale of its own."""
+    run, motors, kinds = tracking.run, tracking.run.plant.motors, drive_kinds(tracking.run.plant)
+    is_limb = np.array(kinds, dtype=str) == "limb"
+    reached = np.where(is_limb, tracking.ratios, run.lengths)
+    wanted = np.where(is_limb, tracking.wanted_ratios, tracking.wanted_lengths)
+    source = np.where(motors, run.motor_forces, run.pressures)
+    for which, (ax, values) in enumerate(zip(axes, (reached, source, run.tensions), strict=True)):
+        looks = [_OF_DRIVES[kind][which] for kind in kinds]
+        if which == 1:
+            looks = [look if motor else _PRESSURE for look, motor in zip(looks, motors, strict=True)]
+        for place, (label, scale) in enumerate(dict.fromkeys(looks)):
+            own = [k for k, look in enumerate(looks) if look == (label, scale)]
+            part = ax if place == 0 else ax.twinx()
+            part.set_ylabel(label if len(own) == len(looks) else f"{label}\n{enumerated(names[k] for k in own)}")
+            if place > 0:
+                part.spines[["top", "left"]].set_visible(False)
+                part.spines["right"].set_position(("axes", 0.75 + 0.25 * place))
+            for k in own:
+                look = {**line(k), "linewidth": 1.8, "label": names[k]}
+                part.plot(tracking.times, scale * values[:, k], **look)
+                if place > 0:
+                    ax.plot([], [], **look)
+                if which == 0:
+                    part.plot(tracking.times, scale * wanted[:, k], color=line(k)["color"], linewidth=0.9)
+    if is_limb.any():
+        axes[0].axhline(0.0, color="0.6", linewidth=0.8)
 
 
 def _with_meaning(angles: FloatArray) -> FloatArray:

@@ -58,14 +58,14 @@ def axes_or_new(ax: Any, width: float, height: float) -> Any:
     return new_figure(width, height)[1] if ax is None else ax
 
 
-#: The blank between a number and its unit.
-_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:N|N m|mm|kg|kPa|%|°)(?![\w]))")
+#: The blank between a number and its unit, and between a force and its number.
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:N|N m|mm|kg|kPa|%|°)(?![\w]))|(?<=\|F_s\|) (?=\d)")
 
 
 def wrapped(text: str, width: float, points: float) -> str:
     """Text in lines of about equal length that fit a width in inches, in print of a size in points.
 
-    A number and its unit stay on one line.
+    A number and its unit stay on one line, and |F_s| and its number.
     """
     text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", text)
     most = max(int(width * 72.0 / (0.56 * points)), 20)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,10 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
+from ...core.tables import percent
 from ...core.validation import FloatArray
+from ...study.figure_words import better as better_of
+from ...study.figure_words import column_words, drawn_values, row_words, value_words, varied
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
 from .plot_style import WIDEST, figure_title, legend_below, line, name_rows, new_figure, tidy
 
@@ -24,6 +26,10 @@ if TYPE_CHECKING:
 _SMALL = 8.5
 #: Share of an axis that is left free for the numbers at the ends of its bars.
 _ROOM = 1.22
+#: Most bars of a study: more would be read by nobody.
+_MOST_BARS = 40
+#: Upper end of an axis of shares, %, with room for the marks at 100 %.
+_WHOLE = 103.0
 #: |F_s| and changes of it leave the picture beyond so many times the largest median, and 10 mm beyond so many N.
 _FAR, _FAR_CHANGE = 8.0, 100.0
 
@@ -44,7 +50,7 @@ def ranking_figure(table: StudyTable) -> Figure:
         held.barh(at, 100.0 * (far - known), 0.62, left=100.0 * known, color=SKY, label="if unknown limits allow it")
         legend_below(held)
     for row, share in enumerate(far):
-        words = f"{100.0 * share:.1f} %" if share > 0.0 else "none"
+        words = percent(share) if share > 0.0 else "none"
         _at_end(held, 100.0 * share, row, words)
     held.set(
         title="poses that are held" if joint else "first: poses that are held",
@@ -88,7 +94,7 @@ def _joint(ax: Any, at: FloatArray, force: FloatArray, bare: FloatArray) -> None
 
 def in_rank_order(table: StudyTable) -> tuple[NDArray[np.intp], list[str]]:
     """Rows of a table from the best, with the labels of the bars; as they are where nothing ranks them."""
-    names = [str(name) for name in (table["design"] if "design" in table else range(1, table.row_count + 1))]
+    names = [row_words(table, row) for row in range(table.row_count)]
     ranks = table.ranks if "design" in table else ()
     if len(ranks) < 2:
         return np.arange(len(names)), names
@@ -192,63 +198,51 @@ def _say(ax: Any, rows: FloatArray, words: str) -> None:
         _at_end(ax, 0.0, row, words, "0.4")
 
 
-#: Figures of a study in words, and which way they are better.
-_WORDS = {
-    "contact_N": ("force in the joint with muscles, median, N", "less"),
-    "peak_contact_N": ("largest force in the joint with muscles, N", "less"),
-    "contact_without_N": ("force in the joint without the device, median, N", ""),
-    "common_peak_F_s_N": ("peak of |F_s| over the poses that all hold, N", "less"),
-    "peak_F_s_N": ("peak of the shoulder force |F_s|, N", "less"),
-    "p95_F_s_N": ("95th percentile of the shoulder force |F_s|, N", "less"),
-    "median_F_s_N": ("median of the shoulder force |F_s|, N", "less"),
-    "can_hold": ("share of the poses that are known to be held", "more"),
-    "holdable": ("share of the poses held, as far as limits are known", "more"),
-    "least_margin": ("least distance from a singular pose", "more"),
-    "one_side": ("share of the poses on one side of the singular ones", "more"),
-    "reach": ("share of the poses within all strokes", "more"),
-}
-#: Units at the end of a column's name, as they are written.
-_UNITS = {"mm": "mm", "m": "m", "deg": "°", "N": "N", "kg": "kg"}
-
-
 @checked
 def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
-    values = np.asarray(table[figure])
-    if values.dtype.kind not in "fiu":
+    if np.asarray(table[figure]).dtype.kind not in "fiu":
         raise InvalidInput(f"expected a column of numbers, got {figure!r}")
+    values = drawn_values(table, figure).astype(float)
     # Designs with names stand beside each other, whatever else is in the table.
-    varied = [] if "design" in table else _varied(table)
-    canvas, axes = new_figure(6.8, 4.2)
+    changed = [] if "design" in table else sorted(varied(table), key=lambda name: table[name].dtype.kind not in "fiu")
+    bars = not 0 < len(changed) <= 2 or table[changed[0]].dtype.kind not in "fiu"
+    canvas, axes = new_figure(6.8, max(4.2, 1.6 + 0.22 * min(table.row_count, _MOST_BARS)) if bars else 4.2)
     if table.verdict:
         figure_title(canvas, table.verdict, points=10)
     tidy(axes)
-    if not varied or len(varied) > 2:
+    label, lost, reasons = column_words(figure), ~np.isfinite(values), _reasons(table)
+    if bars:
         rows, names = in_rank_order(table)
-        values, at = values[rows], np.arange(len(names))
-        axes.barh(at, values, color=BLUE, height=0.65)
-        axes.set_yticks(at, names)
-        better = _WORDS.get(figure, ("", ""))[1] if "rank" in table else ""
-        axes.set(xlabel=column_words(figure) + (f" ({better} is better)" if better else ""))
-        axes.set(ylabel="" if "design" in table else "design, row of the table", ylim=(len(names) - 0.4, -0.6))
+        if len(rows) > _MOST_BARS:
+            rows = np.array(table.ranking or rows)[:_MOST_BARS]
+            names = [row_words(table, row) for row in rows]
+            best = "the best " if table.ranking else ""
+            axes.set_title(f"{best}{len(rows)} of {table.row_count} designs", fontsize=9, loc="right", color="0.3")
+        better = better_of(figure) if len(table.ranking) > 1 else ""
+        axes.barh(np.arange(len(names)), values[rows], color=BLUE, height=0.65)
+        name_rows(axes, names)
+        axes.set(xlabel=label + (f" ({better} is better)" if better else ""), ylim=(len(names) - 0.4, -0.6))
         axes.grid(False, axis="y")
-        for place in np.flatnonzero(~np.isfinite(values.astype(float))):
+        for place in np.flatnonzero(lost[rows]):
             look = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": 9}
-            axes.annotate("no pose is held", (0.01, place), **look)
+            axes.annotate(reasons[rows[place]], (0.01, place), **look)
         return canvas
-    first, *second = varied
+    first, *second = changed
     groups: Any = np.unique(table[second[0]]) if second else [None]
     for k, group in enumerate(groups):
         rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
         rows = rows[np.argsort(table[first][rows])]
-        name = f"{column_words(second[0])}: {group:.4g}" if second else None
+        name = value_words(second[0], group) if second else None
         axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
-    axes.set(xlabel=column_words(first), ylabel=column_words(figure))
-    lost = ~np.isfinite(values.astype(float))
+    axes.set(xlabel=column_words(first), ylabel=label)
+    if label.endswith(", %"):
+        axes.set_ylim(min(0.0, np.nanmin(values, initial=0.0)), _WHOLE)
     if lost.any():
         foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False, "linestyle": ""}
         axes.plot(table[first][lost], np.full(lost.sum(), 0.02), "x", color=BLACK, **foot)
-        axes.set_title("crosses: designs that hold no pose", fontsize=9, loc="right", color="0.3")
+        found = " or ".join(dict.fromkeys(reasons[row] for row in np.flatnonzero(lost)))
+        axes.set_title(f"crosses: {found}", fontsize=9, loc="right", color="0.3")
     if lost.all():
         axes.set_yticks([])
     if second:
@@ -256,31 +250,11 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     return canvas
 
 
-def column_words(name: str) -> str:
-    """A column of a study as the label of an axis: "cuff height, mm"."""
-    from ...study.study_table import with_unit
-
-    full = with_unit(name)
-    if full in _WORDS:
-        return _WORDS[full][0]
-    stem, _, unit = full.rpartition("_")
-    if not stem or unit not in _UNITS:
-        return full.replace("_", " ")
-    # Symbols of dimensions keep their index: r_A, alpha_A[2].
-    words = stem if re.match(r"[a-z]+_[A-Z]\b|[A-Z]\[", stem) else stem.replace("_", " ")
-    return f"{words.replace('].', '] ')}, {_UNITS[unit]}"
-
-
-def _varied(table: StudyTable) -> list[str]:
-    """Columns of numbers before the figures that are not the same in every row."""
-    from ...study.detailed_figures import JOINT_FIGURES
-    from ...study.evaluation import FIGURES
-
-    found = []
-    for name in table:
-        if name in (*JOINT_FIGURES, *FIGURES):
-            break
-        column = np.asarray(table[name])
-        if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
-            found.append(name)
-    return found
+def _reasons(table: StudyTable) -> list[str]:
+    """Why each row would have no figure."""
+    none = np.zeros(table.row_count)
+    errors, held = (dict(table).get(name, none) for name in ("error", "holdable"))
+    return [
+        "no design" if error else "not known" if share > 0.0 else "no pose is held"
+        for error, share in zip(errors, held, strict=True)
+    ]

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from experiment_runs import tracked
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import control
 
 
 def test_rest_is_off_zero_because_muscle_1_does_not_stretch():
@@ -81,3 +83,25 @@ def test_the_mounting_of_the_sensor_is_named_with_its_effect():
     size = float(exo.reaction(last, limits="none").magnitude)
     assert known.effects["F_s_percent"] == pytest.approx(100.0 * np.linalg.norm(slopes) / size, rel=0.02)
     assert str(tracking).startswith(f"Taken as known: {known}. ")
+
+
+def test_drives_in_joints_have_names_and_units_of_their_own():
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
+    reference = control.AnglePath([0.0, 0.2], [[0.1, 0.0, -0.4], [0.3, 0.1, -0.9]], "left")
+    tracking = serial.track(reference, "model", duration=0.12)
+    columns, numbers = tracking.columns(), tracking.summary()
+    assert {"angle_1_rad", "moment_1_N_m", "drive_position_1_rad", "motor_moment_1_N_m"} < set(columns)
+    assert not {"length_1_m", "tension_1_N", "motor_force_1_N"} & set(columns)
+    assert "peak_tension_N" not in numbers
+    assert numbers["peak_drive_moment_N_m"] == pytest.approx(np.abs(tracking.run.tensions).max())
+    assert "peak drive moment, N m" in str(tracking)
+    assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
+
+
+def test_the_power_of_a_motor_in_a_joint_is_the_rate_of_its_energy():
+    serial = ep.load(URDF / "serial-y-x-z.urdf")
+    plant = ep.Plant(serial)
+    run = plant.simulate(lambda t, seen: [0.0, 0.0, 0.4], 0.2, plant.state(serial.pose(flexion=20)), sample_rate=1000.0)
+    took = np.trapezoid(np.maximum(run.electric_power, 0.0), run.times, axis=0)
+    assert run.electric_energy[-1, 2] > 1.0
+    np.testing.assert_allclose(took, run.electric_energy[-1], rtol=1e-4, atol=1e-6)

@@ -22,6 +22,7 @@ import pinocchio as pin
 
 from ....chain.structure.chain_state import ChainState
 from ....core.errors import InvalidInput, MissingData, SolverFailed
+from ....core.errors.base import echo
 from ....core.errors.checked import checked
 from ....core.validation import FloatArray, as_finite, as_positive, as_real, require_type, set_fields, set_positive
 from ....load_case import Load
@@ -156,6 +157,21 @@ Wearer = Callable[..., Any]
 
 
 _NONE = np.zeros(3)
+
+
+def acting(found: Any) -> tuple[FloatArray, FloatArray]:
+    """Force at O and moment about it of what a wearer returned: a pair of these, or the moment alone."""
+    pair = found if isinstance(found, tuple) and len(found) == 2 else (_NONE, found)
+    try:
+        force, moment = (np.asarray(part, dtype=np.float64) for part in pair)
+    except (TypeError, ValueError):
+        force, moment = _NONE, np.zeros(0)
+    if force.shape != (3,) or moment.shape != (3,):
+        raise InvalidInput(
+            "expected a wearer to return a moment on the arm, three numbers in N m, or a force in N and a moment, got "
+            f"{echo(found)}"
+        )
+    return force, moment
 
 
 class TorsoState(NamedTuple):

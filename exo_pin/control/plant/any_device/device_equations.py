@@ -41,7 +41,7 @@ from ..drives import DirectDrive, LimbDrive, MuscleDrive
 from ..equations.drive_kernels import FLOWS, drive_rates, manifold_rates, slip
 from ..equations.plant_kernels import Tables, stop_moment
 from ..state import still_tables
-from .arm_actions import ArmState, Payload, Torso, TorsoState, Wearer, carried_along
+from .arm_actions import ArmState, Payload, Torso, TorsoState, Wearer, acting, carried_along
 from .direct_motors import DirectMotors, bristle_rates
 from .padding import Padding, Pads
 
@@ -315,7 +315,7 @@ class DeviceEquations:
         """Let the arm hold these payloads; the velocity after the impact with those that were at rest."""
         new = [self.payloads[i] for i in held if i not in self.carried]
         self.carry(held)
-        if not new or not v.any():
+        if not new:
             return v
         arm, push = self.model.arm_v, np.zeros(self.nv)
         for own in new:
@@ -328,13 +328,10 @@ class DeviceEquations:
         """Force at O and moment about it of the wearer, N and N m, base frame."""
         force, moment, arm = np.zeros(3), np.zeros(3), ArmState(R, w)
         for action in self.wearer:
-            found = action(t, arm)
-            if isinstance(found, tuple):
-                force, moment = force + found[0], moment + found[1]
-            else:
-                moment = moment + found
-        if not np.isfinite(moment).all():
-            raise SolverFailed("the motion", np.inf, "a moment of the wearer is not finite")
+            push, turn = acting(action(t, arm))
+            force, moment = force + push, moment + turn
+        if not (np.isfinite(moment).all() and np.isfinite(force).all()):
+            raise SolverFailed("the motion", np.inf, "a force or moment of the wearer is not finite")
         return force, moment
 
     def rates(

@@ -59,8 +59,7 @@ class DirectMotors:
         self._ends = np.array([(drive.shortest, drive.longest) for drive in drives]).reshape(-1, 2)
         self._stop = np.where(routed, 0.0, limit / np.array([p.stop_depth for p in own]))
         self._stop_time = np.array([p.stop_time for p in own])
-        known = np.isfinite(self._speed) & (self._stall > 0.0)
-        self.copper = np.divide(self._speed, self._stall, out=np.zeros(len(drives)), where=known)
+        self.copper = np.array([drive.copper for drive in drives])
         for place, inertia in zip(self.places, self.inertia, strict=True):
             tree.armature[place] += inertia
 

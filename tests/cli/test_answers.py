@@ -225,6 +225,7 @@ COMMANDS = {
         "track --experiment abduction --payload 1", "forces left.urdf --set knee=20deg", "mobility left.urdf",
         f"sweep four-cables --vary cuff_height_mm=150,170 --flexion 50 {MAN} --payload-at 0,0,-0.4",
         f"sweep four-cables --vary cuff_height_mm=150,170 --flexion 50 {MAN} --muscles",
+        "reaction prototype --out old.csv", "reaction prototype --out old.json",
     ],
     "persons": [
         "person prototype --flexion 40 --share 0.5 --least effort",

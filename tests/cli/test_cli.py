@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 
 import pytest
 from command_line import run
@@ -30,6 +31,17 @@ def test_wrong_words_are_cut_and_made_printable(capsys, word):
 )
 def test_negative_values_need_no_equals_sign(capsys, arguments):
     assert run(capsys, *arguments)[0] == 0
+
+
+def test_the_program_alone_has_warnings_of_one_line(capsys, monkeypatch):
+    before = warnings.showwarning
+    monkeypatch.setattr(warnings, "showwarning", before)
+    assert main(["--version"]) == 0
+    assert warnings.showwarning is before
+    monkeypatch.setattr(sys, "argv", ["exo-pin", "--version"])
+    assert main() == 0
+    warnings.showwarning(UserWarning("two\n lines"), UserWarning, "file.py", 3)
+    assert capsys.readouterr() == (f"{ep.__version__}\n" * 2, "exo-pin: two lines\n")
 
 
 def test_the_installed_command():

@@ -1,9 +1,11 @@
 """The consistency checks, on designs that pass and on designs made to fail."""
 
 import dataclasses
+import types
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from wrists import random_mechanism
 
@@ -46,6 +48,14 @@ def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
     assert outcome(report, name).outcome == "fail"
     assert not report.passed
     assert "NOT CONSISTENT" in str(report)
+
+
+def test_axes_that_miss_the_centre_by_a_nanometre_are_found(monkeypatch):
+    moved = {**vars(pin), "computeJointJacobians": lambda *given: pin.computeJointJacobians(*given) + 1e-9}
+    monkeypatch.setattr("exo_pin.consistency.checks.pin", types.SimpleNamespace(**moved))
+    found = outcome(check(ep.load("prototype").mechanism), "wrist conditions")
+    assert found.outcome == "fail"
+    assert "at most 1.7e-09 m, rad; without the ball joint 3" in found.detail
 
 
 def test_an_impossible_inertia_is_found():

@@ -67,7 +67,7 @@ def sensed():
         control.SensorError("angular_velocity", 0.1, 0.05, delay=0.02, seed=5), control.SensorError("pressures", 3.0,
         resolution=2.0),
         control.SensorError("supply_pressure", 5.0, 2.0), control.SensorError("lengths", 0.001, 0.003, 0.002, limb=2,
-        lost=((0.0, 0.01), (0.03, 0.04))),
+        lost=np.array([(0.0, 0.01), (0.03, 0.04)])),
         control.SensorError("contraction_ratios", bias=(0.1, 0.2, 0.3, 0.4)), control.SensorError("drive_positions",
         resolution=0.01, limb=1),
     ]  # fmt: skip

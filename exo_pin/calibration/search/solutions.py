@@ -123,7 +123,7 @@ class _Search:
         return devices[self.distinct(devices)]
 
     def candidates(self, found: FloatArray) -> list[FloatArray]:
-        """The few best that are no twins of each other, each by its twin nearest to the nominal design."""
+        """The few best that are no twins of each other."""
         u, v = in_sensors(self.model, found)
         products = np.einsum("kni,knj->knij", u, v).reshape(len(found), -1) / self.model.reach
         kept = np.concatenate([products, self.model.length_offsets(found)], axis=1)
@@ -135,15 +135,7 @@ class _Search:
                 and np.abs(kept[chosen] - kept[k]).max(axis=1).min(initial=np.inf) > _SAME * self.model.reach
             ):
                 chosen.append(k)
-        return [self.nearest_twin(found[k], float(costs[k])) for k in chosen[:_MINIMA]]
-
-    def nearest_twin(self, device: FloatArray, cost: float) -> FloatArray:
-        """Tolerances make their own choice."""
-        if self.has_tolerances:
-            return device
-        twins = combined(self.model, limb_options(self.model, device[None], self.problem.measured), _LISTED)
-        fit = self.costs(twins) <= cost + TOLD_APART
-        return np.asarray(twins[np.where(fit, distances(self.model, twins), np.inf).argmin()]) if fit.any() else device
+        return [found[k] for k in chosen[:_MINIMA]]
 
     def distinct(self, devices: FloatArray) -> NDArray[np.intp]:
         """Indices of devices that fit as well as the best and are not within the errors of one before them.

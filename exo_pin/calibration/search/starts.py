@@ -238,7 +238,7 @@ def _linear(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> Fl
         # An error of l is one of 2 l dl.
         left = np.column_stack([columns, -2.0 * own]) if free else columns
         right, root = own**2, 1.0 / np.maximum(np.abs(own), 1e-3)
-        found = np.linalg.lstsq(left * root[:, None], right * root, rcond=None)[0]
+        found = np.linalg.lstsq(left * root[:, None], right * root)[0]
         if free:
             offsets[i] = found[10]
         u, sizes, v = np.linalg.svd(found[1:10].reshape(3, 3))

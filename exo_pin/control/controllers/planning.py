@@ -312,7 +312,7 @@ class DevicePlanner:
         return self._of.coordinates(self._at(pose))
 
     def _follow(self, q: FloatArray, R: FloatArray, velocity: Any, acceleration: Any) -> tuple[FloatArray, FloatArray]:
-        """Velocity and acceleration of all joints with those of the arm, base frame."""
+        """Velocity and acceleration of all joints with those of the arm, base frame; the tree is linearised here."""
         own = self._of
         v = own.following(q, R.T @ np.asarray(velocity))
         opening = constraint_drift(own.state, q, v) if own.state.row_count else None
@@ -332,7 +332,6 @@ class DevicePlanner:
         """What moves with each drive where all others are free, shape (n,), kg or kg m²."""
         own, q = self._of, self._at(pose)
         response = response_at(own.state, q).response
-        own.coordinates(q)
         return np.asarray(1.0 / np.maximum(((own.columns().T @ response) ** 2).sum(axis=1), 1e-9))
 
     def tensions(
@@ -348,7 +347,6 @@ class DevicePlanner:
             q, R, *((none, none) if motion is None else (motion.angular_velocity, motion.angular_acceleration))
         )
         left = open_tree(own.state, q, v, a, None)
-        own.coordinates(q)
         P, (springs, _) = own.columns(), own.springs(q)
         # Moments about axes that the loops hold need no drive.
         can = turns_of(own.model, q) if self._lacks else np.eye(3)

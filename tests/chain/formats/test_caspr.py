@@ -42,6 +42,7 @@ def test_the_robot_is_that_of_mujoco():
         mujoco.mj_forward(theirs, data)
         upper = np.triu(pin.crba(chain.model, own, q))
         assert np.allclose(lengths(chain, q), data.ten_length, atol=1e-12)
+        assert np.allclose(lengths(chain.mirrored(), chain.mirror_signs().configuration * q), data.ten_length)
         assert np.allclose(pin.nonLinearEffects(chain.model, own, q, v), data.qfrc_bias, atol=1e-9)
         assert np.allclose(upper @ v + np.triu(upper, 1).T @ v, product(theirs, data, v), atol=1e-10)
 

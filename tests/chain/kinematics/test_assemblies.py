@@ -1,5 +1,7 @@
 """All closed configurations of chains with some joints held: published counts, and counts by other equations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -54,6 +56,11 @@ def test_a_planar_platform_on_three_legs_has_six():
     few = chain.assemblies(chain.roles.actuated, q, starts=6)
     assert not few.is_complete
     assert few.starts == 6
+    # One that is three times rarer than the rarest is missed with exp(-3): 3 * 3 * (6 + 3) = 81 = 3 hits * 27.
+    rare = [
+        replace(few, hits=np.array(hits), since=since) for hits, since in (([6, 3], 26), ([6, 3], 27), ([7, 2], 99))
+    ]
+    assert [one.is_complete for one in rare] == [False, True, False]
 
 
 def _octahedral_count(feet, tips):

@@ -4,7 +4,7 @@ import contextlib
 import functools
 import io
 import shlex
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
 from types import SimpleNamespace
 from unittest import mock
 
@@ -19,7 +19,7 @@ from places import URDF
 import exo_pin as ep
 from exo_pin.cli import COMMANDS as ALL_COMMANDS
 from exo_pin.cli import main
-from exo_pin.cli.command import command
+from exo_pin.cli.command import command, writes
 from exo_pin.cli.options import Worn
 from exo_pin.cli.options.criteria_options import Judged
 from exo_pin.cli.search_commands import Start
@@ -59,6 +59,16 @@ def socket():
     pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     found = judged_by("--pull-out 60").of(ep.load("four-cables").worn_by(ep.Wearer(1.75, 75, "male")))
     return found.largest_pull_out, found.socket
+
+
+#: Options of pages and services.
+PAGES = [
+    "app four-cables --person 1.6,45,female,300 --elbow-flexion 40 --clothing 4 --strength 30 --flexion 60",
+    "app prototype --side right --payload 1.5 --port 7200 --open", "app",
+    "serve --host 0.0.0.0 --port 1 --name a --name b --workers 2 --waiting 3 --seconds 4 --body 5 --memory 6 --live 7 "
+    "--udp 8", "serve",
+    "report urdf/prototype.urdf --arm-speed 12", "report four-cables --person 1.6,45,female",
+]  # fmt: skip
 
 
 class Telling:
@@ -117,6 +127,40 @@ def view():
     found = {line: said(line) for line in LINES}
     extra = missing
     return found, said(LINES[6])
+
+
+def pages():
+    """What pages and services are asked with by options: persons, ports, and the file of a design."""
+    found = {}
+
+    def told(*given):
+        plain = [asdict(each) if is_dataclass(each) else getattr(each, "name", each) for each in given]
+        found[line] += [each for each in plain if not callable(each)]
+        raise KeyboardInterrupt if "report" not in line else ep.SolverFailed("report", 0.0, "none")
+
+    with contextlib.ExitStack() as stack:
+        for place, other in (
+            ("cli.pages.app_command.serve_app", told), ("cli.pages.app_command.require_extra", str),
+            ("cli.pages.serve_command.served", told), ("cli.pages.serve_command.require_extra", str),
+            ("cli.pages.report_command.require_extra", str), ("ShoulderExo.report", told),
+        ):  # fmt: skip
+            stack.enter_context(mock.patch(f"exo_pin.{place}", other))
+        stack.enter_context(contextlib.chdir(URDF.parent))
+        stack.enter_context(mock.patch.dict("os.environ", EXO_PIN_TOKEN="a token of 24 characters"))
+        for line in PAGES:
+            found[line] = []
+            found[line].append(main(line.split()))
+    return found
+
+
+def files_of_commands():
+    """Options that a command gets for its files."""
+
+    def told(*endings, **more):
+        own = writes(*endings, **more)(lambda *, files: files).__kwdefaults__["files"]
+        return {each.name: each.type.__metadata__[0].help for each in fields(own)}
+
+    return told(".toml"), told(".csv", ".json", json=False, plot="all", also=(".html",))
 
 
 def defaults():
@@ -248,7 +292,7 @@ COMMANDS = {
     ],
 }
 LINES_OF = {name: functools.partial(answered_in_turn, lines, quick_csv=QUICK) for name, lines in COMMANDS.items()}
-ASKED = {each.__name__: each for each in (criteria, socket, view, defaults, start)} | LINES_OF
+ASKED = {each.__name__: each for each in (criteria, socket, view, pages, files_of_commands, defaults, start)} | LINES_OF
 
 
 @each_of(ASKED, {"socket", *LINES_OF})

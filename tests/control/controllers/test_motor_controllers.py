@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drive_plants import held, holding
+from places import URDF
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.device import Drive
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
 
@@ -48,6 +50,22 @@ def test_without_the_inertial_sensor_the_arm_goes_on_along_the_reference():
     experiment = control.experiment("four-cables-abduction").replace(imu=control.Imu(lost=((1.0, 4.0),)))
     tracking = experiment.run()
     assert np.degrees(tracking.rms_error()) < 1.0
+
+
+def test_a_command_is_the_share_of_the_limit_on_its_side():
+    """The effort that holds a pose is the same whatever more the drives could exert to either side."""
+    pose, none, demands = ep.shoulder_rotation(30, 20, 5, degrees=True), np.zeros(3), []
+    exo = ep.load(URDF / "serial-y-x-z.urdf")
+    for lower, upper in ((-90.0, 90.0), (-60.0, 90.0), (-90.0, 40.0)):
+        plant = ep.Plant(
+            exo.replace(drives=[Drive(d.name, d.joint, lower=lower, upper=upper) for d in exo.device.drives])
+        )
+        angles = plant.contractions.lengths(pose)
+        seen = control.Measurement(pose, none, none, 0.0, angles, none, angles, none)
+        commands = control.ModelController(plant, control.Turn(pose, [0.4, -0.5, 0.5], duration=1.0))(0.0, seen)
+        demands.append([drive.demand(float(one)) for drive, one in zip(plant.drives, commands, strict=True)])
+    assert (np.sign(demands[0]) == [1.0, 1.0, -1.0]).all()
+    np.testing.assert_allclose(demands[1:], demands[:1] * 2, rtol=1e-12)
 
 
 def test_the_model_need_not_be_true():

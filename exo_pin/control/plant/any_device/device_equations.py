@@ -315,7 +315,7 @@ class DeviceEquations:
         """Let the arm hold these payloads; the velocity after the impact with those that were at rest."""
         new = [self.payloads[i] for i in held if i not in self.carried]
         self.carry(held)
-        if not new or not v.any():
+        if not new:
             return v
         arm, push = self.model.arm_v, np.zeros(self.nv)
         for own in new:

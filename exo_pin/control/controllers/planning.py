@@ -230,6 +230,10 @@ class WristPlanner(NamedTuple):
         across = np.einsum("ij,ij->i", velocity, velocity) - rates**2
         return LengthMotion(lengths, rates, np.einsum("ij,ij->i", s, acceleration) + across / lengths)
 
+    def nearest(self, poses: Rotation) -> Rotation:
+        """See :class:`DevicePlanner`."""
+        return poses
+
     def attained(self, reference: Callable[[float], Any]) -> Callable[[float], Any]:
         """See :class:`DevicePlanner`."""
         return reference
@@ -261,10 +265,10 @@ class _Attained(NamedTuple):
 
     def __call__(self, t: float) -> ReferenceState:
         now = max(t, _APART)
-        before, pose, after = (self.nearest(self.reference(s).orientation) for s in (now - _APART, now, now + _APART))
-        ahead, behind = (after * pose.inv()).as_rotvec(), (before * pose.inv()).as_rotvec()
-        motion = (ahead - behind) / (2.0 * _APART), (ahead + behind) / _APART**2
-        return ReferenceState(pose if t >= _APART else self.nearest(self.reference(t).orientation), *motion)
+        asked = [self.reference(s).orientation for s in (t, now - _APART, now, now + _APART)]
+        pose, *own = self.nearest(Rotation.concatenate(asked))
+        ahead, behind = (own[2] * own[1].inv()).as_rotvec(), (own[0] * own[1].inv()).as_rotvec()
+        return ReferenceState(pose, (ahead - behind) / (2.0 * _APART), (ahead + behind) / _APART**2)
 
 
 class DevicePlanner:
@@ -300,12 +304,18 @@ class DevicePlanner:
         self._q = q
         return q
 
+    def nearest(self, poses: Rotation) -> Rotation:
+        """The poses that the device has nearest to a stack of poses."""
+        if self._q is None:
+            self._at(poses[0])
+        return Rotation.from_quat([self._at(pose)[self._of.model.arm_q] for pose in poses]) if self._lacks else poses
+
     def attained(self, reference: Callable[[float], Any]) -> Callable[[float], Any]:
         """A reference on the poses that the device has."""
-        if self._q is None:
-            self._at(reference(0.0).orientation)
-        arm = self._of.model.arm_q
-        return _Attained(reference, lambda pose: Rotation.from_quat(self._at(pose)[arm])) if self._lacks else reference
+        self._at(reference(0.0).orientation)
+        if self._lacks:
+            return _Attained(reference, self.nearest)
+        return reference
 
     def lengths(self, pose: Rotation) -> FloatArray:
         """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""

@@ -135,4 +135,9 @@ def test_two_hinges_follow_a_movement_to_the_nearest_poses_that_they_have():
         for row, near in ((0, 1e-4), (-1, 0.3)):  # degrees
             best = nearest(poses[row])
             assert np.rad2deg((best.inv() * tracking.run.rotations[row]).magnitude()) < near
-    assert np.rad2deg((best.inv() * poses[-1]).magnitude()) > 10.0
+            np.testing.assert_allclose(tracking.attained[row].as_matrix(), best.as_matrix(), atol=1e-7)
+        away = np.rad2deg((best.inv() * poses[-1]).magnitude())
+        assert tracking.reachable.all() == (away < 1e-6)
+        said = [text for text in tracking.findings if "does not have the wanted poses" in text]
+        assert len(said) == (away > 10.0)
+        assert all(f"up to {away:.1f}° away, at 0.60 s" in text for text in said)

@@ -128,6 +128,22 @@ def test_of_many_best_answers_the_shortest_is_taken():
     assert seen == {True, False}
 
 
+def test_where_the_shortest_is_not_found_exactly_another_best_answer_is_taken():
+    """Of limits that differ in the ninth digit both are met."""
+    row, ends = np.array([2.0, -2.0, 1.0, -1.0, -2.0, 1.0, 2.0]), np.full(4, np.inf)
+    program = LeastSquares(
+        np.array([[0.0, -0.2, 0.0003, 0.0, 0.0, 0.0, 0.0]]), np.array([2.0]),
+        np.array([[-2.0, -1.0, -1.0, -1.0, 1.0, 2.0, 1.0]]), np.array([7.0]),
+        np.array([*-ends, 0.0, 2.0, 0.0]), np.array([-1.8, 1.6, np.inf, np.inf, 0.18, np.inf, np.inf]),
+        np.array([row, row * (1.0 + 1e-9), [0.0, 2.0, -1.0, -1.0, 1.0, -2.0, -2.0]]),
+        np.array([-6.0, -6.0 + 1e-7, -2.0]),
+    )  # fmt: skip
+    answer = solve(program)
+    assert answer.is_optimal
+    assert not answer.unique
+    np.testing.assert_allclose(answer.residual, 0.0, atol=1e-12)
+
+
 def by_enumeration_of_many(program):
     """As :func:`by_enumeration`, of a program with several equalities, which may have dependent rows held."""
     best = np.inf, None, None, None

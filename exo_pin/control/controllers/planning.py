@@ -18,6 +18,7 @@ squares. Freedoms that leave the arm at rest are left alone.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -257,7 +258,8 @@ class WristPlanner(NamedTuple):
         return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 
-class _Attained(NamedTuple):
+@dataclass(frozen=True)
+class _Attained:
     """The poses nearest to those of a reference, and their motion by central differences."""
 
     reference: Callable[[float], Any]

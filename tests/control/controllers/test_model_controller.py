@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from places import URDF
+from scipy.optimize import least_squares, lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -111,3 +112,32 @@ def test_the_others_let_the_arm_down_with_no_more_than_they_needed():
     (said,) = (text for text in shared.findings if "torn" in text)
     assert f"|F_s| reaches {force[0]:.0f} N" in said
     assert f"(without it {force[1]:.0f} N and 0°)" in said
+
+
+@pytest.mark.full
+def test_two_hinges_follow_a_movement_to_the_nearest_poses_that_they_have():
+    """They have no internal rotation; where some is wanted, they go where least of the turn is left."""
+    chain = ep.load(URDF / "serial-y-x-z.urdf").device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    exo = ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held)).worn_by(ep.Wearer(1.755, 85.0, "male"))
+
+    def nearest(pose):
+        left = lambda angles: (exo.pose(*angles).inv() * pose).as_rotvec(degrees=True)  # noqa: E731
+        return exo.pose(*least_squares(left, [20.0, 10.0], xtol=1e-12, ftol=1e-12).x)
+
+    times = np.linspace(0.0, 0.6, 25)
+    share = 3.0 * (times / 0.6) ** 2 - 2.0 * (times / 0.6) ** 3
+    ways = (("model", 0.0, 0.0), ("model", 20.0, 5.0), ("pi", 20.0, 5.0))
+    for controller, turned, start in ways:
+        poses = exo.pose(10.0 + 20.0 * share, 20.0 * share, start + turned * share)
+        tracking = exo.track(ep.Movement.from_samples(times, poses, smoothing=None), controller)
+        assert tracking.run.status == "completed"
+        for row, near in ((0, 1e-4), (-1, 0.3)):  # degrees
+            best = nearest(poses[row])
+            assert np.rad2deg((best.inv() * tracking.run.rotations[row]).magnitude()) < near
+            np.testing.assert_allclose(tracking.attained[row].as_matrix(), best.as_matrix(), atol=1e-7)
+        away = np.rad2deg((best.inv() * poses[-1]).magnitude())
+        assert tracking.reachable.all() == (away < 1e-6)
+        said = [text for text in tracking.findings if "does not have the wanted poses" in text]
+        assert len(said) == (away > 10.0)
+        assert all(f"up to {away:.1f}° away, at 0.60 s" in text for text in said)

@@ -96,6 +96,10 @@ def test_drives_in_joints_have_names_and_units_of_their_own():
     assert numbers["peak_drive_moment_N_m"] == pytest.approx(np.abs(tracking.run.tensions).max())
     assert "peak drive moment, N m" in str(tracking)
     assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
+    nesm = ep.load(URDF / "nesm.urdf")
+    motors = ep.PlantOptions(joint_motor=control.JointMotor(limit=30.0))
+    # Two of its joints begin at an end of their ranges.
+    assert nesm.track("flexion", duration=0.05, options=motors).findings == ()
 
 
 def test_the_power_of_a_motor_in_a_joint_is_the_rate_of_its_energy():

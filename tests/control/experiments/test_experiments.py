@@ -109,3 +109,9 @@ def test_the_power_of_a_motor_in_a_joint_is_the_rate_of_its_energy():
     took = np.trapezoid(np.maximum(run.electric_power, 0.0), run.times, axis=0)
     assert run.electric_energy[-1, 2] > 1.0
     np.testing.assert_allclose(took, run.electric_energy[-1], rtol=1e-4, atol=1e-6)
+
+
+def test_gains_go_to_the_controller_that_suits_the_design():
+    gains = control.FeedbackGains(stiffness=20.0)
+    tracking = ep.load("four-cables").track("flexion", duration=0.01, feedback=gains)
+    assert (tracking.experiment.controller, tracking.experiment.feedback.stiffness) == ("model", 20.0)

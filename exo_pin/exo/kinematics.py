@@ -302,7 +302,8 @@ def track(
     ----------
     reference : Reference, Movement, str or path-like
         A trajectory (:mod:`exo_pin.control`) or a movement; "abduction" or "flexion", the tests of Section 5.4.1; or a
-        file of orientations, as :func:`exo_pin.read_movement` reads it.
+        file of orientations, as :func:`exo_pin.read_movement` reads it. A device that turns the arm about fewer than
+        three axes follows in the nearest poses that it has.
     controller : {"pi", "model"} or callable, optional
         "model" of a redundant design, unless it states that it measures lengths alone, else "pi", if left out.
         "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear

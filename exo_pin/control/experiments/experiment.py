@@ -230,8 +230,8 @@ class Experiment(Record):
         """
         if plant.count and all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
             return plant.rest()
-        pose = self.reference(0.0).orientation
         plans = planner_of(plant)
+        pose = plans.attained(self.reference)(0.0).orientation
         lengths = plans.lengths(pose)
         for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
             if not drive.spans(length):

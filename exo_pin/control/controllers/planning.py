@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -288,14 +289,18 @@ class DevicePlanner:
         self._plant = plant
         self._of = DeviceEquations(plant.mechanism.as_chain(), plant.drives, plant.tables)
         self._q: FloatArray | None = None
-        self._lacks = False
+
+    @cached_property
+    def _lacks(self) -> bool:
+        """Whether the device turns the arm about fewer than three axes."""
+        return nearest_reached(self._plant.mechanism.as_chain(), Rotation.identity()) is not None
 
     def _at(self, pose: Rotation) -> FloatArray:
         """The closed configuration in a pose."""
         own = self._of
         if self._q is None:
-            nearest = nearest_reached(self._plant.mechanism.as_chain(), pose)
-            self._q, self._lacks = own.configuration(pose if nearest is None else nearest), nearest is not None
+            nearest = nearest_reached(self._plant.mechanism.as_chain(), pose) if self._lacks else None
+            self._q = own.configuration(pose if nearest is None else nearest)
         if self._lacks:
             self._q = nearest_beside(own.model, self._q, pose.as_quat())
             return self._q
@@ -308,16 +313,11 @@ class DevicePlanner:
 
     def nearest(self, poses: Rotation) -> Rotation:
         """The poses that the device has nearest to a stack of poses."""
-        if self._q is None:
-            self._at(poses[0])
         return Rotation.from_quat([self._at(pose)[self._of.model.arm_q] for pose in poses]) if self._lacks else poses
 
     def attained(self, reference: Callable[[float], Any]) -> Callable[[float], Any]:
         """A reference on the poses that the device has."""
-        self._at(reference(0.0).orientation)
-        if self._lacks:
-            return _Attained(reference, self.nearest)
-        return reference
+        return _Attained(reference, self.nearest) if self._lacks else reference
 
     def lengths(self, pose: Rotation) -> FloatArray:
         """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""

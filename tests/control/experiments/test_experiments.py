@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.core.errors import InvalidInput
 
 
 def test_rest_is_off_zero_because_muscle_1_does_not_stretch():
@@ -96,6 +97,8 @@ def test_drives_in_joints_have_names_and_units_of_their_own():
     assert numbers["peak_drive_moment_N_m"] == pytest.approx(np.abs(tracking.run.tensions).max())
     assert "peak drive moment, N m" in str(tracking)
     assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
+    with pytest.raises(InvalidInput, match="motor 1 would have to be at -52° .* it reaches -30 to 210°"):
+        serial.track(control.AnglePath([0.0, 1.0], [[0.0, 0.0, -0.9], [0.0, 0.0, 0.0]], "left"))
     nesm = ep.load(URDF / "nesm.urdf")
     motors = ep.PlantOptions(joint_motor=control.JointMotor(limit=30.0))
     # Two of its joints begin at an end of their ranges.

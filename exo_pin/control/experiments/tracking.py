@@ -247,7 +247,10 @@ class Tracking(Result, ReadOnly):
         return (*found, text)
 
     def __str__(self) -> str:
-        rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
+        rows = (
+            (labelled(key), f"{round(value, 9) + 0.0:.4g}" if np.isfinite(value) else "-")
+            for key, value in self.summary().items()
+        )
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
         return "\n".join([self.verdict, *cautions, *(f"- {text}" for text in self.findings), "", *lines])

@@ -149,7 +149,7 @@ class ShoulderEnv(_Env):
         draws = not hasattr(self._given, "duration")
         given: Any = self._given
         self.reference: Any = given(self.np_random) if draws else given
-        pose = self.reference(0.0).orientation
+        pose = self._plans.attained(self.reference)(0.0).orientation
         least, greatest = self.plant.force_limits(self._plans.lengths(pose))
         efforts = self._plans.tensions(pose, None, greatest, least, None).tensions
         self.state = self.plant.held(pose, efforts)

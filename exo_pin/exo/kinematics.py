@@ -302,7 +302,8 @@ def track(
     ----------
     reference : Reference, Movement, str or path-like
         A trajectory (:mod:`exo_pin.control`) or a movement; "abduction" or "flexion", the tests of Section 5.4.1; or a
-        file of orientations, as :func:`exo_pin.read_movement` reads it.
+        file of orientations, as :func:`exo_pin.read_movement` reads it. A device that turns the arm about fewer than
+        three axes follows in the nearest poses that it has.
     controller : {"pi", "model"} or callable, optional
         "model" of a redundant design, unless it states that it measures lengths alone, else "pi", if left out.
         "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
@@ -351,8 +352,6 @@ def track(
 
     wanted = reference_of(reference, self.side)
     name = title or getattr(wanted, "title", "") or "tracking"
-    if feedback is not None and controller != "model":
-        raise InvalidInput('feedback gains are for the controller "model"')
     moved = self.moved_record
     chosen = options_for(moved) if options is None else options
     acts = (wearer,) if callable(wearer) else tuple(wearer)
@@ -361,4 +360,7 @@ def track(
         "track", name, moved, wanted, controller, chosen, duration, imu, faults, rate, feedback, acts, carried, torso,  # type: ignore[arg-type]
         cuff, harness,
     )  # fmt: skip
+    # Without a name the controller is that which suits the design.
+    if feedback is not None and experiment.controller != "model":
+        raise InvalidInput('feedback gains are for the controller "model"')
     return experiment.run(progress)

@@ -53,7 +53,7 @@ def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
 
 def turn_coefficients(square: FloatArray) -> list[FloatArray]:
     """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³ for θ²."""
-    near = np.abs(square) < _SMALL
+    near = square.real < _SMALL
     series = [_series(square, row) for row in _SERIES]
     if near.all():
         return series

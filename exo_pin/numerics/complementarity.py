@@ -84,7 +84,7 @@ def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high:
     size = _size(A, c, f)
     at_low, at_high = f == low, f == high
     wrong = np.where(at_low & at_high, 0.0, np.where(at_low, -w, np.where(at_high, w, np.abs(w))))
-    residual = max(0.0, float(wrong.max(initial=0.0))) / size if size > 0.0 else 0.0
+    residual = max(0.0, float(wrong.max())) / size if size > 0.0 else 0.0
     if bounded and not residual <= _ACCEPTED:
         raise SolverFailed("the complementarity problem", residual, "the optimality conditions do not hold")
     open_to_change = (np.abs(w) <= _ROUNDING * size) & (low < high)

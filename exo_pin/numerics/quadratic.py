@@ -211,7 +211,7 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
     A, b = np.vstack([program.A, program.E]), np.concatenate([program.b, program.E @ first.z])
     again = replace(program, E=np.eye(size), d=np.zeros(size), A=A, b=b)
     second = judged(program, _solve(_orthonormal(again)).z, first.equality, first.inequality)
-    return second._replace(unique=False) if second.is_optimal else first
+    return second if second.is_optimal else first
 
 
 def _orthonormal(program: LeastSquares) -> LeastSquares:
@@ -302,8 +302,8 @@ def _walk(
 ) -> tuple[Solution, NDArray[np.int64], NDArray[np.bool_]]:
     """Primal active-set method from ProxQP's answer, with its constraints as the first working set.
 
-    Returns the best point, and the last working set: sides (-1 on the lower bound, 1 on the upper one, 0 inside) and
-    rows. The best point depends on rounding, the last working set does not.
+    Returns the last point and working set: sides (-1 on the lower bound, 1 on the upper one, 0 inside) and rows. The
+    point depends on rounding, the working set does not.
     """
     z = z.copy()
     fixed = program.low == program.high
@@ -311,7 +311,6 @@ def _walk(
     on_high = ~fixed & (bound > _HELD) & (z >= program.high - _NEAR)
     side = on_high.astype(np.int64) - on_low
     rows = (inequality > _HELD) & (program.C @ z >= program.c - _NEAR)
-    best: Solution | None = None
     for _ in range(_STEPS):
         z = np.where(side < 0, program.low, np.where(side > 0, program.high, z))
         step = _step(program, z, side == 0, rows)
@@ -325,8 +324,6 @@ def _walk(
             continue
         equality, inequality = _multipliers(program, z, side == 0, rows, equality, inequality)
         answer = judged(program, z, equality, inequality)
-        if best is None or _quality(answer) < _quality(best):
-            best = answer
         helpful = _blocks_equalities(program, z, side, fixed)
         if helpful >= 0:
             side[helpful] = 0
@@ -341,7 +338,7 @@ def _walk(
             side[int(wrong_bound.argmax())] = 0
         else:
             rows[int(wrong_row.argmax())] = False
-    return best if best is not None else judged(program, z, equality, inequality), side, rows
+    return judged(program, z, equality, inequality), side, rows
 
 
 def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.int64], fixed: NDArray[np.bool_]) -> int:

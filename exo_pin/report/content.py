@@ -70,6 +70,11 @@ def verdict_words(report: DesignReport) -> str:
     elif report.held_percent > 0.0:
         text = f"It holds {shown(report.held_percent)} % of {report.poses} poses of the daily range of motion"
         text += f"; {shown(report.inside_percent)} % meet all criteria that could be checked."
+    elif report.criteria_percent.get("singularity") == 0.0:
+        text = (
+            f"It goes to none of {report.poses} poses of the daily range of motion. A device that turns the arm about "
+        )
+        text += "fewer than three axes has poses of its own, which the three postures here may be."
     else:
         text = f"It holds none of {report.poses} poses of the daily range of motion."
     known = [task for task in report.tasks if math.isfinite(task.joint_N)]
@@ -143,9 +148,8 @@ def _tasks(report: DesignReport) -> PagePart:
 
 
 def _workspace(report: DesignReport) -> PagePart:
-    rows = [
-        [_CRITERIA.get(name, CRITERIA[name].words), shown(share)] for name, share in report.criteria_percent.items()
-    ]
+    words = _CRITERIA if report.drives else _CRITERIA | {"stroke": "within the travel of the joints"}
+    rows = [[words.get(name, CRITERIA[name].words), shown(share)] for name, share in report.criteria_percent.items()]
     rows.append(["all together", shown(report.inside_percent)])
     return PagePart(
         "Range of motion", (), (f"share of {report.poses} poses that are", "%"), rows, report.daily_range, (3.0, 1.0)
@@ -171,7 +175,7 @@ def _drives(report: DesignReport) -> PagePart:
                 _with_unit(each.speed * scale, f"{mark}/s"),
                 shown(each.power_W),
                 _moves(scale * each.used_from, scale * each.used_to, mark),
-                ends(scale * each.stroke_from, scale * each.stroke_to),
+                _moves(scale * each.stroke_from, scale * each.stroke_to, mark),
                 shown(each.mass_kg),
                 shown(each.held_without_percent),
             ]
@@ -189,12 +193,12 @@ def _drives(report: DesignReport) -> PagePart:
         head,
         rows,
         source,
-        (2.8, 0.9, 0.9, 1.5, 1.1, 1.3, 0.9, 2.0, 1.5, 1.0, 1.2),
+        (2.4, 0.9, 0.9, 1.4, 1.1, 1.45, 1.1, 2.0, 2.0, 0.9, 1.1),
     )
 
 
 def _moves(low: float, high: float, unit: str) -> str:
-    return f"{ends(low, high)} {unit}" if math.isfinite(low) else "–"
+    return f"{ends(low, high)}{'' if unit == '°' else ' '}{unit}" if math.isfinite(low) or math.isfinite(high) else "–"
 
 
 def _fit(report: DesignReport) -> PagePart:

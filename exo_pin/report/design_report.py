@@ -347,7 +347,7 @@ def _not_checked(answer: Reaction, found: Workspace, asked: _Asked) -> tuple[str
     texts += [
         f"{name.replace('_', ' ').capitalize()}: {_plain(why)}."
         for name, why in found.not_checked.items()
-        if not why.startswith(("does not apply", "no limit given"))
+        if not why.startswith(("does not apply", "no limit given", "not chosen"))
     ]
     if asked.person is None:
         texts.append("Force in the joint with the wearer's own muscles: no person, or the extra 'person' is missing.")

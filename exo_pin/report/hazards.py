@@ -108,9 +108,10 @@ def _misaligned(report: DesignReport) -> str:
 def _error(report: DesignReport) -> str:
     """What an error of the drives does."""
     unit = report.weakest_rate_unit.partition("/")[0]
+    one = f"1{unit}" if unit == "°" else f"1 {unit}"
     if report.weakest_rate * _LOST < 1.0:
-        return f"in the worst poses the drives do not place the arm: 1 {unit} turns it by more than {_LOST:.0f}°"
-    return f"1 {unit} of the drives turns the arm by {shown(1.0 / report.weakest_rate)}° at worst"
+        return f"in the worst poses the drives do not place the arm: {one} turns it by more than {_LOST:.0f}°"
+    return f"{one} of the drives turns the arm by {shown(1.0 / report.weakest_rate)}° at worst"
 
 
 def _pressed(report: DesignReport) -> str:

@@ -75,7 +75,7 @@ def sample_of_imus(arm: Mapping[str, Any], trunk: Mapping[str, Any], seq: int | 
 def wrench_of_answer(answer: Mapping[str, Any], frame_id: str) -> dict[str, Any]:
     """A ``WrenchStamped`` of a live answer: the force that the scapula puts on the arm at the shoulder's centre, N.
 
-    A ball joint carries no moment: ``torque`` is zero.
+    A ball joint carries no moment: ``torque`` is zero. The stamp is the sample's to 0.2 µs: its time has been a float.
 
     Parameters
     ----------

@@ -332,7 +332,7 @@ class Workspace(Result, ReadOnly):
                 "The device's centre is off the shoulder's, in these poses by at most "
                 f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
             )
-        if total > 1 and self.fractions.get("connected", self.fractions.get("singularity")) == 0.0:
+        if total > 1 and self.fractions.get("singularity", self.fractions.get("connected")) == 0.0:
             lines.append(
                 filled(
                     "The device goes to none of these poses. One that turns the arm about fewer than three axes goes "

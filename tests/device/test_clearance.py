@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.device import ChainDevice, Drive, Route
+from exo_pin.wrist.clearance.gaps import named
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -153,3 +154,19 @@ def test_a_shape_is_its_capsule_wherever_it_is(kind, size, half, axis, radius):
         own = np.array([place.act(spot) for spot in turn.apply(points * extents[kind]) + at])
         for spot in own:
             assert exo.device.gaps(R[None], body=body((spot[None], 0.0), (spot[None], 0.0))).least[0, 1] <= 1e-9
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_of_more_than_three_parts_the_number_is_given(count):
+    said = ("a passes", "a and b pass", "a, b and c pass", "4 links pass")
+    assert named(["a", "b", "c", "d"][:count], "links") == f"{said[count - 1]} through"
+
+
+def test_nothing_is_known_of_the_gaps_of_a_limb_without_a_radius():
+    exo = ep.load("four-linear-actuators-worn")
+    bare = exo.replace(limbs=[exo.limbs[0], replace(exo.limbs[1], actuator=None), *exo.limbs[2:]])
+    gaps = bare.device.gaps(exo.pose([10.0, 50.0]).as_matrix())
+    assert gaps.unknown == ("radius of limb 2 (family of the actuator, or limb_radius)",)
+    assert np.isnan(gaps.least).all()
+    assert np.isnan(gaps.each(np.arange(2))).all()
+    assert gaps.words == ""

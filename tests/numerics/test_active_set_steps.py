@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from exo_pin.numerics import LeastSquares, quadratic, solve
+from exo_pin.numerics import LeastSquares, judged, quadratic, solve
 
 
 def random_program(rng, rank):
@@ -126,6 +126,43 @@ def test_of_many_best_answers_the_shortest_is_taken():
         _, z, _, _ = by_enumeration_of_many(shorter)
         np.testing.assert_allclose(answer.z, z, atol=1e-7)
     assert seen == {True, False}
+
+
+@pytest.mark.parametrize(
+    ("goal", "pull", "limits", "error"),
+    [
+        (0.5, 0.3, {"c": 0.9}, 0.3), (0.5, 0.3, {"c": 0.3}, 0.1), (0.0, -0.2, {"c": 0.9}, 0.2),
+        (0.5, 0.0, {"high": 0.9}, 0.3), (0.5, 0.0, {"high": 0.25}, 0.05), (0.5, 0.0, {"high": 0.2}, 0.0),
+        (-0.1, 0.0, {"low": -0.9}, 0.3), (-0.1, 0.0, {"low": 0.15}, 0.05), (-0.1, 0.0, {"low": 0.2}, 0.0),
+        (0.2, 0.0, {"c": 0.12}, 0.08), (0.2, 0.0, {"high": 0.13}, 0.07), (0.2, 0.0, {"low": 0.26}, 0.06),
+    ],
+)  # fmt: skip
+def test_how_far_a_candidate_is_from_the_conditions(goal, pull, limits, error):
+    """Of one number at 0.2: multipliers away from their limits, of the wrong sign, and limits that are not kept."""
+    low, high, c = (limits.get(name, end) for name, end in (("low", -1.0), ("high", 1.0), ("c", 1.0)))
+    one, none = np.ones((1, 1)), np.zeros((0, 1))
+    program = LeastSquares(one, goal * one[0], none, none[:, 0], low * one[0], high * one[0], one, c * one[0])
+    found = judged(program, np.array([0.2]), np.zeros(0), np.array([pull]))
+    assert found.kkt == pytest.approx(error, abs=1e-15)
+    for miss in (-0.7, 0.6):
+        held = replace(program, A=one, b=np.array([0.2 + miss]))
+        assert held.violation(np.array([0.2])) == pytest.approx(abs(miss))
+
+
+def test_where_the_shortest_is_not_found_exactly_another_best_answer_is_taken():
+    """Of limits that differ in the ninth digit both are met."""
+    row, ends = np.array([2.0, -2.0, 1.0, -1.0, -2.0, 1.0, 2.0]), np.full(4, np.inf)
+    program = LeastSquares(
+        np.array([[0.0, -0.2, 0.0003, 0.0, 0.0, 0.0, 0.0]]), np.array([2.0]),
+        np.array([[-2.0, -1.0, -1.0, -1.0, 1.0, 2.0, 1.0]]), np.array([7.0]),
+        np.array([*-ends, 0.0, 2.0, 0.0]), np.array([-1.8, 1.6, np.inf, np.inf, 0.18, np.inf, np.inf]),
+        np.array([row, row * (1.0 + 1e-9), [0.0, 2.0, -1.0, -1.0, 1.0, -2.0, -2.0]]),
+        np.array([-6.0, -6.0 + 1e-7, -2.0]),
+    )  # fmt: skip
+    answer = solve(program)
+    assert answer.is_optimal
+    assert not answer.unique
+    np.testing.assert_allclose(answer.residual, 0.0, atol=1e-12)
 
 
 def by_enumeration_of_many(program):

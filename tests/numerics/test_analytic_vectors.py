@@ -5,10 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from exo_pin.numerics.analytic_vectors import (
+    angle_about,
     cross_matrix,
+    dot,
     left_jacobian,
+    length_of,
     solved,
     turn_matrix,
+    unit,
 )
 
 #: rad: the series up to 0.1, the closed form beyond.
@@ -39,6 +43,22 @@ def test_complex_steps_give_the_angular_velocity(angle):
     change = turn_matrix(v + 1j * h * rate).imag / h
     omega = np.einsum("kij,kj->ki", left_jacobian(v), rate)
     np.testing.assert_allclose(change, cross_matrix(omega) @ turn_matrix(v), rtol=0, atol=1e-14)
+
+
+def test_lengths_angles_and_unit_vectors():
+    rng = np.random.default_rng(20)
+    v = np.concatenate([rng.normal(size=(4, 3)), [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0]]])
+    size = np.linalg.norm(v, axis=1, keepdims=True)
+    np.testing.assert_allclose(length_of(v), size, rtol=1e-15)
+    np.testing.assert_allclose(unit(v) * size, v, rtol=1e-15)
+    assert (unit(v)[5] == 0.0).all()
+    # The rate of a unit vector is across it.
+    rate = rng.normal(size=(4, 3))
+    across = rate / size[:4] - unit(v[:4]) * dot(unit(v[:4]), rate)[:, None] / size[:4]
+    np.testing.assert_allclose(unit(v[:4] + 1e-40j * rate).imag / 1e-40, across, atol=1e-14)
+    for angle in (-3.0, -0.4, 0.0, 1.2, 3.0):
+        s, first = unit(v[0]), unit(np.cross(v[0], v[1]))
+        assert angle_about(s, first, Rotation.from_rotvec(angle * s).apply(first)) == pytest.approx(angle, abs=1e-14)
 
 
 def test_systems_without_a_solution_are_nan_and_leave_the_others():

@@ -84,3 +84,8 @@ def test_a_row_that_no_force_moves_stays_out_of_the_others():
 def test_a_matrix_that_is_not_symmetric_gives_no_wrong_answer(other):
     with pytest.raises(SolverFailed, match="residual"):
         bounded_complementarity(np.array(other), np.array([-1.0, -0.5]), np.full(2, -9.0), np.full(2, 9.0))
+
+
+def test_of_no_forces_there_is_an_answer():
+    found = bounded_complementarity(np.zeros((0, 0)), *np.zeros((3, 0)))
+    assert (found.force.shape, found.rate.shape, found.residual, found.bounded) == ((0,), (0,), 0.0, True)

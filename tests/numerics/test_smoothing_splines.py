@@ -38,6 +38,7 @@ def test_banded_equations_are_those_of_dense_matrices(stride, penalty):
     x = np.arange(60.0) + rng.uniform(-0.3, 0.3, 60)
     y = rng.normal(size=(60, 2))
     basis = SplineBasis(x, stride)
+    np.testing.assert_array_equal(basis.knots[8:-8], x[4:-4:stride])
     rows, A, normal = dense(basis, x, penalty)
     factor = basis.factor(penalty)
     weights = np.linalg.solve(A, rows[0].T @ y)

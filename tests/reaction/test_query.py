@@ -48,6 +48,12 @@ def test_pinocchio_equals_the_closed_form(name):
             assert (answer.residual[answer.has_answer] <= 1e-9).all()
 
 
+def test_no_more_is_left_over_than_the_last_digits_of_the_forces():
+    exo = ep.load("three-linear-actuators")
+    poses = exo.pose(*np.meshgrid(np.arange(0.0, 120.0, 5.0), np.arange(0.0, 90.0, 5.0), [-30.0, 0.0, 30.0]))
+    assert np.nanmax(exo.reaction(poses, limits="none").residual) < 5e-15
+
+
 @pytest.mark.parametrize("name", ["prototype", "random-3", "random-5"])
 def test_pinocchio_equals_mujoco(name):
     mechanism = MECHANISMS[name]()

@@ -147,6 +147,15 @@ def test_cones_of_a_displaced_device_hold_its_limbs():
     )
     found = exo.workspace(poses, Criteria(names=("singularity",)), centre_offset=ep.CentreOffset(base, cuff))
     assert found.inside.all()
+    # The same of both, one a pose.
+    both = [base, cuff, base]
+    for given in (both, ep.CentreOffset(both, both)):
+        lengths = exo.workspace(poses, ["singularity"], centre_offset=given).lengths
+        each = [
+            exo.workspace(pose, ["singularity"], centre_offset=off).lengths
+            for pose, off in zip(poses, both, strict=True)
+        ]
+        np.testing.assert_allclose(lengths, each, rtol=1e-12)
     table, geometry = limb_table(exo.mechanism, found), exo.geometry
     for i in range(4):
         lines = poses.apply(geometry.platform_points[i] + cuff) - geometry.base_points[i] - base

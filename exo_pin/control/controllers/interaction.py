@@ -234,7 +234,7 @@ class AdmittanceController:
         self.interaction: FloatArray = np.zeros(3)
         self._before: FloatArray | None = None
         first = self._given(0.0)
-        self._virtual = ReferenceState(first.orientation, np.zeros(3), np.zeros(3))
+        self._virtual, self._last = ReferenceState(first.orientation, np.zeros(3), np.zeros(3)), 0.0
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
@@ -246,11 +246,14 @@ class AdmittanceController:
         velocity = now.angular_velocity + step * turning
         # A step that keeps up with its own damper: implicit Euler in the pose, explicit in the moments.
         self._virtual = ReferenceState(Rotation.from_rotvec(step * velocity) * now.orientation, velocity, turning)
+        self._last = t
         return self._inner(t, measurement)
 
     def _followed(self, t: float) -> ReferenceState:
-        """What the arm follows: the virtual body, wherever it is."""
-        return self._virtual
+        """What the arm follows: the virtual body, as it goes on from the last sample."""
+        (pose, velocity, turning), ahead = self._virtual, t - self._last
+        on = Rotation.from_rotvec(ahead * velocity + 0.5 * ahead**2 * turning) * pose
+        return ReferenceState(on, velocity + ahead * turning, turning)
 
     def _see(self, measurement: Any) -> None:
         """Take what the drives did not make of the motion since the last sample for the person's."""

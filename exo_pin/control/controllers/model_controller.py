@@ -279,6 +279,7 @@ class ModelController:
         self._valves = ValveLoop(plant, self.gains.pressure)
         self._arm = person_arm(plant)
         self._motors, self.plans = MotorLoop(plant.drives, self.gains.bandwidth), planner_of(plant)
+        self._attained = None if reference is None else self.plans.attained(reference)
         self.reset()
 
     def reset(self) -> None:
@@ -346,8 +347,8 @@ class ModelController:
         if self._down is not None:
             begun, turn, _ = self._down
             return turn(t - begun)
-        if self.reference is not None:
-            return self.reference(t)
+        if self._attained is not None:
+            return self._attained(t)
         return ReferenceState(measurement.orientation, measurement.angular_velocity, np.zeros(3))
 
     def _notice(self, lengths: FloatArray, measurement: Any) -> None:
@@ -368,10 +369,10 @@ class ModelController:
 
     def _needed_flows(self, t: float) -> FloatArray | None:
         """Flow that each muscle is going to need for the reference's own motion, kg/s; None without feed-forward."""
-        if not self.gains.air_ahead or self.plant.supply is None or self.reference is None or self._down is not None:
+        if not self.gains.air_ahead or self.plant.supply is None or self._attained is None or self._down is not None:
             return None
         masses = []
-        for state in (self.reference(t), self.reference(t + _AHEAD)):
+        for state in (self._attained(t), self._attained(t + _AHEAD)):
             lengths = self.plans.lengths(state.orientation)
             motion = Motion(state.angular_velocity, state.angular_acceleration)
             found = self._tensions(state.orientation, motion, lengths, self.plant.load)

@@ -170,6 +170,7 @@ class LengthController:
         self.plant, self.reference = plant, reference
         self._interval = 1.0 / as_positive("rate", rate)
         self._plans = planner_of(plant)
+        self._attained = self._plans.attained(reference)
         masses = self._plans.masses(reference(0.0).orientation)
         self._loop = MotorLoop(plant.drives, _BANDWIDTH, masses)
         taut = np.array([drive.least_tension > 0.0 for drive in plant.drives])
@@ -194,7 +195,7 @@ class LengthController:
 
     def __call__(self, t: float, measurement: Any) -> FloatArray:
         """Commands at a sample; see :class:`Controller`."""
-        wanted = self._plans.motion(self.reference(t))
+        wanted = self._plans.motion(self._attained(t))
         positions, speeds = measured_drives(measurement)
         mass = self._loop.mass
         error = positions - (wanted.lengths - self._shorter)

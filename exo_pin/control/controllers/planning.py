@@ -17,6 +17,9 @@ squares. Freedoms that leave the arm at rest are left alone.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +33,8 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_real, as_rotation, as_single_rotation, require_type
 from ...design import Mechanism
-from ...device.turns.own_ways import lacks_turns, turns_of
+from ...device.postures import nearest_reached
+from ...device.turns.own_ways import nearest_beside, turns_of
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...reaction.holding import least_held_forces
@@ -38,9 +42,12 @@ from ...wrist import inverse_kinematics, limb_jacobian
 from ..plant.any_device.arm_actions import load_at_shoulder
 from ..plant.any_device.device_equations import DeviceEquations
 from ..plant.plant import Plant
+from ..trajectories.reference import ReferenceState
 
 #: Moment, N m, that may be missing in a pose that counts as held: what a hundredth of the prototype's arm weighs.
 HELD = 0.01
+#: Of differences over time, s.
+_APART = 1e-3
 
 
 class Tensions(NamedTuple):
@@ -225,6 +232,14 @@ class WristPlanner(NamedTuple):
         across = np.einsum("ij,ij->i", velocity, velocity) - rates**2
         return LengthMotion(lengths, rates, np.einsum("ij,ij->i", s, acceleration) + across / lengths)
 
+    def nearest(self, poses: Rotation) -> Rotation:
+        """See :class:`DevicePlanner`."""
+        return poses
+
+    def attained(self, reference: Callable[[float], Any]) -> Callable[[float], Any]:
+        """See :class:`DevicePlanner`."""
+        return reference
+
     def masses(self, pose: Rotation) -> FloatArray:
         """See :class:`DevicePlanner`: all of its motors have springs between."""
         return np.zeros(self.plant.count)
@@ -244,8 +259,25 @@ class WristPlanner(NamedTuple):
         return -self.tensions(pose, motion, efforts, efforts, load).missing_moment
 
 
+@dataclass(frozen=True)
+class _Attained:
+    """The poses nearest to those of a reference, and their motion by central differences."""
+
+    reference: Callable[[float], Any]
+    nearest: Callable[[Rotation], Rotation]
+
+    def __call__(self, t: float) -> ReferenceState:
+        now = max(t, _APART)
+        asked = [self.reference(s).orientation for s in (t, now - _APART, now, now + _APART)]
+        pose, *own = self.nearest(Rotation.concatenate(asked))
+        ahead, behind = (own[2] * own[1].inv()).as_rotvec(), (own[0] * own[1].inv()).as_rotvec()
+        return ReferenceState(pose, (ahead - behind) / (2.0 * _APART), (ahead + behind) / _APART**2)
+
+
 class DevicePlanner:
     """Any device; its joints are those nearest to where they were asked last, so that a call takes a millisecond.
+
+    A device that turns the arm about fewer than three axes is taken to the nearest of its own poses.
 
     Parameters
     ----------
@@ -257,20 +289,35 @@ class DevicePlanner:
         self._plant = plant
         self._of = DeviceEquations(plant.mechanism.as_chain(), plant.drives, plant.tables)
         self._q: FloatArray | None = None
-        self._lacks = False
+
+    @cached_property
+    def _lacks(self) -> bool:
+        """Whether the device turns the arm about fewer than three axes."""
+        return nearest_reached(self._plant.mechanism.as_chain(), Rotation.identity()) is not None
 
     def _at(self, pose: Rotation) -> FloatArray:
         """The closed configuration in a pose."""
         own = self._of
         if self._q is None:
-            self._q = own.configuration(pose)
-            self._lacks = lacks_turns(own.model, self._q)
+            nearest = nearest_reached(self._plant.mechanism.as_chain(), pose) if self._lacks else None
+            self._q = own.configuration(pose if nearest is None else nearest)
+        if self._lacks:
+            self._q = nearest_beside(own.model, self._q, pose.as_quat())
+            return self._q
         q = self._q.copy()
         q[own.model.arm_q] = pose.as_quat()
         if own.state.row_count:
             q = close(own.state, q, hold=[str(own.state.model.names[own.model.arm])], restarts=0)
         self._q = q
         return q
+
+    def nearest(self, poses: Rotation) -> Rotation:
+        """The poses that the device has nearest to a stack of poses."""
+        return Rotation.from_quat([self._at(pose)[self._of.model.arm_q] for pose in poses]) if self._lacks else poses
+
+    def attained(self, reference: Callable[[float], Any]) -> Callable[[float], Any]:
+        """A reference on the poses that the device has."""
+        return _Attained(reference, self.nearest) if self._lacks else reference
 
     def lengths(self, pose: Rotation) -> FloatArray:
         """Lengths of the limbs or coordinates of the drives, shape (n,), m or rad."""

@@ -18,7 +18,7 @@ from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.planning import planner_of
 from ..plant.run import Run
-from .tracking_report import continuous_angles, findings, holdable, known_of, lengths_in, verdict_of
+from .tracking_report import SAME_POSE, continuous_angles, findings, holdable, known_of, lengths_in, verdict_of
 from .tracking_table import columns_of, labelled, summary_of
 
 if TYPE_CHECKING:
@@ -90,6 +90,11 @@ class Tracking(Result, ReadOnly):
         """Coordinates of the drives in the wanted poses, shape (N, n): of a limb its length, m; in a joint m or rad."""
         return lengths_in(self.run.plant, self.wanted)
 
+    @cached_property
+    def attained(self) -> Rotation:
+        """The wanted poses; of a device that turns the arm about fewer than three axes the nearest that it has."""
+        return planner_of(self.run.plant).nearest(self.wanted)
+
     @property
     def times(self) -> FloatArray:
         """Shape (N,), s."""
@@ -108,7 +113,7 @@ class Tracking(Result, ReadOnly):
     @property
     def reachable(self) -> np.ndarray:
         """Shape (N,), bool: whether the drives can hold the wanted pose at rest, within the strokes of motor drives."""
-        return holdable(self.run.plant, self.wanted)
+        return holdable(self.run.plant, self.wanted) & ((self.attained * self.wanted.inv()).magnitude() < SAME_POSE)
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:
         """Angles of the arm, or of the reference, over time.
@@ -242,7 +247,10 @@ class Tracking(Result, ReadOnly):
         return (*found, text)
 
     def __str__(self) -> str:
-        rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
+        rows = (
+            (labelled(key), f"{round(value, 9) + 0.0:.4g}" if np.isfinite(value) else "-")
+            for key, value in self.summary().items()
+        )
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
         return "\n".join([self.verdict, *cautions, *(f"- {text}" for text in self.findings), "", *lines])

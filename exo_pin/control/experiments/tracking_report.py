@@ -99,6 +99,8 @@ def holdable(plant: Plant, poses: Rotation) -> NDArray[np.bool_]:
     return np.asarray(held)
 
 
+#: Turn between poses that count as the same, rad.
+SAME_POSE = np.radians(0.1)
 #: |cos β| below which the angles lock.
 _LOCKED = 1e-6
 
@@ -134,6 +136,8 @@ def continuous_angles(angles: FloatArray, locked_sum: float) -> FloatArray:
 ANGLES = ("flexion", "abduction", "internal rotation")
 #: A contraction is at its end when it is within this of the greatest one.
 _NEAR_END = 0.01
+#: How far beyond an end a motor is out of stroke, m or rad: its stops give way by more.
+_BEYOND_END = 1e-9
 #: Shares of time below which something is not worth a sentence.
 _SELDOM = 0.02
 #: The same of slackness of muscles, which hang loose in many poses.
@@ -194,6 +198,18 @@ def _rest(tracking: Tracking) -> list[str]:
     return [f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({angles})°{why}"]
 
 
+def _elsewhere(tracking: Tracking) -> list[str]:
+    """The device turns the arm about fewer than three axes, and the reference needs more."""
+    away = (tracking.attained * tracking.wanted.inv()).magnitude()
+    worst = int(away.argmax())
+    if away[worst] < SAME_POSE:
+        return []
+    return [
+        f"the device does not have the wanted poses: the nearest that it has are up to {np.degrees(away[worst]):.1f}° "
+        f"away, at {tracking.times[worst]:.2f} s"
+    ]
+
+
 def _stretched(tracking: Tracking) -> list[str]:
     text = "the reference needs {} longer than its nominal length for {:.0f} % of the time, and it cannot be stretched"
     limbs = np.array(drive_kinds(tracking.run.plant)) == "limb"
@@ -224,9 +240,10 @@ def _ends(tracking: Tracking) -> list[str]:
     limits, texts, run = greatest_ratios(tracking), [], tracking.run
     for i, drive in enumerate(run.plant.drives):
         if drive.is_motor:
-            short = run.drive_positions[:, i] <= drive.shortest
+            # A joint may begin at an end of its range.
+            short = run.drive_positions[:, i] < drive.shortest - _BEYOND_END
             if getattr(drive, "of_joint", False):
-                short |= run.drive_positions[:, i] >= drive.longest
+                short |= run.drive_positions[:, i] > drive.longest + _BEYOND_END
         else:
             short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
         if short.any():
@@ -273,16 +290,16 @@ def _force_limits(tracking: Tracking) -> list[str]:
 
 def _alike(tracking: Tracking) -> list[str]:
     """The lengths are right and the pose is not."""
-    off, run = float(np.degrees(tracking.error[-1])), tracking.run
-    wanted = run.plant.contractions.lengths(tracking.wanted[-1:])[0]
-    wrong, turns = np.abs(run.lengths[-1] - wanted), np.array(drive_kinds(run.plant)) == "turn"
+    run, own = tracking.run, tracking.attained[-1:]
+    off = float(np.degrees((own * run.rotations[-1:].inv()).magnitude()[0]))
+    wrong, turns = np.abs(run.lengths[-1] - lengths_in(run.plant, own)[0]), np.array(drive_kinds(run.plant)) == "turn"
     if off < _OFF or not wrong.size or (wrong > np.where(turns, np.radians(_RIGHT_TURN), _RIGHT)).any():
         return []
     along, about = wrong[~turns], np.degrees(wrong[turns])
     within = f"{1e3 * along.max():.1f} mm" if along.size else f"{about.max():.1f}°"
     within += f" and {about.max():.1f}°" if along.size and about.size else ""
     what = "the drives end" if about.size else "the lengths end"
-    seen = pose_accuracy(as_device(tracking.experiment.mechanism), tracking.wanted[-1:])
+    seen = pose_accuracy(as_device(tracking.experiment.mechanism), own)
     return [
         f"{what} within {within} of those wanted and the arm {off:.1f}° off: "
         f"{seen.sensitivity()}; a sensor of the arm's orientation tells"
@@ -353,7 +370,10 @@ def _name(tracking: Tracking, number: int) -> str:
     return f"{tracking.run.plant.drives[number - 1].word} {number}"
 
 
-_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _beyond_motion, _sensor)
+_PARTS = (
+    _rest, _elsewhere, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _alike, _faults, _beyond_motion,
+    _sensor,
+)  # fmt: skip
 
 
 def verdict_of(tracking: Tracking) -> str:

@@ -17,7 +17,7 @@ from ...core.validation import FloatArray
 from ..device_model import DeviceModel
 from .idle_joints import CLOSED, CORRECTIONS, JUMP
 
-__all__ = ["lacks_turns", "own_way", "turns_of"]
+__all__ = ["lacks_turns", "nearest_beside", "own_way", "turns_of"]
 
 #: Longest step and shortest, rad and characteristic lengths, and most steps.
 _LONGEST, _SHORTEST, _STEPS = 0.2, 1e-5, 200
@@ -27,6 +27,8 @@ _STEADY = 2.0
 _BESIDE = 0.02
 #: Turn that is rounding, rad; part of the turn that is left which the device must be able to make.
 _THERE, _NEARER = 1e-9, 0.02
+#: Most steps to what is nearest.
+_BESIDES = 20
 
 
 def lacks_turns(model: DeviceModel, start: FloatArray) -> bool:
@@ -48,7 +50,7 @@ def turns_of(model: DeviceModel, q: FloatArray) -> FloatArray:
 
 
 def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> tuple[FloatArray, bool]:
-    """The end of the device's own way to a pose, shape (nq,), and whether that is the pose.
+    """The end of the device's own way to a pose, shape (nq,), nearest to it, and whether that is the pose.
 
     Parameters
     ----------
@@ -79,7 +81,25 @@ def own_way(model: DeviceModel, start: FloatArray, pose: FloatArray) -> tuple[Fl
             q, step = there, 2.0 * step
         else:
             step *= 0.5
-    return q, False
+    return nearest_beside(model, q, pose), False
+
+
+def nearest_beside(model: DeviceModel, q: FloatArray, pose: FloatArray) -> FloatArray:
+    """The closed configuration, shape (nq,), beside another one with the arm nearest to a pose, a quaternion.
+
+    No motion of the device then turns the arm towards the pose: to the turn that is left all of them are at right
+    angles.
+    """
+    for _ in range(_BESIDES):
+        motions = _motions(model, q)
+        step = motions @ np.linalg.lstsq(motions[model.arm_v], _left(model, q, pose), rcond=model.none)[0]
+        there = _stepped(model, q, model.held.topology.column * step)
+        if there is None:
+            break
+        q = there
+        if np.abs(step).max() < _THERE:
+            break
+    return q
 
 
 def _motions(model: DeviceModel, q: FloatArray) -> FloatArray:

@@ -181,10 +181,8 @@ def _inverse_bands(factor: FloatArray) -> FloatArray:
         side = -(block @ column)
         top = 1.0 / factor[0, i] ** 2 - column @ side
         out[0, i], out[1:, i] = top, side
-        above = np.empty_like(block)
-        above[1:, 1:] = block[:-1, :-1]
-        above[0, 0], above[0, 1:], above[1:, 0] = top, side[:-1], side[:-1]
-        block = above
+        block[1:, 1:] = block[:-1, :-1]
+        block[0, 0], block[0, 1:], block[1:, 0] = top, side[:-1], side[:-1]
     return out
 
 
@@ -340,7 +338,7 @@ class _Search:
         scores = np.array([self.score(trial) for trial in trials])
         k = int(scores.argmin())
         bounds = (trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)])
-        found = scipy.optimize.minimize_scalar(self.score, bounds=bounds, method="bounded", options={"xatol": 0.02})
+        found = scipy.optimize.minimize_scalar(self.score, bounds=bounds, options={"xatol": 0.02})
         return float(np.exp(found.x if found.fun <= scores[k] else trials[k]))
 
 

@@ -127,11 +127,18 @@ def _coloured(
     image = ax.pcolormesh(flexion, abduction, np.where(held, force * unit, np.nan), **look)
     if not held.all():
         ax.pcolormesh(flexion, abduction, np.where(held, np.nan, force * unit), alpha=0.55, **look)
-        hatched = ax.contourf(flexion, abduction, ~held, levels=[0.5, 1.5], colors="none", hatches=["//"])
+        # Hatches reach to the edges of the outer fields.
+        x, y = (
+            np.concatenate([[at[0] - half], at, [at[-1] + half]])
+            for at, half in ((flexion, 0.5 * np.ptp(flexion[:2])), (abduction, 0.5 * np.ptp(abduction[:2])))
+        )
+        hatched = ax.contourf(x, y, np.pad(~held, 1, mode="edge"), levels=[0.5, 1.5], colors="none", hatches=["//"])
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
-        label = "cannot be held; colour: force that would be needed"
+        is_needed = bool(np.isfinite(force[~held]).any())
+        label = "cannot be held; colour: force that would be needed" if is_needed else "no forces: singular, or no data"
         ax.fill([], [], facecolor="white", edgecolor=_HATCH, hatch="////", label=label)
-    ax.figure.colorbar(image, ax=ax, extend=extend, label=name, format="{x:g}")
+    if np.isfinite(force).any():
+        ax.figure.colorbar(image, ax=ax, extend=extend, label=name, format="{x:g}")
 
 
 def overview(exo: ShoulderExo, poses: Rotation, answer: Reaction | None = None) -> Figure:
@@ -242,7 +249,7 @@ def determinant_map(
 
 #: Objectives of a search in words, with their units.
 _OBJECTIVE_LABELS = {
-    "index": "share of the poses inside",
+    "index": "poses inside, %",
     "mean_shoulder_force": "mean |F_s| inside, N",
     "peak_shoulder_force": "largest |F_s| inside, N",
     "median_moment_margin": "median moment held besides, N m",
@@ -269,7 +276,8 @@ def front_figure(found: Optimised) -> Figure:
     names = (*found.objectives, "merit")[:2]
 
     def place(run: SearchRun, values: dict[str, float]) -> list[float]:
-        return [({"merit": run.merit} | values)[name] for name in names]
+        known = {"merit": run.merit} | values
+        return [(100.0 if name == "index" else 1.0) * known[name] for name in names]
 
     figure, ax = new_figure(6.4, 4.4)
     runs = [place(*each) for each in zip(found.runs, found.values, strict=True)]

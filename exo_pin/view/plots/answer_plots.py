@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.errors.checked import checked
+from ...core.tables import newtons
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ...reaction.holding.verdict import angle_words
@@ -81,7 +82,7 @@ def _tension_curves(
     """
     own, forces, drives = _Broken(stamps, reaction), reaction.actuator_forces, reaction.drive_units
     names, limbs = [name for name, _ in drives], reaction.source.poses.mechanism.has_limbs
-    units = " or ".join(sorted({unit for _, unit in drives}))
+    units = _units(reaction)
     # Without limits none are drawn.
     low, high = as_limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
     shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
@@ -104,6 +105,11 @@ def _tension_curves(
             axes.plot(stamps[beyond], forces[beyond, i], "x", **style, label=f"{names[i]} beyond limits")
     axes.set(ylabel="limb force, N (tension positive)" if limbs else f"effort, {units}")
     return [edge[:, :1] for edge in (low, high) if shared and limits is not None]
+
+
+def _units(reaction: Reaction) -> str:
+    """Units of the efforts: "N", "N m", or "N or N m"."""
+    return " or ".join(sorted({unit for _, unit in reaction.drive_units}))
 
 
 def mark_not_held(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
@@ -133,7 +139,7 @@ def as_limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tu
     return low, high
 
 
-def _cut_peaks(ax: Any, values: FloatArray, name: str, edges: list[FloatArray]) -> None:
+def _cut_peaks(ax: Any, values: FloatArray, name: str, edges: list[FloatArray], unit: str = "N") -> None:
     """Limit the axis to what most poses have, and the edges given, and note how far the rest goes."""
     known = np.abs(values[np.isfinite(values).all(axis=1)])
     finite = [np.abs(edge[np.isfinite(edge)]).max(initial=0.0) for edge in edges]
@@ -146,7 +152,9 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, edges: list[FloatArray]) 
     end = 0.5 * _CUT * usual
     ax.set_ylim(max(1.05 * low, -end), min(1.05 * high, end))
     peak = float(f"{known.max():.3g}")
-    ax.set_title(f"axis cut: {name} up to {peak:.0f} N beside a singular pose", fontsize=9, loc="right", color="0.3")
+    ax.set_title(
+        f"axis cut: {name} up to {peak:.0f} {unit} beside a singular pose", fontsize=9, loc="right", color="0.3"
+    )
 
 
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
@@ -271,7 +279,8 @@ def pose_bars(
     _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], determined)
     if limits is not None:
         _limit_marks(left, limits, len(f))
-    left.set_ylabel("force, N" if limbs else "force, N, or moment, N m")
+    units = {unit for _, unit in reaction.drive_units} | ({"N"} if len(heights) > len(f) else set())
+    left.set_ylabel(", or ".join(f"{'force' if unit == 'N' else 'moment'}, {unit}" for unit in sorted(units)))
     left.set_title("limbs: blue pulls, orange pushes" if limbs else "drives and their efforts", fontsize=10.5)
     whole = bool(sure.shoulder_force.all())
     values = [float(reaction.magnitude), *reaction.shoulder_force]
@@ -301,7 +310,7 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
             bar.set(hatch="////", edgecolor="white", linewidth=0.0)
     # On white, so that a line of a limit does not cross the number.
     white = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
-    words = [f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none" for value in heights]
+    words = [newtons(value) if np.isfinite(value) else "none" for value in heights]
     axes.bar_label(bars, words, padding=3.0, fontsize=9, bbox=white)
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
@@ -345,7 +354,7 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any, cau
         tidy(ax)
         legend_below(ax, 3)
     _cut_peaks(top, on_arm, "|F_s|", [])
-    _cut_peaks(bottom, reaction.actuator_forces, "|f|", edges)
+    _cut_peaks(bottom, reaction.actuator_forces, "|f|", edges, _units(reaction))
     return figure
 
 

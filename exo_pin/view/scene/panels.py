@@ -67,7 +67,7 @@ def numbers_panel(
     if np.isfinite(determinant):
         # Adding zero turns -0 into 0.
         shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
-        values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
+        values.append({"name": "det X", "value": shown.replace("-", "−")})
     said = "" if forces is None else forces.verdict
     remarks += [(note, True) for note in notes if note not in said]
     return {

@@ -85,7 +85,7 @@ def bent_wrenches(
     flexibility: FloatArray,
     resists: NDArray[np.bool_],
     is_upu: NDArray[np.bool_],
-    start: FloatArray | None = None,
+    start: FloatArray,
     copies: int = 1,
 ) -> tuple[SideWrenches, FloatArray]:
     """Side wrenches of guides that bend, and the turns of their ends.
@@ -100,7 +100,7 @@ def bent_wrenches(
         As :func:`exo_pin.wrist.forces.side_forces.guide_flexibility`.
     is_upu : ndarray of bool
         Shape (n,).
-    start : ndarray, optional
+    start : ndarray
         ``ends`` nearby, from which to search.
     copies : int
         Number of consecutive poses with the same real parts.
@@ -120,8 +120,7 @@ def bent_wrenches(
     wrench = [np.array(part, dtype=ends.dtype) for part in reciprocal_couples(guides)]
     if bends.any():
         own = _guides_of(guides, flexibility, bends)
-        near = np.zeros((4, len(own.torsion))) if start is None else start[bends].T
-        turns = _settled(own, near, copies, bends)
+        turns = _settled(own, start[bends].T, copies, bends)
         found = _ends(own, turns)
         force = _cross(found.couple_base - found.couple_arm, own.s) / guides.lengths[bends]
         size = signed_root(_dot(force, force), _dot(force, own.x))
@@ -134,7 +133,7 @@ def bent_wrenches(
 
 def largest_deflection(ends: FloatArray) -> FloatArray:
     """Deflection of guides from the line A_i B_i, over its length, shape (...), for rotations of shape (..., 4)."""
-    shape = np.stack([_PLACES * (1.0 - _PLACES) ** 2, -(_PLACES**2) * (1.0 - _PLACES)])
+    shape = [_PLACES * (1.0 - _PLACES) ** 2, -(_PLACES**2) * (1.0 - _PLACES)]
     off = np.einsum("ep,...ec->...pc", shape, ends.reshape(*ends.shape[:-1], 2, 2))
     return np.asarray(np.sqrt((off**2).sum(axis=-1)).max(axis=-1))
 

@@ -223,9 +223,7 @@ class ElasticEquations(Record):
         points = self.mechanism.geometry.base_points
         return placed(points, arm, delta, *offsets, self.mechanism.interfaces, *gives), arm
 
-    def sides(
-        self, placement: DevicePlacement, start: FloatArray | None = None, copies: int = 1
-    ) -> tuple[SideWrenches, FloatArray]:
+    def sides(self, placement: DevicePlacement, start: FloatArray, copies: int = 1) -> tuple[SideWrenches, FloatArray]:
         """Side wrenches at a placement, which may be complex, and turns of the guides' ends; see bent_wrenches."""
         guides = straight_guides(placement.base_points, self.mechanism.geometry.platform_points, *placement[1:])
         return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, start, copies)

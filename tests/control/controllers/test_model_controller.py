@@ -5,14 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from places import URDF
+from scipy.optimize import least_squares, lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.control import (
+    AdmittanceController,
     Experiment,
     FeedbackGains,
     ModelController,
+    OrientationSpline,
+    Push,
     ReferenceState,
     Turn,
     options_for,
@@ -111,3 +115,56 @@ def test_the_others_let_the_arm_down_with_no_more_than_they_needed():
     (said,) = (text for text in shared.findings if "torn" in text)
     assert f"|F_s| reaches {force[0]:.0f} N" in said
     assert f"(without it {force[1]:.0f} N and 0°)" in said
+
+
+def hinges():
+    """Three hinges, and two: the same without internal rotation. On the same man."""
+    three, man = ep.load(URDF / "serial-y-x-z.urdf"), ep.Wearer(1.755, 85.0, "male")
+    chain = three.device.chain
+    held = chain.locked(["internal_rotation"], chain.reference_configuration())
+    return ep.ShoulderExo.from_device(ep.device.ChainDevice.from_chain(held)).worn_by(man), three.worn_by(man)
+
+
+def without_internal_rotation(exo, pose):
+    """The nearest pose without internal rotation, and how far it is away, degrees."""
+    left = lambda angles: (exo.pose(*angles).inv() * pose).as_rotvec(degrees=True)  # noqa: E731
+    found = least_squares(left, [20.0, 10.0], xtol=1e-12, ftol=1e-12)
+    return exo.pose(*found.x), float(np.linalg.norm(found.fun))
+
+
+@pytest.mark.full
+def test_two_hinges_follow_a_movement_to_the_nearest_poses_that_they_have():
+    """They have no internal rotation; where some is wanted, they go where least of the turn is left."""
+    exo, times = hinges()[0], np.linspace(0.0, 0.6, 25)
+    share = 3.0 * (times / 0.6) ** 2 - 2.0 * (times / 0.6) ** 3
+    ways = (("model", 0.0, 0.0), ("model", 20.0, 5.0), ("pi", 20.0, 5.0))
+    for controller, turned, start in ways:
+        poses = exo.pose(10.0 + 20.0 * share, 20.0 * share, start + turned * share)
+        tracking = exo.track(ep.Movement.from_samples(times, poses, smoothing=None), controller)
+        assert tracking.run.status == "completed"
+        for row, near in ((0, 1e-4), (-1, 0.3)):  # degrees
+            best, away = without_internal_rotation(exo, poses[row])
+            assert np.rad2deg((best.inv() * tracking.run.rotations[row]).magnitude()) < near
+            np.testing.assert_allclose(tracking.attained[row].as_matrix(), best.as_matrix(), atol=1e-7)
+        assert (away > 10.0) == (turned > 0.0)
+        assert tracking.reachable.all() == (turned == 0.0)
+        said = [text for text in tracking.findings if "does not have the wanted poses" in text]
+        assert len(said) == (turned > 0.0)
+        assert all(f"up to {away:.1f}° away, at 0.60 s" in text for text in said)
+
+
+@pytest.mark.full
+def test_the_virtual_body_of_two_hinges_gives_way_as_that_of_three():
+    """Three hinges let the arm turn about itself; two go to the nearest pose without that."""
+    times = np.linspace(0.0, 0.4, 17)
+    share = 3.0 * (times / 0.4) ** 2 - 2.0 * (times / 0.4) ** 3
+    shove = Push(ep.Load([20.0, 5.0, 0.0], at=[0.0, 0.0, -0.3], frame="arm"), 0.1, 0.3)
+    ends = []
+    for exo in hinges():
+        reference = OrientationSpline(times, exo.pose(10.0 + 15.0 * share, 15.0 * share))
+        yielding = AdmittanceController(ep.Plant(exo), reference, 1.0, 8.0, 30.0)
+        ends.append(exo.track(reference, yielding, wearer=shove).run.rotations[-1])
+    best, away = without_internal_rotation(exo, ends[1])
+    assert away > 2.0
+    assert np.rad2deg((best.inv() * ends[0]).magnitude()) < 0.5
+    assert np.rad2deg((best.inv() * reference(0.4).orientation).magnitude()) > 8.0

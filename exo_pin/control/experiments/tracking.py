@@ -260,8 +260,9 @@ class Tracking(Result, ReadOnly):
 
         Vectors are in the base frame. ``shoulder_moment`` is the moment of friction and stops of the shoulder unit on
         the arm. Without a load and with massless limbs the rows satisfy F_s = m (a_C - g) + Σ T_i s_i with
-        a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is ``muscle_work_J`` less
-        ``shoulder_loss_J``.
+        a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is then ``tension_work_J`` less
+        ``shoulder_loss_J``, and the work of a wearer. Drives that turn or slide in a joint have columns such as
+        ``angle_1_rad`` and ``moment_1_N_m``, or ``position_1_m`` and ``force_1_N``, along the coordinate.
 
         Returns
         -------

@@ -331,10 +331,10 @@ def _walk(
         # Release the constraint with the most negative multiplier.
         wrong_bound = np.where(fixed | (side == 0), 0.0, -side * answer.bound)
         wrong_row = np.where(rows, -inequality, 0.0)
-        worst = max(wrong_bound.max(initial=0.0), wrong_row.max(initial=0.0))
+        worst = max(wrong_bound.max(), wrong_row.max(initial=0.0))
         if worst <= _ROUNDING:
             break
-        if wrong_bound.max(initial=0.0) == worst:
+        if wrong_bound.max() == worst:
             side[int(wrong_bound.argmax())] = 0
         else:
             rows[int(wrong_row.argmax())] = False

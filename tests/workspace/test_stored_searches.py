@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pickle
+import re
 import sqlite3
 import subprocess
 import sys
@@ -13,11 +14,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import small_searches
-from small_searches import EXO, GENERATION, RUN, searched
+from small_searches import BOUNDS, EXO, GENERATION, RUN, searched
 
 import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.workspace import CRITERIA
+from exo_pin.workspace.optimisation.search_poses import SearchPoses
 
 optuna = pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -189,6 +191,31 @@ def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, en
         else:
             with pytest.raises(ep.InvalidInput, match=r"data of the design was '.*' and is"):
                 searched(put(path, ended[0]), exo=moved)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"objectives": ("index", "worst_margin")}, ["objectives"]),
+        ({"fit_strokes": True}, ["fit_strokes"]),
+        ({"poses": EXO.pose([0.0, 40.0, 81.0])}, ["data of the poses"]),
+        ({"poses": SearchPoses(EXO.pose([0.0, 40.0, 80.0]), [1.0, 1.0, 2.0])}, ["data of the poses"]),
+        ({"poses": EXO.pose([0.0, 40.0])}, ["data of the poses", "poses"]),
+        ({"variables": {**BOUNDS, "A[1].radius": (0.1, 0.31)}}, ["variables"]),
+        ({"constraints": ep.Criteria(names=("singularity",), least_margin=0.2)}, ["criteria"]),
+        ({"seed": 3}, ["seed"]),
+        ({"run_length": RUN + GENERATION}, ["run_length"]),
+        ({"refine": True, "variables": {"A[1].radius": (0.01, 0.9), "A[2].elevation": (-1.5, 1.5)}},
+         ["start", "variables"]),
+        ({"cuff_by_geometry": True}, ["cuff", "data of the design"]),
+        ({"centre_offset": [0.0, 0.01, 0.0]}, ["centre_offset"]),
+        ({"exo": EXO.replace(name="other")}, ["data of the design", "design"]),
+    ],
+)  # fmt: skip
+def test_a_study_goes_on_with_nothing_else_than_it_began(tmp_path, ended, change, said):
+    with pytest.raises(ep.InvalidInput, match="searches something else") as refusal:
+        searched(put(tmp_path / "study.db", ended[0]), **change)
+    assert re.findall(r"(?:: |, )([a-z_ ]+) was ", str(refusal.value)) == said
 
 
 #: What a record may not be, and some that it may.

@@ -28,9 +28,12 @@ from exo_pin.workspace import (
     task_reach,
     workspace,
 )
+from exo_pin.workspace.limb_table import limb_loss_words
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
 WOMAN = ep.Wearer(1.60, 55, "female")
+#: Whose hands do not get everywhere.
+STOUT = ep.Wearer(1.3, 140, "female")
 FACING = ep.glenoid_orientation(35.0, 8.0, 5.0, retroversion=4.0, inclination=6.0, degrees=True)
 #: All that can be limited, each so that some poses meet it and some do not.
 LIMITED = ep.Criteria(
@@ -164,6 +167,8 @@ def refusals():
         lambda: task_reach(exo.device, ranges=()),
         lambda: task_reach(exo.device, ranges=["eating"]),
         lambda: population([], [MAN]),
+        lambda: population(["a design"], [MAN]),
+        lambda: ep.optimise(exo, {"A[1].radius": (0.1, 0.2)}, centre_offset=np.zeros((2, 3))),
         lambda: population([exo], ["a man"]),
         lambda: day_reach(load("prototype")),
         lambda: day_reach(exo, step=-1.0),
@@ -188,7 +193,8 @@ def limbs():
         exo = load(name)
         at = exo.workspace(few(exo), criteria)
         table = limb_table(exo.device, at)
-        found.append(({**table}, {**limb_loss(exo.device, at)}, limb_sheet(exo.device, table), at.index))
+        loss = limb_loss(exo.device, at)
+        found.append(({**table}, {**loss}, limb_sheet(exo.device, table), at.index, limb_loss_words(loss)))
     return found
 
 
@@ -361,6 +367,7 @@ ASKED = {
     "refusals": refusals,
     "limbs": limbs,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),
+    "day_of_a_stout_person": lambda: day("four-linear-actuators-worn", "left", ["stroke"], 72.0, STOUT),
     "day_of_a_right_arm": lambda: day("four-cables", "right", ["stroke", "forces"], 72.0, WOMAN),
     "tasks": tasks,
     "checks": checks,

@@ -11,6 +11,7 @@ from workspace_examples import free_design
 import exo_pin as ep
 from exo_pin.load_case import CentreOffset
 from exo_pin.workspace import Criteria, limb_table
+from exo_pin.workspace.evaluation import PoseOffsets
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -128,6 +129,17 @@ def test_constant_offset_is_a_device_that_sits_elsewhere():
     for criterion, margin in expected.margins.items():
         np.testing.assert_allclose(found.margins[criterion], margin, rtol=1e-9, atol=1e-12, err_msg=criterion)
     assert found.index != exo.workspace(20.0, limits).index
+
+
+@pytest.mark.parametrize("sides", [(1, 0), (0, 1)])
+def test_an_offset_of_one_side_is_one(sides):
+    base, cuff = (side * np.array([[0.0, 0.01, 0.0]]) for side in sides)
+    off = PoseOffsets(base, cuff)
+    assert not off.is_aligned
+    assert PoseOffsets.none().is_aligned
+    both = PoseOffsets.joined([PoseOffsets.none(), off], 2)
+    for found, side in ((both.base, base), (both.cuff, cuff)):
+        np.testing.assert_array_equal(found, np.concatenate([np.zeros((2, 3)), side, side]))
 
 
 def opening(directions):

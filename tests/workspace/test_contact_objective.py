@@ -78,4 +78,4 @@ def test_a_study_is_of_one_person_and_so_many_poses(objective):
     space = DesignVariables(ep.load("four-cables").mechanism, {"A[1].radius": (0.1, 0.6)})
     merit = Merit(space, POSES, LIMITS, contact=objective)
     told = study_description(merit, ("contact_force",), 0, 24, False, (None,))
-    assert told["contact"] == {"person": repr(PERSON), "poses": len(POSES.weights)}
+    assert told["contact"] == {"person": repr(PERSON), "poses": len(objective.bare)}

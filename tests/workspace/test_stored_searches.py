@@ -171,6 +171,20 @@ def test_a_finished_search_comes_back_and_goes_on_where_it_stands(tmp_path, ende
     assert [run.evaluations for run in searched(path, name="other", budget=1).runs] == [GENERATION]
 
 
+def test_a_refinement_says_how_its_start_and_its_best_compare(ended):
+    name = "worst_margin"
+    found = searched(variables={"A[1].radius": (0.01, 0.9)}, refine=True, objectives=("index", name))
+    assert not found.stopped
+    start, best = found.start, found.best_candidate
+    kept = ", which is the start: no run was better" if best is start else ""
+    lines = str(found).splitlines()
+    assert f"The start: {100 * start.index:.1f} % of the full grid. The best: {100 * best.index:.1f} %{kept}." in lines
+    assert f"{name}: {start.objectives[name]:.4g} of the start, {best.objectives[name]:.4g} of the best." in lines
+    assert not any("stopped by hand" in line for line in lines)
+    assert "The search was stopped by hand: this is the best so far." in str(replace(found, stopped=True))
+    assert not any("of the start" in line or "stopped" in line for line in str(ended[1]).splitlines())
+
+
 def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, ended):
     path = tmp_path / "study.db"
     with sqlite3.connect(put(path, ended[0])) as file:

@@ -13,6 +13,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
+from exo_pin.device import Drive, Route
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.workspace import (
     CRITERIA,
@@ -98,6 +99,17 @@ def of_kinds():
         bent = workspace(own.replace(limbs=turned), few(ep.load("prototype")), ["joint_angles"])
         found[str(len(found))] = bent.margins, bent.gaps[0], bent.tensions[0]
     return found
+
+
+def levers():
+    """Distances to the ends of the strokes of hinges and of a cable beside them, and of slides, by both rules."""
+    hinges, slides = load("serial-y-x-z"), load("3rps-passive-ball")
+    way = Route.over(("universe", [0.0, 0.2, 0.3]), (hinges.chain.roles.arm, [0.0, 0.02, -0.25]))
+    cable = Drive("cable", route=way, upper=60.0, stroke=ep.Stroke(0.4, 0.3, 1.0, 0.2))
+    mixed = hinges.replace(drives=[*hinges.device.drives, cable])
+    rules = [ep.Criteria(("stroke",), stroke_rule=rule) for rule in ("each", "not all short")]
+    found = [exo.workspace(few(exo), rule) for exo in (mixed, slides) for rule in rules]
+    return [(each.margins["stroke"], each.units, each.lengths) for each in found]
 
 
 def chosen():
@@ -362,6 +374,7 @@ ASKED = {
     "refused_searches": refused_searches,
     "limited": limited,
     "of_kinds": of_kinds,
+    "levers": levers,
     "chosen": chosen,
     "criteria": criteria,
     "refusals": refusals,

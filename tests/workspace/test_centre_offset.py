@@ -11,7 +11,8 @@ from workspace_examples import free_design
 import exo_pin as ep
 from exo_pin.load_case import CentreOffset
 from exo_pin.workspace import Criteria, limb_table
-from exo_pin.workspace.evaluation import PoseOffsets
+from exo_pin.workspace.evaluation import PoseOffsets, rest_side
+from exo_pin.workspace.optimisation.search_poses import centre_text
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -140,6 +141,23 @@ def test_an_offset_of_one_side_is_one(sides):
     both = PoseOffsets.joined([PoseOffsets.none(), off], 2)
     for found, side in ((both.base, base), (both.cuff, cuff)):
         np.testing.assert_array_equal(found, np.concatenate([np.zeros((2, 3)), side, side]))
+
+
+def test_offsets_in_words():
+    displacement = [[0.0, 0.003, 0.004], [0.0, -0.012, 0.016]]
+    moves = "The shoulder's centre moves with the arm, by at most 20 mm on its path"
+    assert centre_text(ep.CentrePath([0.1, 0.9], displacement)) == f"{moves}."
+    fitted = ep.CentrePath([0.1, 0.9], displacement, [0.002, 0.0, -0.0015])
+    assert centre_text(fitted) == f"{moves}, and is off by (2, 0, -1.5) mm at rest."
+    apart = ep.CentreOffset([0.01, 0.0, -0.005], [0.0, 0.012, 0.0])
+    where = "(10, 0, -5) mm at the base and (0, 12, 0) mm at the cuff"
+    assert centre_text(apart) == f"The device's centre is off the shoulder's by {where}."
+
+
+def test_the_side_of_rest_is_that_of_most_poses_where_rest_is_singular():
+    margins = np.array([0.3, -0.2, -0.1, 0.0])
+    assert [rest_side(rest, margins) for rest in (0.2, -0.2, 1e-10, -1e-10, 0.0)] == [1.0, -1.0, -1.0, -1.0, -1.0]
+    assert rest_side(0.0, -margins) == rest_side(0.0, margins[:2]) == 1.0
 
 
 def opening(directions):

@@ -302,7 +302,9 @@ class _Lines:
                 share = _share(force, float(bounds.lower[0, i]), float(bounds.upper[0, i]), unit, percent[i])
             scale, mark = (180.0 / np.pi, "°") if unit == "N m" else (1e3, " mm")
             low, high = (scale * float(end) for end in self.report.ranges[i])
-            rows.append((name, does, share, f"{scale * poses.lengths[0, i]:.0f}{mark}{_ends(low, high)}"))
+            rows.append(
+                (name, does, share, f"{np.round(scale * poses.lengths[0, i]) + 0.0:.0f}{mark}{_ends(low, high)}")
+            )
         return rows
 
     def placed(self) -> list[str]:
@@ -422,7 +424,9 @@ def _ends(low: float, high: float) -> str:
         return ""
     if not np.isfinite(high):
         return f", at least {low:.0f}"
-    return f" of {low + 0.0:.0f} to {high:.0f}" if np.isfinite(low) else f", at most {high:.0f}"
+    return (
+        f" of {np.round(low) + 0.0:.0f} to {np.round(high) + 0.0:.0f}" if np.isfinite(low) else f", at most {high:.0f}"
+    )
 
 
 def why(contact: Any) -> str:

@@ -352,8 +352,6 @@ def track(
 
     wanted = reference_of(reference, self.side)
     name = title or getattr(wanted, "title", "") or "tracking"
-    if feedback is not None and controller != "model":
-        raise InvalidInput('feedback gains are for the controller "model"')
     moved = self.moved_record
     chosen = options_for(moved) if options is None else options
     acts = (wearer,) if callable(wearer) else tuple(wearer)
@@ -362,4 +360,7 @@ def track(
         "track", name, moved, wanted, controller, chosen, duration, imu, faults, rate, feedback, acts, carried, torso,  # type: ignore[arg-type]
         cuff, harness,
     )  # fmt: skip
+    # Without a name the controller is that which suits the design.
+    if feedback is not None and experiment.controller != "model":
+        raise InvalidInput('feedback gains are for the controller "model"')
     return experiment.run(progress)

@@ -290,7 +290,7 @@ class PoseReport(Result):
             scale, at = (180.0 / np.pi, " °") if unit == "N m" else (1e3, " mm" if unit else "")
             own = ("", "")
             if not name.startswith("wearer"):
-                own = f"{scale * poses.lengths[0, i]:.0f}{at}", _range(scale * low, scale * high, at)
+                own = f"{np.round(scale * poses.lengths[0, i]) + 0.0:.0f}{at}", _range(scale * low, scale * high, at)
             shown, limits = f" {unit}" if unit else "", "not asked"
             if bounds.asked:
                 limits = _range(float(bounds.lower[0, i]), float(bounds.upper[0, i]), shown)
@@ -427,5 +427,5 @@ def _range(low: float, high: float, unit: str) -> str:
     """Two ends in words, with a unit after a space where there is one."""
     if np.isnan(low) or (np.isinf(low) and np.isinf(high)):
         return "no end" if unit == " °" else "not known"
-    least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
-    return f"{least} to {high + 0.0:.0f}{unit}" if np.isfinite(high) else f"from {least}{unit}"
+    least = f"{np.round(low) + 0.0:.0f}" if np.isfinite(low) else "?"
+    return f"{least} to {np.round(high) + 0.0:.0f}{unit}" if np.isfinite(high) else f"from {least}{unit}"

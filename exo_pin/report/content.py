@@ -70,6 +70,11 @@ def verdict_words(report: DesignReport) -> str:
     elif report.held_percent > 0.0:
         text = f"It holds {shown(report.held_percent)} % of {report.poses} poses of the daily range of motion"
         text += f"; {shown(report.inside_percent)} % meet all criteria that could be checked."
+    elif report.criteria_percent.get("singularity") == 0.0:
+        text = (
+            f"It goes to none of {report.poses} poses of the daily range of motion. A device that turns the arm about "
+        )
+        text += "fewer than three axes has poses of its own, which the three postures here may be."
     else:
         text = f"It holds none of {report.poses} poses of the daily range of motion."
     known = [task for task in report.tasks if math.isfinite(task.joint_N)]

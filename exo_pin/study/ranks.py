@@ -86,7 +86,7 @@ def rule_words(common: bool) -> str:
 def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence[int]]) -> str:
     """Who is first and who is next, with what decides."""
     if not columns["holdable"][groups[0][0]] > 0.0:
-        names, peak = _names(columns, groups[0]), ranked_peak(columns)[groups[0][0]]
+        names, peak = row_names(columns, groups[0]), ranked_peak(columns)[groups[0][0]]
         if np.isnan(peak):
             return "No design holds any of the poses."
         verb = "have" if len(groups[0]) > 1 else "has"
@@ -95,7 +95,7 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
     texts, rank = [], 1
     for group in groups[:2]:
         place = _ORDINALS[rank - 1] if rank <= len(_ORDINALS) else f"number {rank}"
-        names, held = _names(columns, group, len(group) == 1), _held(columns, group[0])
+        names, held = row_names(columns, group, len(group) == 1), _held(columns, group[0])
         if len(group) > 1:
             does = "are no designs" if held == _NO_DESIGN else f"hold {held} each"
             texts.append(f"Equal {place}: {names}, which {does}.")
@@ -107,8 +107,8 @@ def verdict_words(columns: Mapping[str, NDArray[Any]], groups: Sequence[Sequence
     return " ".join(texts)
 
 
-def _names(columns: Mapping[str, NDArray[Any]], group: Sequence[int], begins: bool = False) -> str:
-    """The rows of a group in words; whether they begin a sentence."""
+def row_names(columns: Mapping[str, NDArray[Any]], group: Sequence[int], begins: bool = False) -> str:
+    """Some rows in words, at most six; whether they begin a sentence."""
     shown = [row_words(columns, row) for row in group]
     if len(shown) > _MOST:
         shown = [*shown[: _MOST - 1], f"{len(shown) - _MOST + 1} others"]

@@ -21,7 +21,7 @@ from ..core.tables import aligned, filled, html_table, in_blocks, under_verdict
 from ..core.validation import as_texts
 from ..reaction.columns import peak_of
 from .figure_words import with_unit
-from .ranks import places, rank_numbers, rule_words, verdict_words
+from .ranks import places, rank_numbers, row_names, rule_words, verdict_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -178,9 +178,8 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             values = np.asarray(self._columns.get(name, ()), dtype=np.float64)
             rows = np.flatnonzero(values > 0.0 if other is None else values < other).tolist()
             if rows:
-                every = len(rows) == self.row_count
-                which = "every row" if every else f"row{'s' * (len(rows) > 1)} {', '.join(str(k + 1) for k in rows)}"
-                found.append(f"In {which} {text}")
+                which = "every row" if len(rows) == self.row_count else row_names(self._columns, rows)
+                found.append(f"{'In' if which.startswith(('every row', 'row ')) else 'With'} {which} {text}")
         return tuple(found)
 
     def to_dataframe(self) -> Any:

@@ -183,24 +183,27 @@ class ForceUncertainty(Result, ReadOnly):
     def __str__(self) -> str:
         where = f" at pose {', '.join(map(str, self.at))}" if self.at else ""
         lines = [self.verdict, f"|F_s| {self.magnitude:.1f} N{where}. It becomes"]
-        lines += [f"  {_span(effect)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
+        device = as_device(self.answer.source.poses.mechanism)
+        rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
+        lines += [f"  {_span(effect, rigid)}  with {effect.name} ±{effect.size:g}" for effect in self.effects]
         if self.worst_offset is not None:
-            device = as_device(self.answer.source.poses.mechanism)
-            rigid = device.accelerate("uncertainty") is None and not self.answer.assumptions.law.moves
             lines += [_offset_words(self.worst_offset, rigid), *_offset_table(self.worst_offset, self.magnitude)]
         return "\n".join([*lines, *(f"Caution: {text}" for text in self.cautions)])
 
 
-def _span(effect: Effect) -> str:
-    most = "unbounded" if np.isinf(effect.greatest) else f"{effect.greatest:.1f} N"
+def _span(effect: Effect, rigid: bool) -> str:
+    lost = "no answer" if rigid else "unbounded"
+    most = lost if np.isinf(effect.greatest) else f"{effect.greatest:.1f} N"
     return f"{effect.least:8.1f} to {most:>10}{'' if effect.holds else ', not held throughout'}"
 
 
 def _offset_words(worst: WorstOffset, rigid: bool) -> str:
+    why = ': rigid, it cannot follow (split="elastic" takes the stiffness of cuff and harness)' if rigid else ""
     if np.isnan(worst.magnitudes).all():
-        why = ': rigid, it cannot follow (split="elastic" takes the stiffness of cuff and harness)' if rigid else ""
         return f"The device has no answer {1e3 * worst.radius:g} mm off in any direction{why}."
     place = f"({', '.join(f'{1e3 * v:.1f}' for v in worst.offset)}) mm"
+    if rigid and np.isinf(worst.magnitude):
+        return f"The device has no answer at offset {place}{why}."
     if np.isinf(worst.magnitude):
         return f"Within {1e3 * worst.radius:g} mm the force has no bound: there is no equilibrium at offset {place}."
     return f"Worst offset within {1e3 * worst.radius:g} mm: {place}, |F_s| {worst.magnitude:.1f} N."

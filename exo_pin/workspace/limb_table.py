@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput
 from ..core.errors.checked import checked
-from ..core.tables import aligned
+from ..core.tables import aligned, percent
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.holding_frame import mass_text
@@ -297,7 +297,7 @@ def limb_loss_words(table: StudyTable) -> str:
     worst, share = int(np.argmin(table["held"])), float(np.max(table["missing_share"]))
     if not share > 0.0:
         return "Whichever limb fails, the others hold every pose inside."
-    how = f"sinks, with at most {share:.0%} of its free acceleration" if share < 1.0 else "drops"
+    how = f"sinks, with at most {percent(share, 0)} of its free acceleration" if share < 1.0 else "drops"
     held = 100.0 * table["held"][worst]
     lost = f"Drive {table['limb'][worst]} matters most: without it {held:.3g} % of the poses are held."
     return f"{lost} Where the others do not hold the arm, it {how}."

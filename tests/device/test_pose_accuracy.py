@@ -128,7 +128,7 @@ def test_words_of_an_accuracy_are_its_numbers():
     found, stack = exo.accuracy(exo.pose(80.0)), exo.accuracy(exo.pose([80.0, 20.0], 0.0))
     low, high = stack.mm_per_degree.min(), stack.mm_per_degree.max()
     share = stack.has_twin.mean()
-    assert str(stack) == f"weakest rate {low:.2g} to {high:.2g} mm/°; twins of {share:.0%} of the poses"
+    assert str(stack) == f"weakest rate {low:.2g} to {high:.2g} mm/°; twins of {100.0 * share:.0f} % of the poses"
     text = str(found)
     off, away = 1e3 * np.linalg.norm(found.differences), np.degrees(float(found.twin_angle))
     assert text.startswith(

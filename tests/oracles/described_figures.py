@@ -98,6 +98,8 @@ def _ticks(axis):
         found["ticks"] = numbers(axis.get_majorticklocs())
     elif isinstance(locator, MaxNLocator) and locator._nbins != "auto":
         found["most"] = locator._nbins
+    elif isinstance(locator, MaxNLocator) and locator._integer:
+        found["whole"] = True
     if isinstance(formatter, FixedFormatter):
         found["words"] = list(formatter.seq)
     elif isinstance(formatter, FuncFormatter):

@@ -131,3 +131,11 @@ def test_every_kind_has_a_report_of_two_pages_without_undefined_terms(name, tmp_
         assert {posture.holds for posture in found.postures} == {"supports"}
         assert all(posture.left_to_wearer_Nm >= 0.0 for posture in found.postures)
         assert all(0.0 < task.relief_percent < 100.0 for task in found.tasks)
+
+
+@pytest.mark.full
+def test_a_device_that_has_none_of_the_poses_is_not_said_to_lack_strength(report):
+    none = replace(report, held_percent=0.0, criteria_percent=dict.fromkeys(report.criteria_percent, 0.0))
+    assert none.verdict.startswith("It goes to none of 125 poses")
+    near = replace(none, criteria_percent=none.criteria_percent | {"singularity": 50.0})
+    assert near.verdict.startswith("It holds none of 125 poses")

@@ -125,5 +125,9 @@ def test_two_hinges_keep_an_arm_whose_pose_is_not_certain_on_their_own_poses():
         assert effect.holds
         ends.append((effect.least, effect.greatest))
     np.testing.assert_allclose(*ends, rtol=1e-3)
+    words = str(two.uncertainty(two.pose(40, 10), uncertainties=stated | {"offset_mm": 10.0, "pose_deg": 0.0}))
+    assert "no answer, not held throughout  with offset_mm" in words
+    assert "The device has no answer" in words
+    assert ": rigid, it cannot follow" in words
     with pytest.raises(ep.SolverFailed, match=r"no draw has an answer, not of offset_mm alone either"):
         two.total_uncertainty(two.pose(40, 10), draws=8)

@@ -29,7 +29,7 @@ from ..plant.plant import Plant
 from ..plant.state import PlantState
 from ..trajectories.reference import Reference
 from .tracking import Tracking
-from .tracking_report import default_controller, foreseen
+from .tracking_report import default_controller, drive_kinds, foreseen
 
 #: Controllers by name: PI of each limb by itself, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")
@@ -233,17 +233,21 @@ class Experiment(Record):
         plans = planner_of(plant)
         pose = plans.attained(self.reference)(0.0).orientation
         lengths = plans.lengths(pose)
-        for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
-            if not drive.spans(length):
-                if drive.is_direct or getattr(drive, "of_joint", False):
-                    raise InvalidInput(
-                        f"drive {i} would have to be at {length:.3g} at the start of the reference; it reaches "
-                        f"{drive.shortest:.3g} to {drive.longest:.3g} (rad or m). Start elsewhere"
-                    )
+        named = zip(plant.drives, drive_kinds(plant), lengths.tolist(), strict=True)
+        for i, (drive, kind, length) in enumerate(named, 1):
+            if drive.spans(length):
+                continue
+            size, unit = (180.0 / np.pi, "°") if kind == "turn" else (1e3, " mm")
+            place, low, high = (f"{size * value:.0f}" for value in (length, drive.shortest, drive.longest))
+            if kind != "limb":
                 raise InvalidInput(
-                    f"limb {i} would have to be {1e3 * length:.0f} mm long at the start of the reference; its "
-                    f"{drive.word} spans {1e3 * drive.shortest:.0f} to {1e3 * drive.longest:.0f} mm. Start elsewhere"
+                    f"{drive.word} {i} would have to be at {place}{unit} at the start of the reference; it reaches "
+                    f"{low} to {high}{unit}. Start elsewhere"
                 )
+            raise InvalidInput(
+                f"limb {i} would have to be {place}{unit} long at the start of the reference; its "
+                f"{drive.word} spans {low} to {high}{unit}. Start elsewhere"
+            )
         least, greatest = plant.force_limits(lengths)
         return plant.held(pose, plans.tensions(pose, None, greatest, least, plant.load).tensions)
 

@@ -247,7 +247,10 @@ class Tracking(Result, ReadOnly):
         return (*found, text)
 
     def __str__(self) -> str:
-        rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
+        rows = (
+            (labelled(key), f"{round(value, 9) + 0.0:.4g}" if np.isfinite(value) else "-")
+            for key, value in self.summary().items()
+        )
         lines = [f"{name:26} {number}" for name, number in rows]
         cautions = (f"Caution: {text}" for text in self.cautions)
         return "\n".join([self.verdict, *cautions, *(f"- {text}" for text in self.findings), "", *lines])
@@ -257,8 +260,9 @@ class Tracking(Result, ReadOnly):
 
         Vectors are in the base frame. ``shoulder_moment`` is the moment of friction and stops of the shoulder unit on
         the arm. Without a load and with massless limbs the rows satisfy F_s = m (a_C - g) + Σ T_i s_i with
-        a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is ``muscle_work_J`` less
-        ``shoulder_loss_J``.
+        a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is then ``tension_work_J`` less
+        ``shoulder_loss_J``, and the work of a wearer. Drives that turn or slide in a joint have columns such as
+        ``angle_1_rad`` and ``moment_1_N_m``, or ``position_1_m`` and ``force_1_N``, along the coordinate.
 
         Returns
         -------

@@ -136,6 +136,8 @@ def continuous_angles(angles: FloatArray, locked_sum: float) -> FloatArray:
 ANGLES = ("flexion", "abduction", "internal rotation")
 #: A contraction is at its end when it is within this of the greatest one.
 _NEAR_END = 0.01
+#: How far beyond an end a motor is out of stroke, m or rad: its stops give way by more.
+_BEYOND_END = 1e-9
 #: Shares of time below which something is not worth a sentence.
 _SELDOM = 0.02
 #: The same of slackness of muscles, which hang loose in many poses.
@@ -238,9 +240,10 @@ def _ends(tracking: Tracking) -> list[str]:
     limits, texts, run = greatest_ratios(tracking), [], tracking.run
     for i, drive in enumerate(run.plant.drives):
         if drive.is_motor:
-            short = run.drive_positions[:, i] <= drive.shortest
+            # A joint may begin at an end of its range.
+            short = run.drive_positions[:, i] < drive.shortest - _BEYOND_END
             if getattr(drive, "of_joint", False):
-                short |= run.drive_positions[:, i] >= drive.longest
+                short |= run.drive_positions[:, i] > drive.longest + _BEYOND_END
         else:
             short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
         if short.any():

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.results import Result
+from ...core.tables import percent
 from ...core.validation import FloatArray, ReadOnly
 from ...design import WristGeometry
 from ...load_case.pose_stacks import as_query, pose_matrices
@@ -159,7 +160,7 @@ class PoseAccuracy(Result, ReadOnly):
         if not known.size:
             return "How well the drives place the arm is not known here."
         if self.rate.ndim:
-            twins = f"twins of {self.has_twin.mean():.0%} of the poses"
+            twins = f"twins of {percent(float(self.has_twin.mean()), 0)} of the poses"
             return f"weakest rate {known.min():.2g} to {known.max():.2g} {self.unit}; {twins}"
         text = f"The weakest rate of the drives is {float(self.mm_per_degree):.2g} {self.unit}: {self.sensitivity()}."
         if np.isfinite(self.free_turn):

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 _CUT = 3.0
 #: Stands for an infinite limit where a band is filled, N.
 _FAR = 1e9
+#: Label of poses that are numbered.
+_NUMBER = "pose"
 #: About so many crosses mark a line that is beyond its limits.
 _CROSSES = 20
 
@@ -183,7 +185,7 @@ _AGAINST = {
 def reaction_figure(
     reaction: Reaction,
     along: ArrayLike | None = None,
-    label: str = "pose",
+    label: str = _NUMBER,
     limits: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
     """Figure of a reaction; see :meth:`exo_pin.Reaction.plot`."""
@@ -347,6 +349,8 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any, cau
     _force_curves(top, places, reaction)
     edges = _tension_curves(bottom, places, reaction, limits)
     bottom.set_xlabel(label)
+    if label == _NUMBER:
+        bottom.locator_params(axis="x", integer=True)
     on_arm = np.column_stack([reaction.magnitude, reaction.shoulder_force])
     for ax in (top, bottom):
         ax.axhline(0.0, color="0.6", linewidth=0.8)

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.core.errors import InvalidInput
 
 
 def test_rest_is_off_zero_because_muscle_1_does_not_stretch():
@@ -96,6 +97,12 @@ def test_drives_in_joints_have_names_and_units_of_their_own():
     assert numbers["peak_drive_moment_N_m"] == pytest.approx(np.abs(tracking.run.tensions).max())
     assert "peak drive moment, N m" in str(tracking)
     assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
+    with pytest.raises(InvalidInput, match="motor 1 would have to be at -52° at the start"):
+        serial.track(control.AnglePath([0.0, 1.0], [[0.0, 0.0, -0.9], [0.0, 0.0, 0.0]], "left"))
+    nesm = ep.load(URDF / "nesm.urdf")
+    motors = ep.PlantOptions(joint_motor=control.JointMotor(limit=30.0))
+    # Two of its joints begin at an end of their ranges.
+    assert nesm.track("flexion", duration=0.05, options=motors).findings == ()
 
 
 def test_the_power_of_a_motor_in_a_joint_is_the_rate_of_its_energy():
@@ -105,3 +112,9 @@ def test_the_power_of_a_motor_in_a_joint_is_the_rate_of_its_energy():
     took = np.trapezoid(np.maximum(run.electric_power, 0.0), run.times, axis=0)
     assert run.electric_energy[-1, 2] > 1.0
     np.testing.assert_allclose(took, run.electric_energy[-1], rtol=1e-4, atol=1e-6)
+
+
+def test_gains_go_to_the_controller_that_suits_the_design():
+    gains = control.FeedbackGains(stiffness=20.0)
+    tracking = ep.load("four-cables").track("flexion", duration=0.01, feedback=gains)
+    assert (tracking.experiment.controller, tracking.experiment.feedback.stiffness) == ("model", 20.0)

@@ -242,3 +242,15 @@ def test_a_joint_that_jams_stands_still():
     assert run.status == "completed"
     after = run.lengths[run.times > 0.05, 0]
     assert np.ptp(after) < 2.0 * plant.options.joint_motor.presliding  # rad: the friction holds up to there
+
+
+def test_a_torn_motor_of_a_joint_takes_no_energy_any_more():
+    exo = loaded("serial-y-x-z")
+    motor = control.JointMotor(coulomb=0.2, viscous=0.1, load_friction=0.05, inertia=0.05)
+    plant = ep.Plant(exo, control.PlantOptions(joint_motor=motor))
+    start = plant.state(exo.pose(30.0, 20.0))
+    run = plant.simulate(lambda t, seen: np.full(3, 0.15), 0.1, start, faults=[ep.Fault("torn", 1, 0.05)])
+    after = run.times >= 0.05
+    assert np.ptp(run.electric_energy[after], axis=0)[[0, 2]].min() > 0.1
+    assert np.ptp(run.electric_energy[after, 1]) < 1e-9
+    assert np.abs(run.drive_energy_residual).max() < 1e-6

@@ -22,7 +22,7 @@ from ....chain.kinematics.loops import project_velocity, refined
 from ....core.errors import ExoPinError
 from ....core.validation import FloatArray
 from ....numerics.vectors import matrix
-from ..equations.drive_kernels import limb_numbers
+from ..equations.drive_kernels import FLOWS, limb_numbers
 from ..equations.plant_kernels import state_places, stop_moment, tolerances
 from ..state import equations_state, first_chain
 from .arm_actions import carried_along
@@ -86,7 +86,8 @@ def _limb_numbers(of: DeviceEquations, found: Forces, y: FloatArray, flows: Floa
         _, *out[i, 3:] = limb_numbers(tables, flows, i, y, float(out[i, 1]), float(out[i, 0]))
     if len(of.direct):
         own = of.direct
-        out[own, 5] = of.motors.stops(out[own, 0], out[own, 1])[2] + 0.5 * of.motors.inertia * out[own, 1] ** 2
+        ends = flows[own, FLOWS.index("intact")] * of.motors.stops(out[own, 0], out[own, 1])[2]
+        out[own, 5] = ends + 0.5 * of.motors.inertia * out[own, 1] ** 2
     return out
 
 

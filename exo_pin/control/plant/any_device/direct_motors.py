@@ -78,7 +78,9 @@ class DirectMotors:
         relative = speed / self._speed
         most = np.minimum(self._upper, np.maximum(self._stall * (1.0 - relative), self._lower))
         least = np.maximum(self._lower, np.minimum(-self._stall * (1.0 + relative), self._upper))
-        source = act[:, _POWERED] * np.minimum(np.maximum(act[:, _EFFORT], least), most)
+        # A torn drive acts on nothing, and takes nothing.
+        intact = act[:, _INTACT]
+        source = intact * act[:, _POWERED] * np.minimum(np.maximum(act[:, _EFFORT], least), most)
         bound = self._coulomb + self._share * np.abs(source) + act[:, _BRAKE]
         rub, bends = self._viscous * speed, np.zeros(len(x))
         if bound.any():
@@ -86,7 +88,7 @@ class DirectMotors:
             bends = np.where(bound > 0.0, bristle_rates(speed, z, self._presliding), 0.0)
             rub = rub + bound * z
         push, power, _ = self.stops(x, sign * speed)
-        return act[:, _INTACT] * (source - rub + sign * push), source, bends, rub * speed + power
+        return intact * (source - rub + sign * push), source, bends, intact * (rub * speed + power)
 
     def stops(self, x: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Force of elastic ends along x, the power that they take, and their energy."""

@@ -116,7 +116,7 @@ class BatchAnswer:
     warnings: list[str]
 
 
-def answered(line: bytes | str, number: int = 1) -> dict[str, Any]:
+def answered(line: bytes | str, number: int) -> dict[str, Any]:
     """The answer of a line of JSON, plain; what is wrong with it stands in its ``error``."""
     asked: Any = None
     body, error = None, None

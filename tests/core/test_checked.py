@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import types
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -26,6 +27,19 @@ def example(
     """Fail in as many ways as Python does."""
     total = float(np.sum(weights @ np.ones(2))) if weights is not None else 0.0
     return total + sum(map(len, names)) + sum((table or {}).values()) + 1.0 / count.bit_length()
+
+
+@checked
+def side_of(exo: "ShoulderExo") -> str:  # noqa: F821 - a name for type checkers alone
+    """The side of an exoskeleton."""
+    return exo.side
+
+
+def test_names_of_other_packages_do_not_hide_those_of_this_one(monkeypatch):
+    monkeypatch.setitem(sys.modules, "another", types.SimpleNamespace(ShoulderExo=int))
+    assert ep.ShoulderExo.__module__.startswith("exo_pin.")
+    with pytest.raises(InvalidInput, match="expected exo to be of type ShoulderExo, got 3"):
+        side_of(3)
 
 
 #: Faults of the package: what a typing error, a lost check or a wrong index within a function raises.

@@ -3,11 +3,13 @@
 import contextlib
 import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 import warnings
 
 import numba
@@ -109,6 +111,23 @@ def test_no_other_folder_is_taken_for_one_that_cannot_be_written(cache, monkeypa
     compiled.kernels()[1].forget()
     with pytest.warns(CacheUnusable, match="Permission denied"):
         compiled.kernels()[1](1)
+
+
+@pytest.mark.usefixtures("cache")
+def test_code_of_other_versions_is_kept_for_a_day(tmp_path):
+    machine_code.dispatcher(half, "a version", {}, list)
+    (folder,) = tmp_path.glob("exo_pin/*.half")
+    for name, age in (("young", 86_000), ("old", 87_000)):
+        (folder / name).mkdir()
+        os.utime(folder / name, (0.0, time.time() - age))
+    before = set(folder.iterdir())
+    machine_code.dispatcher(half, "another", {}, list)
+    assert {path.name for path in before - set(folder.iterdir())} == {"old"}
+    (new,) = set(folder.iterdir()) - before
+    shutil.rmtree(new)
+    # Another process may make the folder in the same instant.
+    machine_code.dispatcher(half, "another", {}, new.mkdir)
+    assert machine_code._is_stored
 
 
 def test_a_kernel_that_cannot_be_compiled_leaves_the_cache_alone(cache):

@@ -130,6 +130,10 @@ def parameters():
                 changed(points, cuff_height=0.26)["points"],
             ),
             "scale": lambda: (changed(circles, scale=1.1), changed(pressed, scale=0.9)["limbs"]),
+            "scale of a tackle": lambda: [
+                (own.actuator.travel_limit, own.actuator.tackle.muscle_length, own.effort_range)
+                for own in ep.load("four-muscle-cables").device.with_dimensions(scale=1.1).limbs
+            ],
             "scale without fitting": lambda: changed(bare, scale=1.1)["limbs"],
             "joint": lambda: changed(
                 points, **{"A[2].radius_mm": 260.0, "B[1].drop_m": 0.3, "A[3].elevation_deg": 10.0}

@@ -7,6 +7,9 @@ from places import URDF
 
 import exo_pin as ep
 
+#: What is taken out of a closures file.
+LESS = 'arm = "arm"\n', '"abduction", '
+
 
 def beside():
     """Device files that say more, or what is wrong, beside one robot."""
@@ -20,12 +23,17 @@ def beside():
     law, at = f"{spring}law = ", '[0, 0, 1]\n[[drives.points]]\nlink = "arm"\npoint_mm = [0, 0, 1]\n'
     cable = f'[[drives]]\nname = "a"\nupper_N = 90\n[[drives.points]]\nlink = "universe"\npoint_m = {at}'
 
-    def made(more, head="", text=text):
+    def by_its_chain(file):
+        return ep.ShoulderExo.from_chain(ep.ClosedChain.from_urdf("serial-y-x-z.urdf"), device_file=file)
+
+    def made(more, head="", text=text, less=(), by=ep.load):
         with folder() as place:
             for name, own in robots.items():
+                for line in less:
+                    own = own.replace(line, "")
                 (place / name).write_text(own, encoding="utf-8")
             (place / "serial-y-x-z.device.toml").write_text(f"{text}{head}\n{more}", encoding="utf-8")
-            return ep.load("serial-y-x-z.device.toml").device
+            return by("serial-y-x-z.device.toml").device
 
     def of(more, head="", text=text):
         device = made(more, head, text)
@@ -87,6 +95,10 @@ def beside():
             "schema": lambda: of("", text=text.replace("1", "2")),
             "key": lambda: of("", "colour = 1"),
             "roles": lambda: of('[roles]\narm = "arm"\n'),
+            "roles, without its own": lambda: [
+                [drive.name for drive in made('[roles]\narm = "arm"\n', less=LESS, by=by).drives]
+                for by in (ep.load, by_its_chain)
+            ],
             "rest": lambda: of(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n'),
             "rests": lambda: made(f'[[rest]]\nname = "{joint}"\ncoordinates = [0.1]\n').chain.reference_configuration(),
             "no name": lambda: of("", text=text.replace("name", "nome")),

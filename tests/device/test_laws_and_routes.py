@@ -43,6 +43,11 @@ def test_force_is_the_slope_of_energy(law):
     np.testing.assert_allclose(law.force(x), slope, rtol=1e-6, atol=1e-6)
 
 
+def test_the_image_of_a_route_in_the_mid_plane_is_itself():
+    route = Route.over(("universe", (0.1, 0.0, 0.2)), ("arm", (0.0, -0.0, -0.2)))
+    assert str(route.mirrored()) == str(Route.over(("universe", (0.1, 0.0, 0.2)), ("arm", (0.0, 0.0, -0.2))))
+
+
 def bare_arm(drives=(), springs=()):
     """An arm on its shoulder, without links of a device."""
     arm = ep.Arm.from_anthropometry(1.755, 85.0, "male")

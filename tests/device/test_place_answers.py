@@ -198,6 +198,12 @@ def placed():
     cable = Drive("cable", route=Route.over(("universe", [0, 0.2, 0.3]), (serial.chain.roles.arm, [0, 0.02, -0.25])))
     mixed = serial.replace(drives=[*serial.device.drives[:2], cable])
     found = wrist.accuracy(wrist.pose(40, 25, 5))
+    # A limb without length at one of two poses.
+    cables = ep.load("four-cables")
+    bases = cables.geometry.base_points.copy()
+    bases[0] = cables.pose(30).as_matrix() @ cables.geometry.platform_points[0]
+    limbs = [replace(limb, actuator=replace(limb.actuator, play=1e-3)) for limb in cables.limbs]
+    folded = cables.replace(geometry=cables.geometry.replace(base_points=bases), limbs=limbs)
 
     def made(weak, twin, barrier, free, stiff, turning=False):
         """As if the rate were so weak, mm/° or °/°, a twin so near, and the hand so soft."""
@@ -220,6 +226,7 @@ def placed():
             "kinds": lambda: serial.singularity(serial.pose([0, 0, 0, 30], [90, 89.99, 60, 90])).kind,
             "wrist": lambda: asked(wrist, 40, 25, 5),
             "stack": lambda: asked(wrist, [40, 70], [[25], [50]], 5),
+            "folded": lambda: [folded.accuracy(folded.pose([30, 40])).free_turn, str(asked(folded, 30)[0])],
             "six": lambda: asked(doors.shipped("six-cables"), 40, 25, 5),
             "chain": lambda: asked(ep.ShoulderExo.from_device(wrist.chain_device), 40, 25, 5),
             "made": lambda: [

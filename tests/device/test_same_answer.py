@@ -91,3 +91,23 @@ def test_arm_and_device_are_in_balance_at_rest_and_in_motion(name):
         load = np.zeros(3) if case == "rest" else poses.apply([3.0, 2.0, -10.0])
         total = answer.harness_wrench[:, :3] - answer.shoulder_force
         np.testing.assert_allclose(total, np.broadcast_to(mass * gravity + load, total.shape), atol=1e-8)
+
+
+@pytest.mark.full
+def test_a_singular_wrist_lacks_the_same_moment_as_a_chain():
+    exo = ep.load("prototype")
+    pose = exo.nearest_singularity(exo.pose(30, 20)).pose
+    one, other = (each.reaction(pose) for each in (exo, ep.ShoulderExo.from_device(exo.chain_device)))
+    assert one.equilibrium_status == other.equilibrium_status == "singular"
+    assert one.verdict == other.verdict
+    assert "about an axis 45° from the vertical axis" in one.verdict
+
+
+@pytest.mark.parametrize("name", ["serial-y-x-z", "spherical-3rrr"])
+def test_a_device_that_centres_itself_puts_forces_along_the_base_axes_on_the_shoulder(name):
+    exo = ep.load(URDF / f"{name}.urdf")
+    poses = exo.pose(*(ANGLES + np.array([20.0, 5.0, 0.0])).T)
+    minimal, spherical = (exo.reaction(poses, limits="none", split=split) for split in ("minimal", "spherical"))
+    moved = minimal.shoulder_force - spherical.shoulder_force
+    np.testing.assert_allclose(minimal.constraint_forces, moved, atol=1e-10)
+    assert np.abs(moved).max() > 1.0

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from asked_in_turn import folder, in_turn, printed, words_and_numbers
 from places import URDF
 
 import exo_pin as ep
+from exo_pin.exo.pose_report import PoseReport
 
 
 def pose(design, flexion=0.0, abduction=0.0, inward=0.0, *more):
@@ -57,6 +59,9 @@ def asked():
     """Questions as JSON lines, whole and wrong."""
     text = (URDF / "spring-support.urdf").read_text(encoding="utf-8")
     closures = (URDF / "spring-support.closures.toml").read_text(encoding="utf-8")
+    with folder() as place:
+        ep.load("prototype").save("own.toml")
+        design = (place / "own.toml").read_text(encoding="utf-8")
     wearer = {"height": 1.7, "mass": 70, "sex": "female"}
     at = {"flexion": 60, "abduction": 20}
     quaternion = ep.shoulder_rotation(40, 20, 10, degrees=True).as_quat().tolist()
@@ -95,6 +100,10 @@ def asked():
         {"question": "reaction", "poses": at, "side": "up"},
         {"question": "reaction", "poses": at, "design": "none"},
         {"question": "reaction", "poses": at, "design": {"toml": "schema = 1"}},
+        *(
+            {"question": "reaction", "poses": at, "limits": "none", "design": {"toml": design}, "side": side}
+            for side in (None, "left", "right")
+        ),
         {"question": "reaction", "poses": at, "design": {"xml": "a"}},
         {"question": "reaction", "poses": at, "worn_by": {"height": 17, "mass": 70, "sex": "female"}},
         {"question": "reaction", "poses": at, "schema": "exo_pin.sweep/1"},
@@ -133,9 +142,18 @@ def files():
             ep.load(path)
         )
 
-    def designs(text):
-        (place / "table.csv").write_text(text, encoding="utf-8")
-        return [(exo.name, exo.side, exo.device.dimensions()["A[1].radius_m"]) for exo in ep.load_designs("table.csv")]
+    def designs(text, table="table.csv"):
+        Path(table).parent.mkdir(exist_ok=True)
+        Path(table).write_text(text, encoding="utf-8")
+        return [(exo.name, exo.side, exo.device.dimensions()["A[1].radius_m"]) for exo in ep.load_designs(table)]
+
+    def of_a_side(side):
+        """A robot without an arm whose file beside it states its side alone."""
+        for name in ("dummy-shoulder.urdf", "dummy-shoulder.closures.toml"):
+            (place / name).write_text((URDF / name).read_text(encoding="utf-8"), encoding="utf-8")
+        text = f'schema = 1\nname = "own"\nrobot = "dummy-shoulder.urdf"\nside = "{side}"\n'
+        (place / "dummy-shoulder.device.toml").write_text(text, encoding="utf-8")
+        return ep.load("dummy-shoulder.urdf")
 
     def saved(exo, name="own.toml"):
         exo.save(name)
@@ -172,6 +190,10 @@ def files():
                 "table": lambda: designs(
                     "design,name,A[1].radius_mm,lean_left_deg\nfour-cables,one,251,\nfour-cables,,240,0.5\nfour-cables,,,\n"
                 ),
+                "table beside a design": lambda: (
+                    wrist.save("own.toml"),
+                    designs("design,lean_left_deg\n../own.toml,3\nfour-cables,2\n", "tables/table.csv"),
+                )[1],
                 "table of nothing": lambda: designs("design,name\n"),
                 "table of no design": lambda: designs("name,A[1].radius_mm\na,3\n"),
                 "wrong value": lambda: designs("design,A[1].radius_mm\nfour-cables,2:3:2\n"),
@@ -187,6 +209,7 @@ def files():
                     repr(ep.load(URDF / "nesm.urdf", side="right")),
                 ],
                 "as a wrist": lambda: (repr(bare), bare.wrist is not None, bare.has_arm),
+                "side without an arm": lambda: [of_a_side(side).side for side in ("left", "right")],
             }
         )
 
@@ -228,6 +251,11 @@ def parts():
             "wrist": lambda: of(wrist),
             "hinges": lambda: of(ep.load(URDF / "serial-y-x-z.urdf")),
             "no arm": lambda: of(robot()),
+            "moved": lambda: [
+                type(exo.moved_record).__name__
+                for exo in (wrist, ep.ShoulderExo.from_chain(wrist.chain_with_masses()), ep.load(URDF / "nesm.urdf"))
+            ],
+            "pose": lambda: PoseReport(wrist.reaction(wrist.pose(60, -10, 5)), None, None).pose_in_words,
             "no device": lambda: robot().device,
             "no forces": lambda: robot().reaction(wrist.pose(3)),
             "forward": lambda: wrist.forward_kinematics(wrist.inverse_kinematics(wrist.pose(20, 10, 5)).lengths),

@@ -93,7 +93,7 @@ class Route:
         >>> route.mirrored().points[0].point  # m
         (0.0, -0.1, 0.2)
         """
-        return Route.over(*((point.link, np.array(point.point) @ MIRROR + 0.0) for point in self.points))
+        return Route.over(*((point.link, np.array(point.point) @ MIRROR) for point in self.points))
 
     @classmethod
     def over(cls, *points: tuple[str, ArrayLike]) -> Route:

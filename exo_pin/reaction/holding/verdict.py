@@ -342,7 +342,8 @@ def _end_of_way(answer: Reaction) -> str:
     """Where the way of a device to a single pose ends that has no answer; else empty."""
     poses = answer.source.poses
     if not answer.status.ndim and answer.load_share is not None and answer.load_share < 1.0:
-        return _end_of_load(float(answer.load_share), str(answer.status))
+        redundant = answer.source.split.chooses_tensions and poses.tensions.self_stress.shape[2] > 0
+        return _end_of_load(float(answer.load_share), str(answer.status), redundant)
     if answer.status.ndim or answer.status not in ("out_of_reach", "beyond_singular") or poses.placed is None:
         return ""
     followed = poses.placed.share[0]
@@ -357,11 +358,12 @@ def _end_of_way(answer: Reaction) -> str:
     return f"On the way from rest it gets as far as {angle_words(last, poses.mechanism.side)}."
 
 
-def _end_of_load(share: float, status: str) -> str:
-    """Where the way of an elastic device to its whole load and offset ends."""
+def _end_of_load(share: float, status: str, redundant: bool) -> str:
+    """Where the way of an elastic device to its whole load and offset ends, whose efforts could be others or not."""
     if status == "out_of_reach":
         part = f"Beyond {100.0 * share:.0f} % of the offset" if share > 0.0 else "With the offset"
         return f"{part} its loops open: what is rigid of it does not follow."
     if status == "no_equilibrium":
-        return f"At {100.0 * share:.0f} % of load and offset what is soft gives way."
+        others = ' With other efforts it may hold: split="elastic_locked" keeps the drives where they are.'
+        return f"At {100.0 * share:.0f} % of load and offset what is soft gives way.{others if redundant else ''}"
     return ""

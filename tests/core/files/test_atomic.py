@@ -54,6 +54,15 @@ def test_mode_of_an_existing_file_is_unchanged(mode, tmp_path):
     assert names(tmp_path) == ["file"]
 
 
+def test_the_longest_names_are_written(tmp_path):
+    """255 bytes, whatever they spell: the name of the file beside it is no longer than that."""
+    for name in ("n" * 255, "é" * 127, "腕" * 85):
+        for content in (OLD, NEW):
+            write_bytes(tmp_path / name, content)
+        assert (tmp_path / name).read_bytes() == NEW
+    assert len(names(tmp_path)) == 3
+
+
 def test_set_user_and_group_bits_are_cleared(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(OLD)

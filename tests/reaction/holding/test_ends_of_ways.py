@@ -8,24 +8,32 @@ import exo_pin as ep
 from exo_pin.reaction.holding.verdict import _end_of_load, _end_of_way
 
 
-def ended(status, share=None, followed=1.0, matrices=None, shape=(), offset=None):
+def ended(status, share=None, followed=1.0, matrices=None, shape=(), offset=None, stress=0):
     placed, mechanism = SimpleNamespace(share=np.array([followed])), SimpleNamespace(side="left")
     poses = SimpleNamespace(placed=placed, matrices=matrices, mechanism=mechanism)
     full = None if share is None else np.full(shape, share)
     case = SimpleNamespace(offset=offset)
+    poses.tensions, split = (
+        SimpleNamespace(self_stress=np.zeros((1, 3, stress))),
+        SimpleNamespace(chooses_tensions=True),
+    )
     return SimpleNamespace(
-        source=SimpleNamespace(poses=poses), status=np.full(shape, status), load_share=full, case=case
+        source=SimpleNamespace(poses=poses, split=split), status=np.full(shape, status), load_share=full, case=case
     )
 
 
 def test_where_the_way_of_a_device_ends():
-    assert _end_of_load(0.25, "out_of_reach") == (
+    assert _end_of_load(0.25, "out_of_reach", False) == (
         "Beyond 25 % of the offset its loops open: what is rigid of it does not follow."
     )
-    assert _end_of_load(0.0, "out_of_reach") == ("With the offset its loops open: what is rigid of it does not follow.")
-    assert _end_of_load(0.5, "no_equilibrium") == "At 50 % of load and offset what is soft gives way."
-    assert _end_of_load(0.5, "not_solved") == ""
+    assert _end_of_load(0.0, "out_of_reach", False) == (
+        "With the offset its loops open: what is rigid of it does not follow."
+    )
+    assert _end_of_load(0.5, "no_equilibrium", False) == "At 50 % of load and offset what is soft gives way."
+    assert _end_of_load(0.5, "not_solved", False) == ""
     # Of an elastic device the share of the load, of single poses that did not get to the end.
+    others = 'With other efforts it may hold: split="elastic_locked" keeps the drives where they are.'
+    assert _end_of_way(ended("no_equilibrium", 0.4, stress=1)).endswith(others)
     assert _end_of_way(ended("no_equilibrium", 0.4)) == "At 40 % of load and offset what is soft gives way."
     assert _end_of_way(ended("no_equilibrium", 1.0)) == ""
     assert _end_of_way(ended("no_equilibrium", 0.4, shape=(2,))) == ""

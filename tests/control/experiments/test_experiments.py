@@ -99,6 +99,8 @@ def test_drives_in_joints_have_names_and_units_of_their_own():
     assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
     with pytest.raises(InvalidInput, match="motor 1 would have to be at -52° at the start"):
         serial.track(control.AnglePath([0.0, 1.0], [[0.0, 0.0, -0.9], [0.0, 0.0, 0.0]], "left"))
+    full = serial.track(control.flexion(), lambda t, seen: [0.0, 0.0, -1.0], duration=0.02)
+    assert full.findings == ("motor 3 is at its limit for 100.0 % of the time",)
     nesm = ep.load(URDF / "nesm.urdf")
     motors = ep.PlantOptions(joint_motor=control.JointMotor(limit=30.0))
     # Two of its joints begin at an end of their ranges.

@@ -176,4 +176,3 @@ def test_freedoms_that_the_controller_leaves_alone_are_foreseen():
     for kind, moves in ((random_device(2), True), (random_device(3), False)):
         said = Experiment("one", "One", kind, reference, "model", options_for(kind)).foreseen
         assert any("(1 freedom); the controller leaves that alone" in text for text in said) == moves
-'''

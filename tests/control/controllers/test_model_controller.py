@@ -173,6 +173,6 @@ def test_the_virtual_body_of_two_hinges_gives_way_as_that_of_three():
 
 def test_freedoms_that_the_controller_leaves_alone_are_foreseen():
     reference = OrientationSpline([0.0, 0.5], ep.shoulder_rotation([0.0, 10.0], 0.0, 0.0, degrees=True))
-    for kind, moves in ((random_device(2), True), (random_device(3), False)):
+    for kind, moves in ((random_device(2)[0], True), (random_device(3)[0], False)):
         said = Experiment("one", "One", kind, reference, "model", options_for(kind)).foreseen
         assert any("(1 freedom); the controller leaves that alone" in text for text in said) == moves

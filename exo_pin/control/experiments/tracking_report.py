@@ -72,7 +72,14 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
                 f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation "
                 "does: --controller model"
             )
-    elif experiment.controller == "model" and measures and "arm" not in measures:
+    elif experiment.controller == "model" and not mechanism.limbs_are_massless:
+        idle = as_device(mechanism).as_chain().structure.held
+        if idle:
+            found.append(
+                f"the device can move while the arm rests ({idle} freedom{'s' * (idle > 1)}); the controller leaves "
+                "that alone, so that weight and drives move it"
+            )
+    if experiment.controller == "model" and measures and "arm" not in measures:
         found.append(
             "the controller reads a sensor of the arm's orientation, which the design does not state (measures)"
         )

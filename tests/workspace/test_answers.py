@@ -13,6 +13,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
+from exo_pin.design import preset
 from exo_pin.device import Drive, Route
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.workspace import (
@@ -122,7 +123,8 @@ def chosen():
         {name: criterion.missing(design, free, False) for name, criterion in CRITERIA.items()} for design in sure
     ] + [
         *(ep.Criteria().chosen(design, True) for design in sure),
-        # Columns are named after drives.
+        # Columns are named after drives, in stacks of any shape.
+        list(load("four-cables").workspace(grid(load("four-cables")), ["stroke"]).columns()),
         [list(load(name).workspace(few(load(name)), ["singularity"]).columns()) for name in kinds[3:]],
     ]
 
@@ -205,7 +207,7 @@ def limbs():
         exo = load(name)
         at = exo.workspace(few(exo), criteria)
         table = limb_table(exo.device, at)
-        loss = limb_loss(exo.device, at)
+        loss = limb_loss(preset(name) if name.startswith("four") else exo.device, at)
         found.append(({**table}, {**loss}, limb_sheet(exo.device, table), at.index, limb_loss_words(loss)))
     return found
 

@@ -216,7 +216,7 @@ def joint_contact_of_run(
 
     run: Any = getattr(tracking, "run", tracking)
     count = len(run.times)
-    step = max(round((count - 1) / max(run.times[-1] * as_positive("rate", rate), 1.0)), 1)
+    step = max(round((count - 1) / max(np.ptp(run.times) * as_positive("rate", rate), 1.0)), 1)
     # A drive that fails may press the joint for some milliseconds only.
     rows = np.union1d(np.arange(0, count, step), [int((run.shoulder_force**2).sum(axis=1).argmax())])
     case = Case(

@@ -329,12 +329,12 @@ def _walk(
             side[helpful] = 0
             continue
         # Release the constraint with the most negative multiplier.
-        wrong_bound = np.where(fixed | (side == 0), 0.0, -side * answer.bound)
+        wrong_bound = np.where(fixed, 0.0, -side * answer.bound)
         wrong_row = np.where(rows, -inequality, 0.0)
-        worst = max(wrong_bound.max(initial=0.0), wrong_row.max(initial=0.0))
+        worst = max(wrong_bound.max(), wrong_row.max(initial=0.0))
         if worst <= _ROUNDING:
             break
-        if wrong_bound.max(initial=0.0) == worst:
+        if wrong_bound.max() == worst:
             side[int(wrong_bound.argmax())] = 0
         else:
             rows[int(wrong_row.argmax())] = False
@@ -350,7 +350,7 @@ def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.in
     size = float(np.abs(miss).max(initial=0.0))
     if size <= _ROUNDING * float(np.abs(z).max(initial=1.0)):
         return -1
-    gain = np.where(fixed | (side == 0), 0.0, -side * (program.A.T @ (miss / size)))
+    gain = np.where(fixed, 0.0, -side * (program.A.T @ (miss / size)))
     best = int(gain.argmax())
     return best if gain[best] > 1e-10 else -1
 

@@ -23,7 +23,7 @@ _WORDS = {
     "contact_N": ("force in the joint with muscles, median, N", "less"),
     "peak_contact_N": ("largest force in the joint with muscles, N", "less"),
     "contact_without_N": ("force in the joint without the device, median, N", ""),
-    "relief": ("force in the joint less than without the device, %", "more"),
+    "relief": ("relief of the joint by the device, %", "more"),
     "common_peak_F_s_N": ("peak of |F_s| over the poses that all hold, N", "less"),
     "peak_F_s_N": ("peak of the shoulder force |F_s|, N", "less"),
     "p95_F_s_N": ("95th percentile of the shoulder force |F_s|, N", "less"),

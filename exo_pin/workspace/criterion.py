@@ -198,7 +198,10 @@ def _stroke_margin(at: PoseValues) -> FloatArray:
     # Limb by limb: a minimum along so short an axis takes NumPy several times as long.
     columns = [np.ascontiguousarray(column) for column in at.lengths.T]
     if at.criteria.stroke_rule == "not all short":
-        margin = functools.reduce(np.maximum, [(c - a) / s for c, a, s in zip(columns, low, at.levers, strict=True)])
+        # What the wearer makes has no least length.
+        own = columns[: len(as_device(at.mechanism).drives)]
+        ends = [(c - a) / s for c, a, s in zip(own, low, at.levers, strict=False)]
+        margin = functools.reduce(np.maximum, ends) if ends else np.full(len(at.lengths), np.inf)
     else:
         sides = [np.minimum(c - a, b - c) / s for c, a, b, s in zip(columns, low, high, at.levers, strict=True)]
         margin = functools.reduce(np.minimum, sides)

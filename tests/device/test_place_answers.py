@@ -12,6 +12,7 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.device import Drive, GasSpring, GuidedSlide, LinearSpring, Route, SoftLink, Spring
+from exo_pin.workspace import limb_loss
 
 
 def hinges(**parts):
@@ -66,6 +67,10 @@ def postures():
             "no freedom": lambda: hinges().reaction(pose, posture={"flexion": 0.1}),
             "where it is": lambda: asked({"ring": float(modes[chain.configuration_slice("ring")][0])}),
             "strokes": lambda: exo.workspace(poses, ["stroke"], posture={"ring_mm": 4.0}).lengths,
+            "without a drive": lambda: [
+                {**limb_loss(exo.device, exo.workspace(poses, ep.Criteria(("forces",)), posture=each))}
+                for each in ({"ring_mm": [0.0, 2.0, -3.0, 1.0]}, exo.configurations(poses))
+            ],
             "nearby": lambda: weak().remedy(pose, posture={"ring_mm": 4.0}).nearest is None,
         }
     )

@@ -45,6 +45,7 @@ def smoothed():
         {
             "gcv": lambda: from_samples(t, poses),
             "stated": lambda: from_samples(t, poses, sensor_noise=0.01),
+            "of a good sensor": lambda: from_samples(*samples(noise=1e-6), sensor_noise=np.radians(1e-6)).noise,
             "at rest": lambda: from_samples(*samples(), ends="rest"),
             "uneven": lambda: from_samples(uneven, poses, smoothing=None, ends="rest"),
             "with a gap": lambda: from_samples(t[gap], poses[gap]).noise,

@@ -93,7 +93,7 @@ def test_a_grid_is_known_by_its_poses(side):
     quats[:, 1] *= -1.0
     for own, found in zip(axes, grid_axes(Rotation.from_quat(quats), side), strict=True):
         np.testing.assert_allclose(found, own, atol=1e-9)
-    for one in (np.s_[:1], np.s_[:, :1], np.s_[..., :1]):
+    for one in (np.s_[:1], np.s_[:, :1], np.s_[:, :, :1]):
         for own, found in zip(axes, grid_axes(Rotation.from_quat(quats[one]), side), strict=True):
             np.testing.assert_allclose(found, own[: len(found)], atol=1e-9)
     moved = Rotation.from_quat(quats[1, 2, 1]) * Rotation.from_rotvec([0.0, 0.0, 1e-3])

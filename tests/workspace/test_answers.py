@@ -13,6 +13,8 @@ from places import URDF
 
 import exo_pin as ep
 from exo_pin.cli import main
+from exo_pin.design import preset
+from exo_pin.device import Drive, Route
 from exo_pin.load_case import RangeOfMotion
 from exo_pin.workspace import (
     CRITERIA,
@@ -28,9 +30,12 @@ from exo_pin.workspace import (
     task_reach,
     workspace,
 )
+from exo_pin.workspace.limb_table import limb_loss_words
 
 MAN = ep.Wearer(1.755, 85, "male", elbow_flexion=0.6, payload=0.5)
 WOMAN = ep.Wearer(1.60, 55, "female")
+#: Whose hands do not get everywhere.
+STOUT = ep.Wearer(1.3, 140, "female")
 FACING = ep.glenoid_orientation(35.0, 8.0, 5.0, retroversion=4.0, inclination=6.0, degrees=True)
 #: All that can be limited, each so that some poses meet it and some do not.
 LIMITED = ep.Criteria(
@@ -97,6 +102,17 @@ def of_kinds():
     return found
 
 
+def levers():
+    """Distances to the ends of the strokes of hinges and of a cable beside them, and of slides, by both rules."""
+    hinges, slides = load("serial-y-x-z"), load("3rps-passive-ball")
+    way = Route.over(("universe", [0.0, 0.2, 0.3]), (hinges.chain.roles.arm, [0.0, 0.02, -0.25]))
+    cable = Drive("cable", route=way, upper=60.0, stroke=ep.Stroke(0.4, 0.3, 1.0, 0.2))
+    mixed = hinges.replace(drives=[*hinges.device.drives, cable])
+    rules = [ep.Criteria(("stroke",), stroke_rule=rule) for rule in ("each", "not all short")]
+    found = [exo.workspace(few(exo), rule) for exo in (mixed, slides) for rule in rules]
+    return [(each.margins["stroke"], each.units, each.lengths) for each in found]
+
+
 def chosen():
     """What of the criteria is asked of each kind, with and without limits."""
     kinds = ("four-cables", "prototype", "optimised-table-c-2", "serial-y-x-z", "spring-support", "3rps-passive-ball")
@@ -107,7 +123,8 @@ def chosen():
         {name: criterion.missing(design, free, False) for name, criterion in CRITERIA.items()} for design in sure
     ] + [
         *(ep.Criteria().chosen(design, True) for design in sure),
-        # Columns are named after drives.
+        # Columns are named after drives, in stacks of any shape.
+        list(load("four-cables").workspace(grid(load("four-cables")), ["stroke"]).columns()),
         [list(load(name).workspace(few(load(name)), ["singularity"]).columns()) for name in kinds[3:]],
     ]
 
@@ -164,6 +181,8 @@ def refusals():
         lambda: task_reach(exo.device, ranges=()),
         lambda: task_reach(exo.device, ranges=["eating"]),
         lambda: population([], [MAN]),
+        lambda: population(["a design"], [MAN]),
+        lambda: ep.optimise(exo, {"A[1].radius": (0.1, 0.2)}, centre_offset=np.zeros((2, 3))),
         lambda: population([exo], ["a man"]),
         lambda: day_reach(load("prototype")),
         lambda: day_reach(exo, step=-1.0),
@@ -188,7 +207,8 @@ def limbs():
         exo = load(name)
         at = exo.workspace(few(exo), criteria)
         table = limb_table(exo.device, at)
-        found.append(({**table}, {**limb_loss(exo.device, at)}, limb_sheet(exo.device, table), at.index))
+        loss = limb_loss(preset(name) if name.startswith("four") else exo.device, at)
+        found.append(({**table}, {**loss}, limb_sheet(exo.device, table), at.index, limb_loss_words(loss)))
     return found
 
 
@@ -356,11 +376,13 @@ ASKED = {
     "refused_searches": refused_searches,
     "limited": limited,
     "of_kinds": of_kinds,
+    "levers": levers,
     "chosen": chosen,
     "criteria": criteria,
     "refusals": refusals,
     "limbs": limbs,
     "day": lambda: day("four-linear-actuators-worn", "left", ["forces", "clearance", "stroke"], 40.0),
+    "day_of_a_stout_person": lambda: day("four-linear-actuators-worn", "left", ["stroke"], 72.0, STOUT),
     "day_of_a_right_arm": lambda: day("four-cables", "right", ["stroke", "forces"], 72.0, WOMAN),
     "tasks": tasks,
     "checks": checks,

@@ -11,6 +11,8 @@ from workspace_examples import free_design
 import exo_pin as ep
 from exo_pin.load_case import CentreOffset
 from exo_pin.workspace import Criteria, limb_table
+from exo_pin.workspace.evaluation import PoseOffsets, rest_side
+from exo_pin.workspace.optimisation.search_poses import centre_text
 from exo_pin.wrist import BodyShape
 
 BODY = BodyShape.of(ep.Wearer(1.75, 75, "male"))
@@ -128,6 +130,34 @@ def test_constant_offset_is_a_device_that_sits_elsewhere():
     for criterion, margin in expected.margins.items():
         np.testing.assert_allclose(found.margins[criterion], margin, rtol=1e-9, atol=1e-12, err_msg=criterion)
     assert found.index != exo.workspace(20.0, limits).index
+
+
+@pytest.mark.parametrize("sides", [(1, 0), (0, 1)])
+def test_an_offset_of_one_side_is_one(sides):
+    base, cuff = (side * np.array([[0.0, 0.01, 0.0]]) for side in sides)
+    off = PoseOffsets(base, cuff)
+    assert not off.is_aligned
+    assert PoseOffsets.none().is_aligned
+    both = PoseOffsets.joined([PoseOffsets.none(), off], 2)
+    for found, side in ((both.base, base), (both.cuff, cuff)):
+        np.testing.assert_array_equal(found, np.concatenate([np.zeros((2, 3)), side, side]))
+
+
+def test_offsets_in_words():
+    displacement = [[0.0, 0.003, 0.004], [0.0, -0.012, 0.016]]
+    moves = "The shoulder's centre moves with the arm, by at most 20 mm on its path"
+    assert centre_text(ep.CentrePath([0.1, 0.9], displacement)) == f"{moves}."
+    fitted = ep.CentrePath([0.1, 0.9], displacement, [0.002, 0.0, -0.0015])
+    assert centre_text(fitted) == f"{moves}, and is off by (2, 0, -1.5) mm at rest."
+    apart = ep.CentreOffset([0.01, 0.0, -0.005], [0.0, 0.012, 0.0])
+    where = "(10, 0, -5) mm at the base and (0, 12, 0) mm at the cuff"
+    assert centre_text(apart) == f"The device's centre is off the shoulder's by {where}."
+
+
+def test_the_side_of_rest_is_that_of_most_poses_where_rest_is_singular():
+    margins = np.array([0.3, -0.2, -0.1, 0.0])
+    assert [rest_side(rest, margins) for rest in (0.2, -0.2, 1e-10, -1e-10, 0.0)] == [1.0, -1.0, -1.0, -1.0, -1.0]
+    assert rest_side(0.0, -margins) == rest_side(0.0, margins[:2]) == 1.0
 
 
 def opening(directions):

@@ -7,8 +7,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import Criteria, lifting_poses
-from exo_pin.workspace.optimisation.merit import Evaluation, Merit
-from exo_pin.workspace.optimisation.search_poses import ContactObjective
+from exo_pin.workspace.optimisation.merit import Evaluation, Merit, study_description
+from exo_pin.workspace.optimisation.search_poses import ContactObjective, DesignVariables
 from exo_pin.wrist import BodyShape
 
 pytest.importorskip("myo_sim")
@@ -72,3 +72,10 @@ def test_contact_force_is_exact_in_the_best_third_of_a_generation():
     assert found == [exact.get(point, point + 12.0) for point in points]
     assert [point for point, is_exact in asked if is_exact] == [1.0, 2.0, 3.0]
     assert Merit.generation(fake, points, {}) == [10.0 + 2.0 * point for point in points]
+
+
+def test_a_study_is_of_one_person_and_so_many_poses(objective):
+    space = DesignVariables(ep.load("four-cables").mechanism, {"A[1].radius": (0.1, 0.6)})
+    merit = Merit(space, POSES, LIMITS, contact=objective)
+    told = study_description(merit, ("contact_force",), 0, 24, False, (None,))
+    assert told["contact"] == {"person": repr(PERSON), "poses": len(objective.bare)}

@@ -91,6 +91,20 @@ def test_merit_and_objectives_of_the_start_and_of_the_best_design():
     assert again.start is None
 
 
+def test_objectives_are_of_the_poses_inside_by_their_weights():
+    """A force that is not known counts in none of them."""
+    margins = {"forces": np.array([3.0, 1.0, 9.0, -2.0]), "stroke": np.array([0.01, 0.02, 0.03, 0.9])}
+    force, share = np.array([10.0, 30.0, np.nan, 90.0]), np.array([0.4, 0.2, 0.1, 0.3])
+    found = judged(margins, force, share, Criteria(), {}, {}).objectives
+    assert found["index"] == pytest.approx(0.7)
+    assert found["mean_shoulder_force"] == pytest.approx((0.4 * 10.0 + 0.2 * 30.0) / 0.6)
+    assert found["peak_shoulder_force"] == 30.0
+    assert found["median_moment_margin"] == 3.0
+    assert found["worst_margin"] == pytest.approx(0.2)
+    none = judged(margins, np.full(4, np.nan), share, Criteria(), {}, {}).objectives
+    assert np.isnan([none["mean_shoulder_force"], none["peak_shoulder_force"]]).all()
+
+
 def test_what_is_not_known_is_no_gain_or_a_force_that_nobody_bears():
     nothing = dict.fromkeys(OBJECTIVES, np.nan)
     cost = {

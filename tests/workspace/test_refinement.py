@@ -6,6 +6,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.workspace import CRITERIA, Criteria, free_joints, lifting_poses
+from exo_pin.workspace.optimisation.search_poses import DesignVariables
 
 pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -87,3 +88,16 @@ def test_a_search_that_is_stopped_by_hand_has_the_best_so_far(monkeypatch, tmp_p
     calls[:] = [None] * 40
     with pytest.raises(KeyboardInterrupt):
         optimised(exo, poses, 1, 96, 96, refine=False)
+
+
+def test_a_refined_design_is_within_its_bounds_and_may_be_at_them():
+    design = ep.load("four-linear-actuators").mechanism
+    name = "A[1].radius"
+    value = DesignVariables(design, {name: (0.01, 0.9)}).of_design()[name]
+    for low, high in ((value, value + 0.1), (value - 0.1, value), (value + 1e-10, 0.9), (0.01, value - 1e-10)):
+        assert DesignVariables(design, {name: (low, high)}).of_design(True)[name] == pytest.approx(value, abs=1e-9)
+    for low, high in ((value + 1e-4, 0.9), (0.01, value - 1e-4)):
+        variables = DesignVariables(design, {name: (low, high)})
+        assert variables.of_design()[name] == min(max(value, low), high)
+        with pytest.raises(ep.InvalidInput, match=f"expected bounds that hold the design.* is {value:g}, outside"):
+            variables.of_design(True)

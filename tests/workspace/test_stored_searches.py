@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pickle
+import re
 import sqlite3
 import subprocess
 import sys
@@ -13,11 +14,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import small_searches
-from small_searches import EXO, GENERATION, RUN, searched
+from small_searches import BOUNDS, EXO, GENERATION, RUN, searched
 
 import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.workspace import CRITERIA
+from exo_pin.workspace.optimisation.search_poses import SearchPoses
 
 optuna = pytest.importorskip("optuna")
 pytest.importorskip("cmaes")
@@ -169,6 +171,20 @@ def test_a_finished_search_comes_back_and_goes_on_where_it_stands(tmp_path, ende
     assert [run.evaluations for run in searched(path, name="other", budget=1).runs] == [GENERATION]
 
 
+def test_a_refinement_says_how_its_start_and_its_best_compare(ended):
+    name = "worst_margin"
+    found = searched(variables={"A[1].radius": (0.01, 0.9)}, refine=True, objectives=("index", name))
+    assert not found.stopped
+    start, best = found.start, found.best_candidate
+    kept = ", which is the start: no run was better" if best is start else ""
+    lines = str(found).splitlines()
+    assert f"The start: {100 * start.index:.1f} % of the full grid. The best: {100 * best.index:.1f} %{kept}." in lines
+    assert f"{name}: {start.objectives[name]:.4g} of the start, {best.objectives[name]:.4g} of the best." in lines
+    assert not any("stopped by hand" in line for line in lines)
+    assert "The search was stopped by hand: this is the best so far." in str(replace(found, stopped=True))
+    assert not any("of the start" in line or "stopped" in line for line in str(ended[1]).splitlines())
+
+
 def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, ended):
     path = tmp_path / "study.db"
     with sqlite3.connect(put(path, ended[0])) as file:
@@ -189,6 +205,31 @@ def test_a_study_of_another_version_or_of_something_else_is_refused(tmp_path, en
         else:
             with pytest.raises(ep.InvalidInput, match=r"data of the design was '.*' and is"):
                 searched(put(path, ended[0]), exo=moved)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"objectives": ("index", "worst_margin")}, ["objectives"]),
+        ({"fit_strokes": True}, ["fit_strokes"]),
+        ({"poses": EXO.pose([0.0, 40.0, 81.0])}, ["data of the poses"]),
+        ({"poses": SearchPoses(EXO.pose([0.0, 40.0, 80.0]), [1.0, 1.0, 2.0])}, ["data of the poses"]),
+        ({"poses": EXO.pose([0.0, 40.0])}, ["data of the poses", "poses"]),
+        ({"variables": {**BOUNDS, "A[1].radius": (0.1, 0.31)}}, ["variables"]),
+        ({"constraints": ep.Criteria(names=("singularity",), least_margin=0.2)}, ["criteria"]),
+        ({"seed": 3}, ["seed"]),
+        ({"run_length": RUN + GENERATION}, ["run_length"]),
+        ({"refine": True, "variables": {"A[1].radius": (0.01, 0.9), "A[2].elevation": (-1.5, 1.5)}},
+         ["start", "variables"]),
+        ({"cuff_by_geometry": True}, ["cuff", "data of the design"]),
+        ({"centre_offset": [0.0, 0.01, 0.0]}, ["centre_offset"]),
+        ({"exo": EXO.replace(name="other")}, ["data of the design", "design"]),
+    ],
+)  # fmt: skip
+def test_a_study_goes_on_with_nothing_else_than_it_began(tmp_path, ended, change, said):
+    with pytest.raises(ep.InvalidInput, match="searches something else") as refusal:
+        searched(put(tmp_path / "study.db", ended[0]), **change)
+    assert re.findall(r"(?:: |, )([a-z_ ]+) was ", str(refusal.value)) == said
 
 
 #: What a record may not be, and some that it may.

@@ -4,6 +4,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from places import URDF
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -33,6 +34,18 @@ def test_extremes_and_means_of_a_workspace_by_hand():
     for values, text in (([1e-10, 0.5, 0.5], [False, False, True]), ([0.5, 0.5, 5e-10], [False, False, False])):
         again = Workspace(**(vars_of(found) | {"margin": np.array(values)}))
         assert again.unknown.tolist() == text
+
+
+def test_forces_of_several_persons_are_those_of_the_worst():
+    persons, exo = (ep.Wearer(1.755, 85, "male"), ep.Wearer(1.6, 55, "female")), ep.load(URDF / "serial-y-x-z.urdf")
+    poses = exo.pose([20.0, 75.0, 40.0], [35.0, 10.0, 70.0])
+    both = exo.workspace(poses, Criteria(("forces",), wearers=persons))
+    each = [exo.worn_by(person).workspace(poses, ["forces"]) for person in persons]
+    np.testing.assert_allclose(both.margins["forces"], np.min([one.margins["forces"] for one in each], axis=0))
+    largest = np.argmax([one.magnitude for one in each], axis=0)
+    for name in ("shoulder_force", "tensions"):
+        values = [getattr(one, name) for one in each]
+        np.testing.assert_allclose(getattr(both, name), [values[k][row] for row, k in enumerate(largest)])
 
 
 def vars_of(found):

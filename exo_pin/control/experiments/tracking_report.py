@@ -25,6 +25,7 @@ from ...load_case.case import beyond_motion
 from ...reaction import Assumptions, solve
 from ...reaction.holding.verdict import angle_words
 from ..controllers.planning import HELD, planner_of
+from ..plant.drives import DirectDrive
 from ..plant.equations.drive_kernels import free_contraction
 from ..plant.plant import Plant
 
@@ -71,7 +72,14 @@ def foreseen(experiment: Experiment) -> tuple[str, ...]:
                 f"{angle_words(poses[worst], side)}, {seen.sensitivity(worst)}. A sensor of the arm's orientation "
                 "does: --controller model"
             )
-    elif experiment.controller == "model" and measures and "arm" not in measures:
+    elif experiment.controller == "model" and not mechanism.limbs_are_massless:
+        idle = as_device(mechanism).as_chain().structure.held
+        if idle:
+            found.append(
+                f"the device can move while the arm rests ({idle} freedom{'s' * (idle > 1)}); the controller leaves "
+                "that alone, so that weight and drives move it"
+            )
+    if experiment.controller == "model" and measures and "arm" not in measures:
         found.append(
             "the controller reads a sensor of the arm's orientation, which the design does not state (measures)"
         )
@@ -282,10 +290,17 @@ def _slack(tracking: Tracking) -> list[str]:
 
 
 def _force_limits(tracking: Tracking) -> list[str]:
-    plant = tracking.run.plant
-    limits = np.array([getattr(drive, "force_limit", np.inf) for drive in plant.drives])
-    reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits) & (limits > 0.0)
-    return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
+    texts = []
+    for i, (drive, force) in enumerate(zip(tracking.run.plant.drives, tracking.run.motor_forces.T, strict=True)):
+        most = getattr(drive, "force_limit", 0.0)
+        low, high = (drive.lower, drive.upper) if isinstance(drive, DirectDrive) else (-most, most)
+        reached = drive.is_motor & (((force >= high) & (high > 0.0)) | ((force <= low) & (low < 0.0)))
+        if reached.any():
+            who = _name(tracking, i + 1)
+            who = who if drive.word == "motor" else f"the motor of {who}"
+            what = "limit" if drive.word == "motor" else "force limit"
+            texts.append(f"{who} is at its {what} for {100.0 * reached.mean():.1f} % of the time")
+    return texts
 
 
 def _alike(tracking: Tracking) -> list[str]:

@@ -61,15 +61,20 @@ def summary_of(tracking: Tracking) -> dict[str, float]:
             numbers[key] = float(np.abs(run.tensions[:, kinds == kind]).max())
     if any(drive.word == "actuator" for drive in run.plant.drives):
         numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
-    numbers["tension_work_J"] = float(run.tension_work[-1].sum())
+    numbers["tension_work_J"] = _gain(run.tension_work)
     if run.plant.supply is not None:
-        numbers["air_energy_J"] = float(tracking.air_energy[-1])
-        numbers["air_used_g"] = float(1e3 * run.air_used[-1])
+        numbers["air_energy_J"] = _gain(tracking.air_energy)
+        numbers["air_used_g"] = 1e3 * _gain(run.air_used)
     if run.plant.motors.any():
-        numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
+        numbers["electric_energy_J"] = _gain(run.electric_energy)
         numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
     span = float(tracking.times[-1] - tracking.times[0])
-    return numbers | {"mean_power_W": float(tracking.energy_in[-1]) / span if span > 0.0 else 0.0}
+    return numbers | {"mean_power_W": _gain(tracking.energy_in) / span if span > 0.0 else 0.0}
+
+
+def _gain(series: FloatArray) -> float:
+    """What has come since the run's own beginning, of all drives together."""
+    return float(series[-1].sum() - series[0].sum())
 
 
 def columns_of(tracking: Tracking) -> dict[str, FloatArray]:

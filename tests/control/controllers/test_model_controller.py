@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from idle_devices import random_device
 from places import URDF
 from scipy.optimize import least_squares, lsq_linear
 from scipy.spatial.transform import Rotation
@@ -168,3 +169,10 @@ def test_the_virtual_body_of_two_hinges_gives_way_as_that_of_three():
     assert away > 2.0
     assert np.rad2deg((best.inv() * ends[0]).magnitude()) < 0.5
     assert np.rad2deg((best.inv() * reference(0.4).orientation).magnitude()) > 8.0
+
+
+def test_freedoms_that_the_controller_leaves_alone_are_foreseen():
+    reference = OrientationSpline([0.0, 0.5], ep.shoulder_rotation([0.0, 10.0], 0.0, 0.0, degrees=True))
+    for kind, moves in ((random_device(2)[0], True), (random_device(3)[0], False)):
+        said = Experiment("one", "One", kind, reference, "model", options_for(kind)).foreseen
+        assert any("(1 freedom); the controller leaves that alone" in text for text in said) == moves

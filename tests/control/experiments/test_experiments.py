@@ -99,6 +99,8 @@ def test_drives_in_joints_have_names_and_units_of_their_own():
     assert tracking.findings[0].startswith("the reference needs motor 1 beyond the end of its range from 0.08 s on")
     with pytest.raises(InvalidInput, match="motor 1 would have to be at -52° at the start"):
         serial.track(control.AnglePath([0.0, 1.0], [[0.0, 0.0, -0.9], [0.0, 0.0, 0.0]], "left"))
+    full = serial.track(control.flexion(), lambda t, seen: [0.0, 0.0, -1.0], duration=0.02)
+    assert full.findings == ("motor 3 is at its limit for 100.0 % of the time",)
     nesm = ep.load(URDF / "nesm.urdf")
     motors = ep.PlantOptions(joint_motor=control.JointMotor(limit=30.0))
     # Two of its joints begin at an end of their ranges.
@@ -118,3 +120,14 @@ def test_gains_go_to_the_controller_that_suits_the_design():
     gains = control.FeedbackGains(stiffness=20.0)
     tracking = ep.load("four-cables").track("flexion", duration=0.01, feedback=gains)
     assert (tracking.experiment.controller, tracking.experiment.feedback.stiffness) == ("model", 20.0)
+
+
+def test_a_run_that_goes_on_from_another_has_numbers_of_its_own():
+    experiment = ep.experiment("four-cables-abduction").replace(duration=0.2, controller=lambda t, seen: [0.1] * 4)
+    plant, start = experiment.plant, experiment.start(experiment.plant)
+    whole, first = (plant.simulate(experiment.controller, span, start) for span in (0.2, 0.1))
+    runs = [whole, first, plant.simulate(experiment.controller, 0.1, first.state(0.1))]
+    whole, first, second = (control.Tracking.of(experiment, run).summary() for run in runs)
+    for name in ("tension_work_J", "electric_energy_J"):
+        assert first[name] + second[name] == pytest.approx(whole[name], rel=1e-9)
+    assert first["mean_power_W"] + second["mean_power_W"] == pytest.approx(2.0 * whole["mean_power_W"], rel=1e-9)

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.control import read_run
+from exo_pin.load_case.recordings.plausibility import Evidence
 
 #: All records with a mistake; of these some in default runs.
 ALL = [(mistake, seed) for mistake, seeds in planted.MISTAKES for seed in seeds]
@@ -22,6 +23,17 @@ def of(cases):
     """Cases as parameters of a test, those that are not quick marked."""
     marks = [() if named(case) in QUICK else pytest.mark.full for case in cases]
     return [pytest.param(case, id=named(case), marks=mark) for case, mark in zip(cases, marks, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("speed", 30.0), ("noise", np.radians(2.0)), ("from_start", np.radians(20.0)), ("outside", 0.01), ("aside", 0.01),
+     ("leaning", np.radians(45.0))],
+)  # fmt: skip
+def test_an_arm_can_have_moved_like_this_only_within_all_limits(name, most):
+    zero = Evidence(0.0, True, False, 0.0, 1.0, 0.0, 0.3, 0.0, 0.0, 0.0)
+    assert zero._replace(**{name: 0.999 * most}).is_possible
+    assert not zero._replace(**{name: 1.001 * most}).is_possible
 
 
 @pytest.mark.parametrize("case", of(ALL))

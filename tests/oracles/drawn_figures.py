@@ -267,6 +267,9 @@ FIGURES = {
     "study_two": lambda: table(
         "r_A_mm", "alpha_A[2]_deg",
         rows=[(r, h, 10 * r + h if h < 3 else NAN) for h in (3.0, 1.0, 2.0) for r in (2.0, 1.0)]),
+    "study_many": lambda: table(
+        "r_A_mm", "cuff_height_mm",
+        rows=[(100.0 + 10 * a, 150.0 + 5 * b, 60.0 - a + b) for a in (0, 1) for b in range(8)]),
     "study_lost": lambda: table("cuff_height_mm", rows=[(100.0 + k, NAN) for k in range(3)]),
     "study_rows": lambda: table("r_A_mm", rows=[(1.0, 3.0), (1.0, NAN), (1.0, 5.0)], figure="peak_F_s_N"),
     "study_bars": lambda: StudyTable([{"rank": 1} | row for row in ROWS]).plot("can_hold"),

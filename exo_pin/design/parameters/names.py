@@ -232,7 +232,9 @@ def _from_text(named: DesignParameter, text: str) -> list[Any]:
         return text.split(",")
     if named.key in _OBJECTS:
         raise InvalidInput(f"expected {named.key} as objects in Python, not as text, got {text!r}")
-    if text.count(":") == 2:
+    if text.count(":") not in (0, 2):
+        raise InvalidInput(f"expected {named.name} as LOW:HIGH:COUNT or values with commas between, got {text!r}")
+    if ":" in text:
         low, high, count = _numbers(named, text, ":")
         if count != int(count) or not 1 <= count <= _MOST:
             raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to {_MOST}, got {text!r}")

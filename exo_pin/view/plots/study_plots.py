@@ -14,7 +14,7 @@ from ...core.validation import FloatArray
 from ...study.figure_words import better as better_of
 from ...study.figure_words import column_words, drawn_values, row_words, value_words, varied
 from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY
-from .plot_style import WIDEST, figure_title, legend_below, line, name_rows, new_figure, tidy
+from .plot_style import LINES, WIDEST, figure_title, legend_below, line, name_rows, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -228,6 +228,9 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
             look = {"xycoords": ("axes fraction", "data"), "va": "center", "fontsize": 9}
             axes.annotate(reasons[rows[place]], (0.01, place), **look)
         return canvas
+    if len(changed) == 2 and len(np.unique(table[changed[1]])) > len(LINES) and table[changed[1]].dtype.kind in "fiu":
+        # More lines would look alike: the other way round there are fewer.
+        changed.sort(key=lambda name: -len(np.unique(table[name])))
     first, *second = changed
     groups: Any = np.unique(table[second[0]]) if second else [None]
     for k, group in enumerate(groups):

@@ -291,7 +291,37 @@ COMMANDS = {
         f"optimise {WORN} --vary cuff_height_mm=60:110 --moving-centre --fixed-centre {NEW}",
     ],
 }
-LINES_OF = {name: functools.partial(answered_in_turn, lines, quick_csv=QUICK) for name, lines in COMMANDS.items()}
+COMMANDS |= {
+    "odd": [
+        f"reaction four-cables {WOMAN} --to 90,40,5 --poses 3 --offset 5 0 -4",
+        f"reaction prototype {POSE} --compare spherical,minimal,spherical --side-force-limit 4 --limits none",
+        "reaction four-cables --compare --offset 5 0 -4 --flexion 50 --json",
+        f"uncertainty four-cables {POSE} --offset 5 0 -4 --split minimal --limits none --uncertain offset_mm=0 "
+        "--uncertain mass_percent=5 --side right",
+        "uncertainty four-cables --trajectory quick.csv --uncertain pose_deg=1 --uncertain offset_mm=0",
+        f"uncertainty four-cables {POSE} --all 8 --offset 1 0 0",
+        "uncertainty four-cables --all 8 --trajectory quick.csv",
+        f"uncertainty four-cables {POSE} --all 8 --split minimal --limits none --uncertain A_mm=4",
+        "mobility urdf/dummy-shoulder.urdf --set shoulder_x=200deg",
+        "record quick.csv --out quick.mot", "record quick.csv --angles quaternions --side right --out turned.csv",
+        f"track prototype {WOMAN} --trajectory quick.csv --no-progress --json",
+        "track four-cables --trajectory flexion --start 1,2,3", "track --experiment abduction --side right",
+        "track --experiment abduction --start 1,2,3", "forces urdf/nesm.urdf --flexion 30 --actuated flexion",
+        "compare four-cables designs.csv --step 60 --limits none --split minimal --side right",
+        "compare four-cables designs.csv --trajectory quick.csv --to 90,0,0",
+        "sweep four-cables --vary scale=0.9,1 --trajectory quick.csv --limits none --split minimal --side right",
+        f"person four-cables --map --range {WOMAN}", f"person four-cables --map {POSE}",
+        "reaction four-cables --compare --flexion 50 --out rows.csv", "person --bare --moving-centre",
+        f"person four-cables {POSE} --limits none --strength 70 --side right --out contact.csv",
+        "person four-cables --trajectory quick.csv", "singularity prototype --abduction 110 --flexion 20 --side right",
+        "check four-cables --side right --json",
+    ],
+}  # fmt: skip
+DESIGNS = "design,name,scale\nfour-cables,small,0.8\nfour-cables,,1.1\n"
+LINES_OF = {
+    name: functools.partial(answered_in_turn, lines, quick_csv=QUICK, designs_csv=DESIGNS)
+    for name, lines in COMMANDS.items()
+}
 ASKED = {each.__name__: each for each in (criteria, socket, view, pages, files_of_commands, defaults, start)} | LINES_OF
 
 

@@ -178,6 +178,8 @@ def track(
         chosen = _of_design(design, side, trajectory, worn, read_as)
     else:
         chosen = named(experiment)
+        if design != DEFAULT_PRESET:
+            raise InvalidInput(f"an experiment has a design of its own: leave out {design} or --experiment")
         own = {"trajectory": trajectory != "abduction", "side": side, **options.given(read_as)}
         options.refuse("an experiment has a design and a movement of its own", **own)
         if worn.person is None:

@@ -7,10 +7,11 @@ import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-from exo_pin.workspace import Criteria, Workspace
+from exo_pin.workspace import CRITERIA, Criteria, Workspace
 from exo_pin.workspace.kernels import (
     widest_path,
 )
+from exo_pin.workspace.optimisation.recheck import Recheck
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -103,3 +104,28 @@ def test_region_is_the_largest_set_of_neighbours(seed, limbs):
     assert inside[found.region].all()
     angles = poses.magnitude()
     assert found.region_distance == angles[found.region].min()
+
+
+def works(share=0.8, flexion=3, abduction=3, without="", **not_checked):
+    """Of ten poses, and so many of three on the way to 90°; with all vital criteria but one."""
+    inside = np.arange(10) < round(10 * share)
+    vital = [name for name, each in CRITERIA.items() if each.is_vital and name != without]
+    full = some_workspace(
+        {name: np.where(inside, 1.0, -1.0) for name in vital}, not_checked=MappingProxyType(not_checked)
+    )
+    lifts = [some_workspace({"stroke": np.where(np.arange(3) < count, 1.0, -1.0)}) for count in (flexion, abduction)]
+    return Recheck(full, 0.9, 2.0, *lifts, 0, NAN, {}, {}, {}).works
+
+
+def test_a_design_works_that_lifts_both_ways_on_four_fifths_by_all_vital_criteria():
+    assert works()
+    assert works(0.9)
+    assert not works(0.7)
+    assert not works(flexion=2)
+    assert not works(abduction=2)
+    for name in ("stroke", "singularity", "connected", "forces", "shoulder_force", "clearance"):
+        assert not works(without=name)
+    # A cuff that leaves the elbow free was not asked, or was not checked because of where its joints are.
+    assert works(elbow="no limit given (least_above_elbow)")
+    assert works(elbow="not chosen")
+    assert not works(elbow="joints beyond the elbow")

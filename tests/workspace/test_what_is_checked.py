@@ -37,7 +37,7 @@ def test_extremes_and_means_of_a_workspace_by_hand():
 
 
 def test_forces_of_several_persons_are_those_of_the_worst():
-    persons, exo = (ep.Wearer(1.755, 85, "male"), ep.Wearer(1.6, 55, "female")), ep.load(URDF / "serial-y-x-z.urdf")
+    persons, exo = (ep.Wearer(1.6, 55, "female"), ep.Wearer(1.9, 110, "male")), ep.load(URDF / "serial-y-x-z.urdf")
     poses = exo.pose([20.0, 75.0, 40.0], [35.0, 10.0, 70.0])
     both = exo.workspace(poses, Criteria(("forces",), wearers=persons))
     each = [exo.worn_by(person).workspace(poses, ["forces"]) for person in persons]

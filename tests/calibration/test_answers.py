@@ -178,6 +178,8 @@ def asked_of_few_poses():
         for exo in (NOMINAL, WORN)
     ]
     left = [(one.degrees_of_freedom, one.probability) for one in single]
+    # Of one freedom, Student's t is wide.
+    left.append(ep.calibrate(*measured(WORN, 1, joints=0.0), WORN, unknowns="cuff_offset").interval(0.9))
     return str(found).splitlines()[0], near, len(found.undetermined), found.information.rank, found.probability, left
 
 
@@ -223,11 +225,11 @@ MIXED = {
 }
 
 
-def mixed(change, noise=1e-3, reach=0.6):
+def mixed(change, noise=1e-3, reach=0.6, unknowns=("base_points",)):
     data = measured(noise=noise, joints=0.0, reach=reach)
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        found = ep.calibrate(*change(*data), NOMINAL, unknowns=("base_points",), length_noise=1e-3)
+        found = ep.calibrate(*change(*data), NOMINAL, unknowns=unknowns, length_noise=1e-3)
     for each in said:
         warnings.warn(each.message, stacklevel=1)
     return len(found.lengths), len(said)
@@ -236,7 +238,8 @@ def mixed(change, noise=1e-3, reach=0.6):
 def asked_of_mix_ups():
     # Of a small movement, lengths of another pose still look right.
     small = {f"late_{reach}": lambda reach=reach: mixed(MIXED["late"], 0.0, reach) for reach in (0.045, 0.055)}
-    return in_turn({name: lambda change=change: mixed(change) for name, change in MIXED.items()}, **small)
+    mounted = {"mounted": lambda: mixed(MIXED["limbs"], unknowns=("arm_mounting",))}
+    return in_turn({name: lambda change=change: mixed(change) for name, change in MIXED.items()}, **small, **mounted)
 
 
 def asked_of_lengths():

@@ -42,12 +42,12 @@ class Kinematics(OnDesign):
         The poses; of a device that is not a wrist coordinates of all joints, m and rad, a row a mode.
     limbs : LimbState or None
         Lengths and angles of the limbs in the pose.
-    accuracy : PoseAccuracy
-        Of the pose.
+    accuracy : PoseAccuracy or None
+        Of the pose, or the nearest of those that fit; None if none does.
     """
 
     modes: AssemblyModes | FloatArray
-    accuracy: PoseAccuracy
+    accuracy: PoseAccuracy | None
     limbs: LimbState | None = None
 
 
@@ -218,9 +218,12 @@ def kinematics(
         if 0.0 < np.abs(given).max() < _SHORT:
             raise InvalidInput(f"expected --lengths in mm, got {lengths} (metres?)")
         own = 1e-3 * given
-    modes, seen = exo.forward_kinematics(own, near=near), exo.accuracy(near)
+    modes = exo.forward_kinematics(own, near=near)
+    # Of the pose that is asked, or the one of those that fit.
+    seen = exo.accuracy(near) if limbs else exo.accuracy(modes.rotations[int(modes.nearest)]) if modes.count else None
+    parts += [_modes_table(exo, modes), *([] if seen is None else [filled(str(seen))])]
     files.deliver(
-        "\n\n".join([*parts, _modes_table(exo, modes), filled(str(seen))]),
+        "\n\n".join(parts),
         data=lambda: joined(Kinematics, exo, modes=modes, limbs=limbs, accuracy=seen),
         exo=exo,
     )

@@ -293,7 +293,7 @@ COMMANDS = {
 }
 COMMANDS |= {
     "odd": [
-        f"reaction four-cables {WOMAN} --to 90,40,5 --poses 3 --offset 5 0 -4",
+        f"reaction four-cables {WOMAN} --abduction 100 --to 90,130,5 --poses 3 --offset 5 0 -4 --out way.csv",
         f"reaction prototype {POSE} --compare spherical,minimal,spherical --side-force-limit 4 --limits none",
         "reaction four-cables --compare --offset 5 0 -4 --flexion 50 --json",
         f"uncertainty four-cables {POSE} --offset 5 0 -4 --split minimal --limits none --uncertain offset_mm=0 "
@@ -311,8 +311,8 @@ COMMANDS |= {
         "compare four-cables designs.csv --trajectory quick.csv --to 90,0,0",
         "sweep four-cables --vary scale=0.9,1 --trajectory quick.csv --limits none --split minimal --side right",
         f"person four-cables --map --range {WOMAN}", f"person four-cables --map {POSE}",
-        "reaction four-cables --compare --flexion 50 --out rows.csv", "person --bare --moving-centre",
-        f"person four-cables {POSE} --limits none --strength 70 --side right --out contact.csv",
+        "reaction four-cables --compare --flexion 20 --abduction 110 --out rows.csv", "person --bare --moving-centre",
+        "person four-cables --abduction 100 --limits none --strength 70 --side right --out contact.csv",
         "person four-cables --trajectory quick.csv", "singularity prototype --abduction 110 --flexion 20 --side right",
         "check four-cables --side right --json",
     ],

@@ -1,5 +1,6 @@
 """Which criteria are checked and why others are not, starts of a search, and numbers of a workspace by hand."""
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -59,6 +60,16 @@ def test_a_load_in_the_hand_counts_for_devices_of_any_kind():
         answer = exo.reaction(poses, load=load, split="minimal", constraint_bounds=(0.0, 0.0))
         np.testing.assert_allclose(found.tensions, answer.actuator_forces, atol=1e-6)
         assert np.abs(found.tensions - exo.workspace(poses, ["forces"]).tensions).max() > 0.1
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_joint_that_is_straight_along_its_axis_bends_as_one_that_nearly_is(up):
+    exo, margins = ep.load("prototype"), []
+    for aside in (0.0, 1e-7):
+        straight = (0.0, aside, up * np.sqrt(1.0 - aside**2))
+        own = exo.replace(limbs=[replace(limb, joint_straight=straight) for limb in exo.limbs])
+        margins.append(own.workspace(own.pose([5.0, 50.0], [10.0, 30.0]), ["joint_angles"]).margins["joint_angles"])
+    np.testing.assert_allclose(margins[0], margins[1], atol=1e-6)
 
 
 def test_actuators_of_new_designs():

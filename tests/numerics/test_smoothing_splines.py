@@ -50,6 +50,15 @@ def test_banded_equations_are_those_of_dense_matrices(stride, penalty):
     np.testing.assert_allclose(basis.covariance(factor), expected, rtol=1e-6, atol=1e-10)
 
 
+def test_samples_near_an_end_or_one_another_share_a_knot():
+    x = np.array([0.0, 0.2, 0.25, 0.3, 0.35, 2.0, 3.0, 3.1, 4.0, 5.0, 5.66, 5.7, 5.75, 5.8, 6.0])
+    for nearest, inner in ((0.0, x[4:-4]), (0.3, [0.35, 2.0, 3.0, 4.0, 5.0, 5.66]), (0.345, [0.35, 2.0, 3.0, 4.0, 5.0]),
+                           (0.36, [2.0, 3.0, 4.0, 5.0])):  # fmt: skip
+        knots = SplineBasis(x, nearest=nearest).knots
+        kept = knots[(knots > x[0]) & (knots < x[-1])]
+        np.testing.assert_array_equal(kept, inner)
+
+
 def test_a_movement_from_rest_begins_and_ends_at_rest():
     x, rng = np.arange(50.0), np.random.default_rng(5)
     y = (np.sin(x / 10.0) + 0.05 * rng.normal(size=50))[:, None]

@@ -171,6 +171,13 @@ def test_a_finished_search_comes_back_and_goes_on_where_it_stands(tmp_path, ende
     assert [run.evaluations for run in searched(path, name="other", budget=1).runs] == [GENERATION]
 
 
+def test_several_runs_say_how_far_they_are_apart():
+    found = searched(budget=2 * RUN)
+    low, high = sorted(100.0 * each["index"] for each in found.values)
+    assert f"Inside on the full grid, over the runs: {low:.1f} to {high:.1f} %." in str(found).splitlines()
+    assert high > 0.0
+
+
 def test_a_refinement_says_how_its_start_and_its_best_compare(ended):
     name = "worst_margin"
     found = searched(variables={"A[1].radius": (0.01, 0.9)}, refine=True, objectives=("index", name))

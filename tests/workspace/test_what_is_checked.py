@@ -1,5 +1,6 @@
 """Which criteria are checked and why others are not, starts of a search, and numbers of a workspace by hand."""
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -9,6 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.workspace import Criteria, Workspace
+from exo_pin.workspace.optimisation.merit import Evaluation
+from exo_pin.workspace.optimisation.optimised import reported
+from exo_pin.workspace.optimisation.starting_designs import starting_actuator
 
 pytestmark = pytest.mark.usefixtures("plain")
 
@@ -46,6 +50,51 @@ def test_forces_of_several_persons_are_those_of_the_worst():
     for name in ("shoulder_force", "tensions"):
         values = [getattr(one, name) for one in each]
         np.testing.assert_allclose(getattr(both, name), [values[k][row] for row, k in enumerate(largest)])
+
+
+def test_a_load_in_the_hand_counts_for_devices_of_any_kind():
+    load = ep.Load([3.0, -2.0, -9.0], at=[0.0, 0.0, -0.4])
+    for exo in (ep.load(URDF / "serial-y-x-z.urdf"), ep.load("four-linear-actuators")):
+        poses = exo.pose([20.0, 55.0], [35.0, 10.0])
+        found = exo.workspace(poses, ["forces"], load=load)
+        answer = exo.reaction(poses, load=load, split="minimal", constraint_bounds=(0.0, 0.0))
+        np.testing.assert_allclose(found.tensions, answer.actuator_forces, atol=1e-6)
+        assert np.abs(found.tensions - exo.workspace(poses, ["forces"]).tensions).max() > 0.1
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_joint_that_is_straight_along_its_axis_bends_as_one_that_nearly_is(up):
+    exo, margins = ep.load("prototype"), []
+    for aside in (0.0, 1e-7):
+        straight = (0.0, aside, up * np.sqrt(1.0 - aside**2))
+        own = exo.replace(limbs=[replace(limb, joint_straight=straight) for limb in exo.limbs])
+        margins.append(own.workspace(own.pose([5.0, 50.0], [10.0, 30.0]), ["joint_angles"]).margins["joint_angles"])
+    np.testing.assert_allclose(margins[0], margins[1], atol=1e-6)
+
+
+def test_actuators_of_new_designs():
+    assert starting_actuator("linear") == ep.Actuator("linear", 400.0, 400.0)
+    assert starting_actuator("linear", 90.0) == ep.Actuator("linear", 90.0, 90.0)
+    assert starting_actuator("linear", 90.0, 20.0, travel=0.1) == ep.Actuator("linear", 90.0, 20.0, travel_limit=0.1)
+    assert starting_actuator() == ep.Actuator("cable", 400.0)
+    assert starting_actuator("cable", 70.0) == ep.Actuator("cable", 70.0)
+    muscle = {"family": "pneumatic muscle", "force_law": "best"}
+    assert starting_actuator(**muscle) == ep.Actuator(**muscle, supply_pressure=4e5)
+    assert starting_actuator(**muscle, supply=6e5) == ep.Actuator(**muscle, supply_pressure=6e5)
+
+
+def test_which_designs_are_reported():
+    def design(index, merit, force):
+        return Evaluation(merit, {"index": index, "peak_shoulder_force": force})
+
+    found = [design(0.5, 0.2, 90.0), design(0.7, 0.9, 70.0), design(0.7, 0.8, 80.0), design(0.4, 0.1, 60.0)]
+    assert reported(found, ("index",), False) == [2]
+    assert reported(found, ("peak_shoulder_force",), False) == [3]
+    assert reported(found, ("index", "peak_shoulder_force"), False) == [1, 3]
+    # A start goes before a run that is as good.
+    assert reported([design(0.5, 0.2, 9.0)] * 2, ("index",), True) == [0]
+    unknown = [design(0.0, 0.9, np.nan), design(0.0, 0.8, np.nan)]
+    assert reported(unknown, ("index", "peak_shoulder_force"), False) == [1]
 
 
 def vars_of(found):

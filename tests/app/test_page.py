@@ -60,7 +60,7 @@ def test_a_design_of_ones_own_is_checked_by_keyboard(window, tmp_path):
         assert "exo.pose(65, 0, 0)" in window.text(".call")
         # What is behind a slider moves along: the frame holds the package's own scene.
         frame = "document.querySelector('.scene iframe').contentDocument"
-        assert "flexion\N{NO-BREAK SPACE}65°" in window.evaluate(f"{frame}.getElementById('pose').textContent")
+        window.wait_for(f"{frame}.getElementById('pose').textContent.includes('flexion\N{NO-BREAK SPACE}65°')")
 
 
 def test_the_page_fits_a_telephone_and_says_what_is_refused(window):

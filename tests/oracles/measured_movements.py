@@ -77,7 +77,7 @@ def errors_of_all_smoothings(exo, t, measured, true, trials=40):
     q[1:] *= np.cumprod(np.sign((q[1:] * q[:-1]).sum(axis=1)))[:, None]
     unit = (t[-1] - t[0]) / (len(t) - 1)
     x = (t - t[0]) / unit
-    search = _Search(x, q, 3, None)
+    search = _Search(x, q, 3, None, False)
     top = np.log(1e4) + search.levels * np.log(256.0)
     curves = [interpolate_samples(x, q, 3).values]
     for penalty in np.exp(np.linspace(np.log(_LEAST), top, trials)):
